@@ -1,0 +1,188 @@
+"""
+Friction force by Eq. 2 of the paper, from measured position and pressures alone.
+
+In gauge form, so that the atmosphere on the rod's cross-section does not count as friction::
+
+    F_r = p1 A1 - p2 A2 - p_atm (A1 - A2) - M a                                       (2)
+
+The acceleration a is the twice differentiated position, low-passed without phase shift: a
+first-order Butterworth filter at 32 Hz, run forwards and backwards (section 2.1). Offline the
+whole record is at hand. Live, the two-sided impulse response of that same filter is cut off where
+0.3 % of its area is left, so that the live force is the offline force, later by exactly 25
+sampling intervals of 1.16 ms: ``DELAY`` = 29.0 ms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.signal import butter, filtfilt, lfilter
+
+from pneu_rig_ros.errors import RigError
+
+if TYPE_CHECKING:
+    from pneu_rig_ros.rig import RigConfiguration
+
+CUTOFF = 32.0
+"""Cut-off frequency of the acceleration filter [Hz], section 2.1."""
+
+DELAY = 0.029
+"""Delay of the live estimate [s], rounded to whole samples: 25 of 1.16 ms."""
+
+Floats = NDArray[np.float64]
+Pressure = TypeVar('Pressure', float, Floats)
+
+
+@dataclass(frozen=True)
+class ForceBalance:
+    """
+    The constants of Eq. 2.
+
+    :param area_1: piston area of the cap end A1 [m^2]
+    :param area_2: piston area of the rod end A2 [m^2]
+    :param mass: everything that moves M [kg]: piston, rod and load
+    :param atmospheric_pressure: pressure on the rod's cross-section p_atm [Pa]
+    """
+
+    area_1: float
+    area_2: float
+    mass: float
+    atmospheric_pressure: float
+
+    @classmethod
+    def of(cls, configuration: RigConfiguration) -> ForceBalance:
+        """Return the constants of a configured rig."""
+        model = configuration.model
+        cylinder = model.cylinder
+        ambient = model.gas.atmospheric_pressure
+        return cls(cylinder.cap_area, cylinder.rod_area, model.total_mass, ambient)
+
+    def pressure_force(self, pressure_1: Pressure, pressure_2: Pressure) -> Pressure:
+        """Return the force of the air on the piston [N] from absolute pressures [Pa]."""
+        ambient = self.atmospheric_pressure * (self.area_1 - self.area_2)
+        return pressure_1 * self.area_1 - pressure_2 * self.area_2 - ambient
+
+
+def delay_samples(interval: float) -> int:
+    """Return the delay of the live estimate [samples] at a sampling interval [s]."""
+    return round(DELAY / interval)
+
+
+def causal_kernel(
+    interval: float, cutoff: float = CUTOFF, half_width: int | None = None
+) -> Floats:
+    """
+    Return the cut-off two-sided impulse response of the zero-phase low-pass.
+
+    Symmetric with unit sum, so that it delays by exactly its half width and passes a constant
+    unchanged.
+
+    :param interval: sampling interval [s]
+    :param cutoff: cut-off frequency of one pass [Hz]
+    :param half_width: samples on either side of the centre; one less than ``delay_samples``
+        when not given, as the second difference takes the other one
+    :return: weights, shape (2 half_width + 1,)
+    """
+    half_width = delay_samples(interval) - 1 if half_width is None else half_width
+    if half_width < 1:
+        raise RigError(f'friction filter: half width {half_width} samples, must be 1 or more')
+    b, a = butter(1, cutoff, fs=1.0 / interval)
+    impulse = np.zeros(40 * half_width)
+    impulse[0] = 1.0
+    one_pass = lfilter(b, a, impulse)
+    both_passes = np.correlate(one_pass, one_pass, mode='full')
+    centre = impulse.size - 1
+    kernel = both_passes[centre - half_width : centre + half_width + 1]
+    return np.asarray(kernel / kernel.sum())
+
+
+def acceleration_kernel(interval: float, cutoff: float = CUTOFF) -> Floats:
+    """
+    Return the weights that turn the latest positions [m] into an acceleration [m/s^2].
+
+    Low-pass and second central difference in one, shape (2 delay_samples + 1,); the acceleration
+    is that of the middle sample.
+    """
+    return np.convolve(causal_kernel(interval, cutoff), [1.0, -2.0, 1.0]) / interval**2
+
+
+def acceleration_zero_phase(
+    position: ArrayLike, interval: float, cutoff: float = CUTOFF
+) -> Floats:
+    """
+    Return the acceleration [m/s^2] of equally spaced positions [m], same shape (n,).
+
+    Second central difference, then forward-backward first-order Butterworth; no phase shift.
+    """
+    x = np.asarray(position, dtype=np.float64)
+    if x.ndim != 1 or x.size < 4:
+        raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
+    raw = np.empty_like(x)
+    raw[1:-1] = np.diff(x, 2) / interval**2
+    raw[0], raw[-1] = raw[1], raw[-2]
+    b, a = butter(1, cutoff, fs=1.0 / interval)
+    padding = min(x.size - 1, 2 * delay_samples(interval))
+    return np.asarray(filtfilt(b, a, raw, padlen=padding))
+
+
+def friction_zero_phase(
+    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
+    balance: ForceBalance,
+) -> Floats:  # fmt: skip
+    """
+    Return the friction force F_r of Eq. 2 [N], offline, in phase with the samples.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param pressure_1: measured absolute pressure of the cap end [Pa], shape (n,)
+    :param pressure_2: measured absolute pressure of the rod end [Pa], shape (n,)
+    :param interval: sampling interval [s]
+    """
+    inertia = balance.mass * acceleration_zero_phase(position, interval)
+    return np.asarray(balance.pressure_force(pressure_1, pressure_2) - inertia)
+
+
+class CausalFriction:
+    """
+    Live Eq. 2: push one sample after the other, get the force of ``delay_samples`` ago.
+
+    :param balance: the constants of Eq. 2
+    :param interval: sampling interval [s]
+    """
+
+    delay_samples: int
+    """How many samples the returned force lies behind the pushed one."""
+
+    def __init__(self, balance: ForceBalance, interval: float) -> None:
+        self.delay_samples = delay_samples(interval)
+        self._balance = balance
+        # Symmetric, so the order of the samples does not matter; scaled to a force [N/m].
+        self._kernel = balance.mass * acceleration_kernel(interval)
+        self._size = self._kernel.size
+        # Every value is stored twice, one window apart, so that the window is always contiguous.
+        self._positions = np.zeros(2 * self._size)
+        self._forces = [0.0] * self._size
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the samples: the next force comes after 2 ``delay_samples`` + 1 of them."""
+        self._count = 0
+
+    def push(self, position: float, pressure_1: float, pressure_2: float) -> float | None:
+        """
+        Take the next sample [m, Pa, Pa] and return F_r [N] of ``delay_samples`` ago.
+
+        None until the filter is full, i.e. for the first 2 ``delay_samples`` samples.
+        """
+        size, count = self._size, self._count
+        slot = count % size
+        self._positions[slot] = self._positions[slot + size] = position
+        self._forces[slot] = self._balance.pressure_force(pressure_1, pressure_2)
+        self._count = count + 1
+        if count + 1 < size:
+            return None
+        window = self._positions[slot + 1 : slot + 1 + size]
+        force = self._forces[(count - self.delay_samples) % size]
+        return force - float(self._kernel @ window)
