@@ -1,0 +1,86 @@
+# One command on a fresh machine: `make demo` or `make test`. Needs make and a Python, nothing else.
+
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+# make demo: which cylinder, for how long [s], at which valve command [V] (a stick-slip stroke of each)
+CYLINDER ?= 2
+DURATION ?= 20
+U_1 := 0.29
+U_2 := 0.34
+U_3 := 0.32
+U ?= $(U_$(CYLINDER))
+
+# A ROS 2 that is sourced in the calling shell stays out of the virtual environment ...
+unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH
+unexport COLCON_PREFIX_PATH ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION RMW_IMPLEMENTATION
+unexport ROS_DISCOVERY_SERVER ROS_LOCALHOST_ONLY ROS_STATIC_PEERS _ROS_WHEELS_BOOTSTRAP_COMPLETE
+# ... and what runs here stays on this host, apart from other ROS 2 graphs.
+export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+export ROS_DOMAIN_ID ?= 86
+export FASTRTPS_DEFAULT_PROFILES_FILE := $(CURDIR)/config/fastdds.xml
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help
+help:  ## show this list
+	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 16
+
+.PHONY: demo
+demo: $(READY)  ## run the rig live and record it (CYLINDER=1|2|3 DURATION=seconds U=volts)
+	@$(BIN)/pneu-rig demo --cylinder cylinder_$(CYLINDER) --u $(U) --duration $(DURATION)
+
+.PHONY: test
+test: $(READY)  ## run the whole test suite (ARGS='-k name' passes options to pytest)
+	@$(BIN)/python -m pytest -n 2 --dist loadgroup $(ARGS)
+
+.PHONY: bench
+bench: $(READY)  ## measure everything that the README quotes, write benchmarks/results.json
+	@$(BIN)/python -m benchmarks $(ARGS)
+
+.PHONY: lint
+lint: $(READY)  ## check style and types
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+
+.PHONY: format
+format: $(READY)  ## mend what can be mended of the style
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+.PHONY: lock
+lock:  ## write requirements.txt from setup.py (needs uv)
+	@header="$$(sed -n '/^#/p' requirements.txt)" && \
+	uv pip compile setup.py --extra ros --extra test --extra bench --universal --python-version 3.10 \
+	    --no-annotate --no-header --quiet --output-file requirements.txt > /dev/null && \
+	pins="$$(sed -E "/== 'win32'/d; s/ ; (sys_platform|platform_python|python_full_version < '3.14').*//" \
+	    requirements.txt)" && printf '%s\n' "$$header" "$$pins" > requirements.txt
+
+.PHONY: clean
+clean:  ## remove the virtual environment, builds and caches (not runs/)
+	@rm -rf $(VENV) build install log *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# --- set-up: once, and again when the pins or setup.py change ---
+
+PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.10 python3; do \
+    $$python -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2> /dev/null \
+    && echo $$python && break; done)
+
+$(READY): requirements.txt setup.py | $(BIN)/python
+	@echo 'Installing the pinned packages into $(VENV) (once, takes a minute or two) ...'
+	@$(BIN)/python -m pip install --quiet --requirement requirements.txt \
+	    && $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable . \
+	    || { echo 'error: the set-up failed as told above; is the network up? Then: make again' >&2; exit 1; }
+	@touch $@
+
+$(BIN)/python:
+	@test -n '$(PYTHON)' \
+	    || { echo 'error: no Python 3.10 to 3.13 found; install one, or: make PYTHON=/path/to/python3' >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) \
+	    || { rm -rf $(VENV); echo 'error: $(PYTHON) -m venv failed; on Debian or Ubuntu: apt install python3-venv' >&2; exit 1; }

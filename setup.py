@@ -1,0 +1,69 @@
+"""Install `pneu_rig_ros`: by colcon (an ordinary ament_python package) or by pip (`make` does it)."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package = 'pneu_rig_ros'
+node_names = ['plant', 'valve_command', 'friction_estimator', 'recorder', 'rig']
+
+setup(
+    name=package,
+    version='0.1.0',
+    description='Emulated pneumatic servo rig for ROS 2: plant, valves, friction, recording.',
+    license='Apache-2.0',
+    maintainer='pneu_rig_ros maintainers',
+    maintainer_email='maintainers@pneu-rig-ros.example',
+    packages=find_packages(include=[package, f'{package}.*']),
+    package_data={package: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+        (f'share/{package}/config', sorted(glob('config/*.yaml') + glob('config/*.xml'))),
+        (f'share/{package}/launch', sorted(glob('launch/*.py'))),
+    ],
+    python_requires='>=3.10,<3.14',
+    install_requires=[
+        'click',
+        'matplotlib',
+        'mcap',
+        'numba',
+        'numpy',
+        'pyyaml',
+        'rich',
+        'rosbags',
+        'scipy',
+    ],
+    extras_require={
+        # ROS 2 from wheels. An extra, so that installing beside an apt ROS 2 never disturbs it.
+        'ros': [
+            'ros-jazzy-diagnostic-msgs',
+            'ros-jazzy-rclpy[fastrtps]',
+            'ros-jazzy-rosgraph-msgs',
+            'ros-jazzy-sensor-msgs',
+            'ros-jazzy-std-msgs',
+            'ros-jazzy-std-srvs',
+        ],
+        'test': [
+            'catkin_pkg',
+            'colcon-common-extensions',
+            'hypothesis',
+            'mcap-ros2-support',
+            'mypy',
+            'pytest',
+            'pytest-timeout',
+            'pytest-xdist',
+            'ruff',
+            'setuptools<80',  # the newest that colcon-core takes
+            'types-PyYAML',
+        ],
+        'bench': ['scikit-sundae'],
+    },
+    zip_safe=True,
+    entry_points={
+        'console_scripts': [
+            *(f'{node} = {package}.nodes.{node}:main' for node in node_names),
+            f'pneu-rig = {package}.cli:main',
+        ],
+    },
+)
