@@ -1,4 +1,4 @@
-"""Install `pneu_rig_ros`: by colcon (an ordinary ament_python package) or by pip (`make` does it)."""
+"""What the package is and needs, for colcon (an ordinary ament_python package) and for pip."""
 
 from glob import glob
 

@@ -1,0 +1,83 @@
+"""Who may import whom: data flows from the equations to the report, and ROS stands outside."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = 'pneu_rig_ros'
+ROOT = Path(__file__).resolve().parents[1] / PACKAGE
+ROS = {
+    'builtin_interfaces', 'diagnostic_msgs', 'launch', 'launch_ros', 'rcl_interfaces', 'rclpy',
+    'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
+}  # fmt: skip
+SCIENCE = {'numpy', 'numba', 'yaml'}
+BAGS = SCIENCE | {'mcap', 'rosbags'}
+FIGURES = BAGS | {'scipy', 'matplotlib'}
+TERMINAL = {'click', 'rich'}
+
+# room: the rooms of the package it may import from, the outside packages it may import
+RULES: dict[str, tuple[set[str], set[str]]] = {
+    'errors': (set(), set()),
+    'model': (set(), SCIENCE),
+    'rig': ({'model'}, SCIENCE),
+    'records': ({'model', 'rig'}, BAGS),
+    'analysis': ({'model', 'rig', 'records'}, BAGS | {'scipy'}),
+    'report': ({'model', 'rig', 'records', 'analysis'}, FIGURES),
+    'simulate': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'}),
+    'nodes': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'} | ROS),
+    'demo': ({'model', 'rig', 'records', 'analysis', 'report', 'nodes'}, FIGURES | TERMINAL),
+    'cli': (
+        {'model', 'rig', 'records', 'analysis', 'report', 'simulate', 'nodes', 'demo'},
+        FIGURES | TERMINAL,
+    ),
+}
+
+
+def imports(tree: ast.AST) -> Iterator[str]:
+    """Yield the full name of everything imported anywhere in a module."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f'line {node.lineno}: relative import; name it in full'
+            assert node.module is not None
+            if node.module == PACKAGE:
+                yield from (f'{PACKAGE}.{name.name}' for name in node.names)
+            else:
+                yield node.module
+
+
+def room(module: Path) -> str:
+    """Return the part of the package that a file belongs to."""
+    return module.relative_to(ROOT).parts[0].removesuffix('.py')
+
+
+@pytest.mark.parametrize(
+    'module', sorted(ROOT.rglob('*.py')), ids=lambda m: str(m.relative_to(ROOT))
+)
+def test_imports_only_what_its_room_may(module: Path) -> None:
+    if module == ROOT / '__init__.py':
+        return_rooms, outside = set[str](), set[str]()
+    else:
+        return_rooms, outside = RULES[room(module)]
+    allowed_rooms = return_rooms | {room(module), 'errors'}
+    for name in imports(ast.parse(module.read_text())):
+        first, *rest = name.split('.')
+        if first == PACKAGE:
+            assert not rest or rest[0] in allowed_rooms, f'{name} is not for {room(module)}'
+        elif first not in sys.stdlib_module_names:
+            assert first in outside, f'{name} is not for {room(module)}'
+
+
+@pytest.mark.parametrize('module', ['cli', 'simulate', 'records', 'analysis', 'report'])
+def test_works_without_ros(module: str) -> None:
+    code = (
+        f'import sys, {PACKAGE}.{module}; '
+        "print(*(name for name in sys.modules if name.split('.')[0] == 'rclpy'))"
+    )
+    run = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == []

@@ -1,0 +1,21 @@
+"""The linters, as tests: `make lint` runs the same, `make format` mends what can be mended."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.mark.parametrize(
+    'tool',
+    [['ruff', 'check', '--quiet'], ['ruff', 'format', '--check', '--quiet'], ['mypy']],
+    ids=' '.join,
+)
+def test_linter_has_no_complaint(tool: list[str]) -> None:
+    run = subprocess.run(
+        [sys.executable, '-m', *tool], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
