@@ -1,0 +1,86 @@
+"""The topics of the rig: the one table that nodes, recorder, bags and documents share."""
+
+from typing import NamedTuple
+
+CLOCK = '/clock'
+DIAGNOSTICS = '/diagnostics'
+PISTON = 'piston'
+"""Name of the only joint in `joint_states` and `friction`."""
+
+EACH_SAMPLE = 'each sample'
+EACH_COMMAND = 'each command'
+ONCE = 'once, kept for late joiners'
+EACH_SECOND = '1 Hz'
+
+
+class Topic(NamedTuple):
+    """
+    One topic: name (relative, unless ROS fixes it), type, content with units, when published.
+
+    `latched` topics are transient local: a late subscriber gets the last message.
+    """
+
+    name: str
+    type: str
+    content: str
+    when: str
+    latched: bool = False
+
+
+_TABLE = (
+    Topic(
+        'u',
+        'std_msgs/msg/Float64',
+        'command of Eq. 1 [V], from any controller',
+        EACH_COMMAND,
+    ),
+    Topic(
+        'valve_voltages',
+        'std_msgs/msg/Float64MultiArray',
+        'u1, u2 [V] after DAC quantisation and saturation 0-5 V, labelled layout',
+        EACH_COMMAND,
+    ),
+    Topic(
+        'joint_states',
+        'sensor_msgs/msg/JointState',
+        'joint `piston`: position [m], velocity [m/s], stamped',
+        EACH_SAMPLE,
+    ),
+    Topic('position', 'std_msgs/msg/Float64', 'the same position [m], plain', EACH_SAMPLE),
+    Topic('velocity', 'std_msgs/msg/Float64', 'the same velocity [m/s], plain', EACH_SAMPLE),
+    Topic(
+        'chamber_1/pressure',
+        'sensor_msgs/msg/FluidPressure',
+        'cap end: absolute [Pa], variance of the sensor [Pa^2], stamped',
+        EACH_SAMPLE,
+    ),
+    Topic(
+        'chamber_2/pressure',
+        'sensor_msgs/msg/FluidPressure',
+        'rod end: absolute [Pa], variance of the sensor [Pa^2], stamped',
+        EACH_SAMPLE,
+    ),
+    Topic(
+        'friction',
+        'sensor_msgs/msg/JointState',
+        'joint `piston`: effort = friction force F_r [N] by Eq. 2, '
+        'stamped with the sample it belongs to',
+        EACH_SAMPLE,
+    ),
+    Topic(
+        'rig_description',
+        'std_msgs/msg/String',
+        'YAML of the whole rig configuration, with the git revision',
+        ONCE,
+        latched=True,
+    ),
+    Topic(CLOCK, 'rosgraph_msgs/msg/Clock', 'in simulated time only', EACH_SAMPLE),
+    Topic(
+        DIAGNOSTICS,
+        'diagnostic_msgs/msg/DiagnosticArray',
+        'rate, deadline misses, saturation',
+        EACH_SECOND,
+    ),
+)
+
+TOPICS: dict[str, Topic] = {topic.name: topic for topic in _TABLE}
