@@ -1,0 +1,1 @@
+"""Emulated pneumatic servo rig for ROS 2."""

@@ -1,0 +1,1 @@
+"""The paper's system-level model: valves, chambers, piston and friction, compiled."""

@@ -1,0 +1,91 @@
+"""
+The plant put together from equations and effects, compiled once and kept on disk.
+
+Numba finds a cached function by the file that holds it. A small module is therefore written for
+each set of effects into the user's cache folder, under a name that changes with every source file
+of the model, so that a kept plant is never older than its sources.
+"""
+
+import hashlib
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+import numba
+
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.contributions import collect
+from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
+from pneu_rig_ros.model.integrator import Solver, build_solver
+
+_TEMPLATE = '''"""Compiled plant with the effects {effects}; written by pneu_rig_ros, safe to delete."""
+
+from numba import njit
+
+from pneu_rig_ros.model import assembly
+
+_rhs, _solver = assembly.build({effects!r})
+_start, _run = _solver.start, _solver.run
+
+
+@njit(cache=True, error_model='numpy', nogil=True)
+def right_hand_side(time, state, rate, arrow, memory, voltages, model, effects):
+    _rhs(time, state, rate, arrow, memory, voltages, model, effects)
+
+
+@njit(cache=True, error_model='numpy', nogil=True)
+def start(carry, model, effects):
+    _start(carry, model, effects)
+
+
+@njit(cache=True, error_model='numpy', nogil=True)
+def run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects):
+    _run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects)
+'''
+
+
+def build(effects: Sequence[str]) -> tuple[RightHandSide, Solver]:
+    """Return the right-hand side and the solver with the named effects, not yet cached."""
+    contributions = collect([library.load(name) for name in effects], STATE_SIZE)
+    right_hand_side = build_right_hand_side(contributions)
+    return right_hand_side, build_solver(right_hand_side)
+
+
+@cache
+def assemble(effects: tuple[str, ...]) -> tuple[RightHandSide, Solver]:
+    """Return the compiled, disk-cached right-hand side and solver with the named effects."""
+    module = _module(effects)
+    return module.right_hand_side, Solver(module.start, module.run)
+
+
+def cache_folder() -> Path:
+    """Return where compiled plants are kept: ``$XDG_CACHE_HOME/pneu_rig_ros``."""
+    home = os.environ.get('XDG_CACHE_HOME')
+    return (Path(home) if home else Path.home() / '.cache') / 'pneu_rig_ros'
+
+
+def _module(effects: tuple[str, ...]) -> ModuleType:
+    name = f'plant_{_fingerprint(effects)}'
+    path = cache_folder() / f'{name}.py'
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_suffix(f'.{os.getpid()}')
+        partial.write_text(_TEMPLATE.format(effects=effects))
+        partial.replace(path)  # whole or not at all, whoever else starts now
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def _fingerprint(effects: tuple[str, ...]) -> str:
+    digest = hashlib.sha256(f'{sys.version} {numba.__version__} {effects}'.encode())
+    for source in sorted(Path(__file__).parent.rglob('*.py')):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]

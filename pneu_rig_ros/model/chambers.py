@@ -1,0 +1,41 @@
+"""Cylinder chambers: volumes (Eq. 7) and pressure build-up (Eq. 6)."""
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.parameters import Cylinder, Gas
+
+
+@compiled
+def volumes(position: float, cylinder: Cylinder) -> tuple[float, float]:
+    """Return the gas volumes V1, V2 [m^3] at the piston position [m] (Eq. 7)."""
+    volume_1 = cylinder.cap_dead_volume + cylinder.cap_area * position
+    volume_2 = cylinder.rod_dead_volume + cylinder.rod_area * (cylinder.stroke - position)
+    return volume_1, volume_2
+
+
+@compiled
+def pressure_rate(
+    pressure: float, volume: float, volume_rate: float, flow: float, heat: float, gas: Gas
+) -> float:
+    """
+    Return dp/dt [Pa/s] of a chamber (Eq. 6)::
+
+        dp/dt = (k R T_s m' - k p V' + (k - 1) Q') / V
+
+    with V' = A1 v for chamber 1 and -A2 v for chamber 2. The heat flow Q' is zero in the paper;
+    optional effects add to it.
+
+    :param pressure: absolute [Pa]
+    :param volume: [m^3]
+    :param volume_rate: [m^3/s]
+    :param flow: mass flow into the chamber [kg/s]
+    :param heat: heat flow into the gas [W]
+    """
+    k = gas.heat_capacity_ratio
+    enthalpy = gas.gas_constant * gas.supply_temperature * flow
+    return (k * (enthalpy - pressure * volume_rate) + (k - 1.0) * heat) / volume
+
+
+@compiled
+def gas_mass(pressure: float, volume: float, temperature: float, gas: Gas) -> float:
+    """Return the mass of ideal gas [kg] (assumption i) at an absolute pressure [Pa]."""
+    return pressure * volume / (gas.gas_constant * temperature)

@@ -1,0 +1,64 @@
+"""Sum of the contributions of the chosen effects, balance by balance."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.parameters import Model
+
+Array = NDArray[np.float64]
+Pair = Callable[[Signals, Model, Any, Array, Array], tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Contributions:
+    """One compiled function a balance; units as in :class:`Balance`."""
+
+    spool: Pair
+    supply: Pair
+    mass: Pair
+    heat: Pair
+    level: Pair
+    force: Pair
+
+
+def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
+    """
+    Return the sums over the effects.
+
+    :param effects: in the order of their parameters in the plant's tuple
+    :param first_state: index of the first effect state in the state array
+    """
+    sums: dict[Balance, Pair] = dict.fromkeys(Balance, _nothing)
+    offset = first_state
+    for index, effect in enumerate(effects):
+        end = offset + len(effect.states)
+        sums[effect.balance] = _plus(sums[effect.balance], effect, index, offset, end)
+        offset = end
+    return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
+
+
+@compiled
+def _nothing(
+    signals: Signals, model: Model, effects: Any, state: Array, rate: Array
+) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def _plus(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pair:
+    own = effect.contribution
+
+    @compiled
+    def total(
+        signals: Signals, model: Model, effects: Any, state: Array, rate: Array
+    ) -> tuple[float, float]:
+        a, b = others(signals, model, effects, state, rate)
+        c, d = own(signals, model, effects[index], state[start:end], rate[start:end])
+        return a + c, b + d
+
+    return total

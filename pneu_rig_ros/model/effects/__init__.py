@@ -1,0 +1,29 @@
+"""
+Optional physical effects, one a file.
+
+A file in this folder that defines ``EFFECT`` is an effect; its name is the file's name. Nothing
+else has to be changed to add one.
+"""
+
+import importlib
+import pkgutil
+from functools import cache
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.effect import Effect
+from pneu_rig_ros.model.quantity import unknown
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """Return the names of all effects, sorted."""
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
+
+
+@cache
+def load(name: str) -> Effect:
+    """Return the effect of that name; raise :class:`RigError` with the allowed names."""
+    if name not in names():
+        raise RigError(f'effects: {unknown(name, names())}')
+    effect: Effect = importlib.import_module(f'{__name__}.{name}').EFFECT
+    return effect

@@ -1,0 +1,45 @@
+"""Leakage of the chambers to atmosphere, past the rod seal and the fittings."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.valve import port_flow
+
+
+class Parameters(NamedTuple):
+    """Effective areas of the leaks."""
+
+    area_1: Annotated[float, Quantity('m^2', 0.0, 1e-6, 'effective leak area of chamber 1')]
+    area_2: Annotated[float, Quantity('m^2', 0.0, 1e-6, 'effective leak area of chamber 2')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: Model,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the mass flows [kg/s] into chamber 1 and 2: Eq. 3 with a fixed opening."""
+    outside = model.gas.atmospheric_pressure
+    leak_1 = port_flow(signals.pressure_1, outside, parameters.area_1, model.valve, model.gas)
+    leak_2 = port_flow(signals.pressure_2, outside, parameters.area_2, model.valve, model.gas)
+    return -leak_1, -leak_2
+
+
+EFFECT = Effect(
+    title='chambers leak to atmosphere',
+    balance=Balance.MASS,
+    regimes=('dwell', 'sliding', 'end stop'),
+    source='ISO 6358-1:2013 with the effective area as the parameter',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.0),
+    contribution=contribution,
+)

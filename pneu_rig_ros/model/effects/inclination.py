@@ -1,0 +1,45 @@
+"""Cylinder axis not level: gravity acts along the stroke."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.quantity import Quantity
+
+STANDARD_GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s^2], ISO 80000-3."""
+
+
+class Parameters(NamedTuple):
+    """Angle of the axis."""
+
+    angle: Annotated[float, Quantity('rad', -1.6, 1.6, 'rise of the axis along the outstroke')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: Model,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the weight along the outstroke [N] and no added mass."""
+    mass = model.cylinder.moving_mass + model.operation.load_mass
+    return -mass * STANDARD_GRAVITY * math.sin(parameters.angle), 0.0
+
+
+EFFECT = Effect(
+    title='cylinder axis is inclined',
+    balance=Balance.FORCE,
+    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    source='Newton, weight along the axis',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+)

@@ -1,0 +1,42 @@
+"""Seal friction that grows with the pressure that presses the lips on."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Growth of the friction level with gauge pressure."""
+
+    slope: Annotated[float, Quantity('N/Pa', 0.0, 1e-3, 'growth of F_c and F_smax with p1 + p2')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: Model,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return what is added to F_c and to F_smax [N], from the gauge pressures of both sides."""
+    gauge = signals.pressure_1 + signals.pressure_2 - 2.0 * model.gas.atmospheric_pressure
+    added = parameters.slope * max(gauge, 0.0)
+    return added, added
+
+
+EFFECT = Effect(
+    title='seal friction grows with pressure',
+    balance=Balance.LEVEL,
+    regimes=('breakaway', 'sliding'),
+    source='G. Belforte, T. Raparelli, M. Velardocchia, Lubrication Engineering 49 (1993) 775',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+)

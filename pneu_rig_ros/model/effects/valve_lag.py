@@ -1,0 +1,54 @@
+"""Delay of the valve spools behind their control voltage."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+
+
+class Parameters(NamedTuple):
+    """Time constant of both spools."""
+
+    time_constant: Annotated[float, Quantity('s', 0.0, 1.0, 'time constant of the spool')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: Model,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return what the spools lack of the commanded voltages u1, u2 [V].
+
+    The states are the spool positions as voltages from the centre, which is where a valve at
+    rest stands.
+    """
+    if parameters.time_constant <= 0.0:
+        rate[:] = 0.0
+        return 0.0, 0.0
+    lack_1 = CENTRE_VOLTAGE + state[0] - signals.voltage_1
+    lack_2 = CENTRE_VOLTAGE + state[1] - signals.voltage_2
+    rate[0] = -lack_1 / parameters.time_constant
+    rate[1] = -lack_2 / parameters.time_constant
+    return lack_1, lack_2
+
+
+EFFECT = Effect(
+    title='valve spools follow their voltage with a lag',
+    balance=Balance.SPOOL,
+    regimes=('dwell', 'breakaway', 'sliding', 'end stop'),
+    source='P. Beater, Pneumatic Drives, Springer 2007 (first-order spool)',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+    states=('spool_1', 'spool_2'),
+)

@@ -1,0 +1,44 @@
+"""Heat exchange between the gas and the cylinder wall."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Conductance between gas and wall, the wall being at supply temperature."""
+
+    conductance_1: Annotated[float, Quantity('W/K', 0.0, 100.0, 'conductance of chamber 1')]
+    conductance_2: Annotated[float, Quantity('W/K', 0.0, 100.0, 'conductance of chamber 2')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: Model,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the heat flows [W] into the gas of chamber 1 and 2: Newton's law of cooling."""
+    wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
+    gas_1 = signals.pressure_1 * signals.volume_1 / (signals.gas_mass_1 * gas_constant)
+    gas_2 = signals.pressure_2 * signals.volume_2 / (signals.gas_mass_2 * gas_constant)
+    return parameters.conductance_1 * (wall - gas_1), parameters.conductance_2 * (wall - gas_2)
+
+
+EFFECT = Effect(
+    title='gas exchanges heat with the chamber walls',
+    balance=Balance.HEAT,
+    regimes=('dwell', 'sliding', 'end stop'),
+    source='P. Beater, Pneumatic Drives, Springer 2007; Newton cooling, ideal gas',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.0),
+    contribution=contribution,
+)

@@ -1,0 +1,147 @@
+"""
+What ends a smooth stretch of motion, and what changes then.
+
+Breakaway and arrest (the zero-velocity thresholds of Eq. 13 and 16), contact with an end stop,
+release from it, and the reversals that F(z) remembers. The end stops are rigid and the impact is
+perfectly plastic: the piston stays at the stop until the net force points inwards.
+"""
+
+from pneu_rig_ros.model import hysteresis
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.dynamics import (
+    ANCHORS,
+    CONTACT,
+    DEFLECTION,
+    FREE_ACCELERATION,
+    GROWN_STATIC,
+    HELD_STATIC,
+    POSITION,
+    REST_START,
+    STICKING,
+    VELOCITY,
+    Array,
+)
+from pneu_rig_ros.model.parameters import Model
+
+NONE, BREAKAWAY, ARREST, TOUCH, RELEASE, REVERSAL = range(6)
+
+VELOCITY_TOLERANCE = 1e-7
+"""How far beyond its threshold a velocity may be when the event is taken [m/s]."""
+POSITION_TOLERANCE = 1e-9
+"""How far beyond an end stop the piston may be when the contact is taken [m]."""
+
+
+@compiled
+def hermite(c0: float, d0: float, c1: float, d1: float, share: float) -> float:
+    """Return the cubic through (0, c0), (1, c1) with slopes d0, d1 at ``share`` in 0 to 1."""
+    rest = 1.0 - share
+    bend = (d0 - (c1 - c0)) * rest - (d1 - (c1 - c0)) * share
+    return c0 + share * (c1 - c0) + share * rest * bend
+
+
+@compiled
+def crossing(c0: float, d0: float, c1: float, d1: float, level: float) -> float:
+    """Return the share of the step at which the cubic first found passes ``level``."""
+    low, high = 0.0, 1.0
+    rising = c1 > c0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if (hermite(c0, d0, c1, d1, middle) > level) == rising:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@compiled
+def find(
+    step: float,
+    y0: Array,
+    f0: Array,
+    y1: Array,
+    f1: Array,
+    arrow: Array,
+    memory: Array,
+    model: Model,
+) -> tuple[int, float, bool]:
+    """
+    Return the first event of a step: its code, its share of the step, and whether it is met.
+
+    An event is met when the step ends beyond its threshold by no more than the tolerance.
+
+    :param step: length of the step [s]
+    :param y0, f0, y1, f1: states and rates at both ends
+    :param arrow: auxiliary output of the right-hand side at the end
+    """
+    law = model.friction
+    v0, v1 = y0[VELOCITY], y1[VELOCITY]
+    a0, a1 = step * f0[VELOCITY], step * f1[VELOCITY]
+    if memory[CONTACT] != 0.0:
+        pull = -memory[CONTACT] * arrow[FREE_ACCELERATION]
+        return (RELEASE, 1.0, True) if pull > 0.0 else (NONE, 1.0, False)
+
+    code, share, met = NONE, 1.0, False
+    if memory[STICKING] != 0.0:
+        side = 1.0 if v1 > 0.0 else -1.0
+        excess = side * v1 - law.start_velocity
+        if excess > 0.0:
+            level = side * (law.start_velocity + 0.5 * VELOCITY_TOLERANCE)
+            code, share = BREAKAWAY, crossing(v0, a0, v1, a1, level)
+            met = excess <= VELOCITY_TOLERANCE
+    else:
+        side = 1.0 if v0 > 0.0 else -1.0
+        excess = law.stop_velocity - side * v1
+        if excess > 0.0:
+            level = side * (law.stop_velocity - 0.5 * VELOCITY_TOLERANCE)
+            code, share = ARREST, crossing(v0, a0, v1, a1, level)
+            met = excess <= VELOCITY_TOLERANCE
+
+    x1, stroke = y1[POSITION], model.cylinder.stroke
+    beyond = max(-x1, x1 - stroke)
+    if beyond > 0.0:
+        level = -0.5 * POSITION_TOLERANCE if x1 < 0.0 else stroke + 0.5 * POSITION_TOLERANCE
+        touch = crossing(y0[POSITION], step * v0, x1, step * v1, level)
+        if code == NONE or touch < share:
+            code, share, met = TOUCH, touch, beyond <= POSITION_TOLERANCE
+
+    if len(law.element_limit) > 0:
+        r0, r1 = f0[DEFLECTION], f1[DEFLECTION]
+        if r0 * r1 < 0.0:
+            turn = r0 / (r0 - r1)
+            if code == NONE or turn < share:
+                code, share, met = REVERSAL, turn, abs(r1) <= VELOCITY_TOLERANCE
+    return code, share, met
+
+
+@compiled
+def remember(state: Array, memory: Array, model: Model) -> None:
+    """Let F(z) remember the deflection at the end of an accepted step; changes ``memory``."""
+    hysteresis.drag_anchors(state[DEFLECTION], memory[ANCHORS:], model.friction)
+
+
+@compiled
+def apply(
+    code: int, time: float, state: Array, memory: Array, arrow: Array, model: Model
+) -> None:
+    """Carry out an event: changes ``state`` and ``memory``."""
+    if code == BREAKAWAY:
+        memory[HELD_STATIC] = arrow[GROWN_STATIC]
+        memory[STICKING] = 0.0
+    elif code == ARREST:
+        rest(time, memory)
+    elif code == TOUCH:
+        outer = state[POSITION] > 0.5 * model.cylinder.stroke
+        memory[CONTACT] = 1.0 if outer else -1.0
+        state[POSITION] = model.cylinder.stroke if outer else 0.0
+        state[VELOCITY] = 0.0
+        if memory[STICKING] == 0.0:
+            rest(time, memory)
+    elif code == RELEASE:
+        memory[CONTACT] = 0.0
+
+
+@compiled
+def rest(time: float, memory: Array) -> None:
+    """Start the dwell clock of Eq. 16; changes ``memory``."""
+    memory[STICKING] = 1.0
+    memory[REST_START] = time

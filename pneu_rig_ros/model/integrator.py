@@ -1,0 +1,250 @@
+"""
+Adaptive integration of the hybrid system, with dense output.
+
+Steps are as long as the tolerance allows and may reach beyond the time asked for; the state there
+is interpolated. When the voltages change, the step under way is cut at that time. A run is
+therefore the same to the last bit, whether it is advanced sample by sample or in one call.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from pneu_rig_ros.model import events
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.dynamics import (
+    CONTACT,
+    STICKING,
+    VELOCITY,
+    Array,
+    RightHandSide,
+)
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.rosenbrock import ORDER, build_step
+
+START, END, SUGGESTED, NOW = range(4)
+STEPS, REJECTED, EVALUATIONS, EVENTS, PENDING = range(5)
+
+LARGEST_ERROR = 1e12
+"""Stands for any larger error, and for one that is not a number [-]."""
+SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.85, 0.2, 4.0
+AFTER_EVENT = 1e-4
+"""Longest step tried right after something jumped [s]."""
+SHORTEST = 1e-10
+"""A step this short is accepted whatever its error [s]; jumps of the level g need it."""
+
+EXTRA_NAMES = ('acceleration', 'sticking', 'contact')
+
+
+class Carry(NamedTuple):
+    """
+    Everything an integration under way consists of.
+
+    :param clock: start and end of the present step, next step, present time [s], shape (4,)
+    :param counts: steps, rejected steps, evaluations, events, pending event code, shape (5,)
+    :param y0, f0, y1, f1: state and rate at both ends of the present step, shape (n,)
+    :param arrow: Jacobian entries and auxiliary output at the end
+    :param memory: what jumps, see ``dynamics``
+    :param voltages: u1, u2 [V] of the present step
+    :param scale: error weights, full scale of each state, shape (n,)
+    :param work: scratch, shape (7, n), and for the arrow
+    """
+
+    clock: Array
+    counts: np.ndarray[tuple[int], np.dtype[np.int64]]
+    y0: Array
+    f0: Array
+    y1: Array
+    f1: Array
+    arrow: Array
+    memory: Array
+    voltages: Array
+    scale: Array
+    work: Array
+    work_arrow: Array
+
+
+class Solver(NamedTuple):
+    """The compiled entry points."""
+
+    start: Callable[..., None]
+    run: Callable[..., None]
+
+
+@compiled
+def interpolate(carry: Carry, time: float, out: Array) -> None:
+    """Write the state at ``time`` [s] within the present step into ``out``, shape (n,)."""
+    start, end = carry.clock[START], carry.clock[END]
+    if time >= end:
+        out[:] = carry.y1
+        return
+    h = end - start
+    share = (time - start) / h
+    rest = 1.0 - share
+    across = share * rest
+    for i in range(len(out)):
+        rise = carry.y1[i] - carry.y0[i]
+        bend = (h * carry.f0[i] - rise) * rest - (h * carry.f1[i] - rise) * share
+        out[i] = carry.y0[i] + share * rise + across * bend
+
+
+@compiled
+def interpolate_acceleration(carry: Carry, time: float) -> float:
+    """Return dv/dt [m/s^2] at ``time`` [s]: linear within the present step."""
+    start, end = carry.clock[START], carry.clock[END]
+    share = 1.0 if time >= end else (time - start) / (end - start)
+    before, after = float(carry.f0[VELOCITY]), float(carry.f1[VELOCITY])
+    return before + share * (after - before)
+
+
+@compiled
+def error_norm(error: Array, scale: Array, tolerance: float) -> float:
+    """Return the largest local error in multiples of the tolerance [-]."""
+    largest = 0.0
+    for i in range(len(error)):
+        ratio = abs(error[i]) / (tolerance * scale[i])
+        if not ratio <= largest:  # also true for NaN
+            largest = ratio if ratio < LARGEST_ERROR else LARGEST_ERROR
+    return largest
+
+
+@compiled
+def step_factor(ratio: float) -> float:
+    """Return how much longer the next step may be [-] after an error of ``ratio`` tolerances."""
+    if ratio < 1e-6:
+        return LARGEST_FACTOR
+    factor = SAFETY * math.pow(ratio, -1.0 / ORDER)
+    return min(max(factor, SMALLEST_FACTOR), LARGEST_FACTOR)
+
+
+def build_start(right_hand_side: RightHandSide) -> Callable[..., None]:
+    """Return the compiled evaluation of the rates where the present step ends."""
+    rhs = right_hand_side
+
+    @compiled
+    def start(carry: Carry, model: Model, effects: tuple[object, ...]) -> None:
+        rhs(
+            carry.clock[END], carry.y1, carry.f1, carry.arrow, carry.memory, carry.voltages,
+            model, effects,
+        )  # fmt: skip
+        carry.counts[EVALUATIONS] += 1
+
+    return start
+
+
+def build_cut(start: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled change of voltages: the step under way ends at the present time."""
+
+    @compiled
+    def cut(
+        carry: Carry, voltages: Array, model: Model, effects: tuple[object, ...]
+    ) -> None:
+        now = carry.clock[NOW]
+        if now < carry.clock[END]:
+            interpolate(carry, now, carry.work[0])
+            carry.y1[:] = carry.work[0]
+            carry.clock[END] = now
+            carry.counts[PENDING] = events.NONE
+        carry.voltages[:] = voltages
+        start(carry, model, effects)
+
+    return cut
+
+
+def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
+    """Return the compiled step that is accepted: short enough, and not beyond an event."""
+    try_step = build_step(right_hand_side)
+    start = build_start(right_hand_side)
+
+    @compiled
+    def jump(carry: Carry, model: Model, effects: tuple[object, ...]) -> None:
+        time, code = carry.clock[END], carry.counts[PENDING]
+        events.apply(code, time, carry.y1, carry.memory, carry.arrow, model)
+        carry.counts[PENDING] = events.NONE
+        carry.counts[EVENTS] += 1
+        carry.clock[SUGGESTED] = min(carry.clock[SUGGESTED], AFTER_EVENT)
+        start(carry, model, effects)
+
+    @compiled
+    def advance(
+        carry: Carry, tolerance: float, longest: float, model: Model,
+        effects: tuple[object, ...],
+    ) -> None:  # fmt: skip
+        clock, counts, error = carry.clock, carry.counts, carry.work[6]
+        if counts[PENDING] != events.NONE:
+            jump(carry, model, effects)
+        carry.y0[:], carry.f0[:], carry.work_arrow[:] = carry.y1, carry.f1, carry.arrow
+        time, h, located = clock[END], min(clock[SUGGESTED], longest), False
+        while True:
+            try_step(
+                time, h, carry.y0, carry.f0, carry.work_arrow, carry.y1, carry.f1, carry.arrow,
+                error, carry.work, carry.memory, carry.voltages, model, effects,
+            )  # fmt: skip
+            counts[EVALUATIONS] += 4
+            ratio = error_norm(error, carry.scale, tolerance)
+            if ratio > 1.0 and h > SHORTEST:
+                h, located = max(h * step_factor(ratio), SHORTEST), False
+            else:
+                code, share, met = events.find(
+                    h, carry.y0, carry.f0, carry.y1, carry.f1, carry.arrow, carry.memory, model
+                )
+                if code == events.NONE or met or h * share < SHORTEST:
+                    break
+                h, located = h * share, True
+            counts[REJECTED] += 1
+        counts[STEPS] += 1
+        clock[START], clock[END] = time, time + h
+        counts[PENDING] = code
+        events.remember(carry.y1, carry.memory, model)
+        if not located:
+            clock[SUGGESTED] = h * step_factor(ratio)
+
+    return advance
+
+
+def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
+    """
+    Return the compiled run over many sampling intervals.
+
+    ``run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects)``
+    holds each row of ``voltages``, shape (m, 2), for one interval [s]. Sample number
+    ``first + i + 1`` is at exactly that multiple of the interval; it goes to ``states[i]``, shape
+    (m, n), and ``extras[i]``, shape (m, 3), see ``EXTRA_NAMES``.
+    """
+    advance = build_advance(right_hand_side)
+    cut = build_cut(build_start(right_hand_side))
+
+    @compiled
+    def run(
+        carry: Carry,
+        interval: float,
+        first: int,
+        voltages: Array,
+        states: Array,
+        extras: Array,
+        tolerance: float,
+        longest: float,
+        model: Model,
+        effects: tuple[object, ...],
+    ) -> None:
+        clock, memory, held = carry.clock, carry.memory, carry.voltages
+        for i in range(len(voltages)):
+            if voltages[i, 0] != held[0] or voltages[i, 1] != held[1]:
+                cut(carry, voltages[i], model, effects)
+            target = (first + i + 1) * interval
+            while clock[END] < target:
+                advance(carry, tolerance, longest, model, effects)
+            clock[NOW] = target
+            interpolate(carry, target, states[i])
+            extras[i, 0] = interpolate_acceleration(carry, target)
+            extras[i, 1] = memory[STICKING]
+            extras[i, 2] = memory[CONTACT]
+
+    return run
+
+
+def build_solver(right_hand_side: RightHandSide) -> Solver:
+    """Return the compiled entry points for a right-hand side."""
+    return Solver(build_start(right_hand_side), build_run(right_hand_side))

@@ -1,0 +1,217 @@
+"""The plant: the model of one rig, started from rest and driven by two valve voltages."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model import chambers, dynamics, friction, integrator, piston
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.assembly import assemble
+from pneu_rig_ros.model.compiled import plain
+from pneu_rig_ros.model.dynamics import Array
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
+
+TOLERANCE = 1e-5
+"""Default local error, as a share of full scale [-]."""
+LONGEST_STEP = 0.05
+"""Default longest step [s]."""
+
+
+class PlantState(NamedTuple):
+    """The true state of the plant at one instant, SI units, absolute pressures."""
+
+    time: float
+    position: float
+    velocity: float
+    acceleration: float
+    pressure_1: float
+    pressure_2: float
+    friction_force: float
+    deflection: float
+    film: float
+    gas_mass_1: float
+    gas_mass_2: float
+    sticking: bool
+    contact: int
+
+
+class Trajectory(NamedTuple):
+    """True states at the sampling instants, arrays of shape (m,), SI units."""
+
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    pressure_1: Array
+    pressure_2: Array
+    friction_force: Array
+    deflection: Array
+    film: Array
+    gas_mass_1: Array
+    gas_mass_2: Array
+    sticking: NDArray[np.bool_]
+    contact: NDArray[np.int64]
+
+
+class Plant:
+    """
+    Eq. 3-16 with optional effects, integrated in time.
+
+    :param model: parameters of all sections
+    :param effects: name -> parameters of each optional effect
+    :param tolerance: local error as a share of full scale [-]
+    :param longest_step: [s]
+    :raises RigError: for an unknown effect
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        effects: Mapping[str, Any] | None = None,
+        tolerance: float = TOLERANCE,
+        longest_step: float = LONGEST_STEP,
+    ) -> None:
+        self.model = model
+        self.tolerance, self.longest_step = tolerance, longest_step
+        chosen = dict(sorted((effects or {}).items()))
+        self.effects = tuple(chosen.values())
+        loaded = [library.load(name) for name in chosen]
+        self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
+        self.right_hand_side, self._solver = assemble(tuple(chosen))
+        self.reset()
+
+    def reset(self) -> PlantState:
+        """Go back to rest at the initial position; return the state there."""
+        self._arguments = compiled_model(self.model)
+        self._carry = _at_rest(self.model, self._arguments, self.state_size)
+        self._solver.start(self._carry, self._arguments, self.effects)
+        self._index = 0
+        self._one_voltage = np.empty((1, 2))
+        self._one_state = self._carry.y1[np.newaxis].copy()
+        acceleration = self._carry.f1[dynamics.VELOCITY]
+        self._one_extra = np.array([[acceleration, *self._carry.memory[:2]]])
+        return self.state
+
+    def change_operation(self, **changes: float) -> None:
+        """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""
+        operation = self.model.operation._replace(**changes)
+        self.model = self.model._replace(operation=operation)
+        self._arguments = compiled_model(self.model)
+        self._carry.voltages[:] = np.nan  # the next run cuts the step under way
+
+    def run(self, voltages: Array, interval: float) -> Trajectory:
+        """
+        Hold each row of voltages for one interval; return the states after each.
+
+        :param voltages: u1, u2 [V], shape (m, 2)
+        :param interval: [s], the same in every call since the last reset
+        """
+        count = len(voltages)
+        states = np.empty((count, self.state_size))
+        extras = np.empty((count, len(integrator.EXTRA_NAMES)))
+        self._solver.run(
+            self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), states,
+            extras, self.tolerance, self.longest_step, self._arguments, self.effects,
+        )  # fmt: skip
+        if count:
+            self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
+        time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
+        self._index += count
+        return self._trajectory(time, states, extras)
+
+    def step(self, voltage_1: float, voltage_2: float, interval: float) -> PlantState:
+        """Hold the voltages [V] for one interval [s]; return the state after it."""
+        self._one_voltage[0] = voltage_1, voltage_2
+        np.clip(self._one_voltage, 0.0, FULL_VOLTAGE, out=self._one_voltage)
+        self._solver.run(
+            self._carry, interval, self._index, self._one_voltage, self._one_state,
+            self._one_extra, self.tolerance, self.longest_step, self._arguments, self.effects,
+        )  # fmt: skip
+        self._index += 1
+        return self.state
+
+    @property
+    def state(self) -> PlantState:
+        """The state at the present sampling instant."""
+        x, v, p1, p2, z, film, m1, m2, *_ = self._one_state[0].tolist()
+        acceleration, sticking, contact = self._one_extra[0].tolist()
+        force = self._friction(p1, p2, acceleration)
+        time = float(self._carry.clock[integrator.NOW])
+        return PlantState(
+            time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
+            int(contact),
+        )  # fmt: skip
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work done since the reset: steps, rejected, evaluations, events."""
+        names = ('steps', 'rejected', 'evaluations', 'events')
+        return dict(zip(names, self._carry.counts.tolist(), strict=False))
+
+    def _friction(self, pressure_1: Any, pressure_2: Any, acceleration: Any) -> Any:
+        """Return F_r [N] by Eq. 8 from numbers or arrays."""
+        drive = plain(piston.driving_force)(
+            pressure_1, pressure_2, self.model.cylinder, self.model.gas
+        )
+        return drive - self.model.total_mass * acceleration
+
+    def _trajectory(self, time: Array, states: Array, extras: Array) -> Trajectory:
+        x, v, p1, p2, z, film, m1, m2 = states.T[: dynamics.STATE_SIZE]
+        acceleration, sticking, contact = extras.T
+        force = self._friction(p1, p2, acceleration)
+        return Trajectory(
+            time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
+            contact.astype(np.int64),
+        )  # fmt: skip
+
+
+def compiled_model(model: Model) -> Model:
+    """Return the model with its lists as arrays, which compiled code can index."""
+    law = model.friction
+    arrays: dict[str, Any] = {
+        'element_stiffness': np.array(law.element_stiffness, dtype=np.float64),
+        'element_limit': np.array(law.element_limit, dtype=np.float64),
+    }
+    return model._replace(friction=law._replace(**arrays))
+
+
+def _at_rest(model: Model, arguments: Model, size: int) -> integrator.Carry:
+    """Return the carry of a piston that has rested for ``rest_time`` at its initial position."""
+    operation, law = model.operation, model.friction
+    volume_1, volume_2 = plain(chambers.volumes)(operation.initial_position, model.cylinder)
+    temperature = model.gas.supply_temperature
+    p1, p2 = operation.initial_pressure_1, operation.initial_pressure_2
+    gas_mass = plain(chambers.gas_mass)
+    mass_1 = gas_mass(p1, volume_1, temperature, model.gas)
+    mass_2 = gas_mass(p2, volume_2, temperature, model.gas)
+    state = np.zeros(size)
+    state[:8] = operation.initial_position, 0.0, p1, p2, 0.0, 0.0, mass_1, mass_2
+    held = plain(friction.static_friction)(
+        operation.rest_time, law.breakaway_force, law.coulomb_force, arguments.friction
+    )
+    memory = np.zeros(dynamics.ANCHORS + len(law.element_stiffness))
+    memory[: dynamics.ANCHORS] = 1.0, 0.0, -operation.rest_time, held
+    clock = np.array([0.0, 0.0, integrator.AFTER_EVENT, 0.0])
+    return integrator.Carry(
+        clock=clock, counts=np.zeros(5, dtype=np.int64),
+        y0=state.copy(), f0=np.zeros(size), y1=state, f1=np.zeros(size),
+        arrow=np.zeros(dynamics.ARROW_SIZE), memory=memory,
+        voltages=np.full(2, CENTRE_VOLTAGE), scale=full_scale(model, size),
+        work=np.zeros((7, size)), work_arrow=np.zeros(dynamics.ARROW_SIZE),
+    )  # fmt: skip
+
+
+def full_scale(model: Model, size: int) -> Array:
+    """Return the full scale of each state, the unit of the local error, shape (size,)."""
+    pressure = model.operation.supply_pressure
+    stiffness = sum(model.friction.element_stiffness)
+    level = max(model.friction.breakaway_force, model.friction.coulomb_force)
+    cylinder = model.cylinder
+    volume = cylinder.cap_dead_volume + cylinder.cap_area * cylinder.stroke
+    mass = plain(chambers.gas_mass)(pressure, volume, model.gas.supply_temperature, model.gas)
+    scale = np.ones(size)
+    scale[:8] = cylinder.stroke, 1.0, pressure, pressure, level / stiffness, 1.0, mass, mass
+    return scale

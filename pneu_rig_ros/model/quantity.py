@@ -1,0 +1,139 @@
+"""What a physical parameter is: unit, range, meaning - and how its text is read."""
+
+import difflib
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, get_type_hints
+
+from pneu_rig_ros.errors import RigError
+
+_TEXT = re.compile(r'^\s*(?P<number>[^\s]+)\s+(?P<unit>\S+)\s*$')
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """
+    A scalar parameter in SI units with its closed range of allowed values.
+
+    :param unit: SI unit as written in the YAML files, ``-`` for a pure number
+    :param low: smallest allowed value [unit]
+    :param high: largest allowed value [unit]
+    :param description: what it is, with the paper's symbol
+    """
+
+    unit: str
+    low: float
+    high: float
+    description: str
+
+    def check(self, value: float, where: str) -> float:
+        """Return the value as a float; raise :class:`RigError` unless finite and in range."""
+        if not (math.isfinite(value) and self.low <= value <= self.high):
+            raise RigError(
+                f'{where}: {value:g} {self.unit} is not within '
+                f'{self.low:g} to {self.high:g} {self.unit}'
+            )
+        return float(value)
+
+    def parse(self, text: object, where: str) -> float:
+        """Read ``'4.91e-4 m^2'``; raise :class:`RigError` for another unit or range."""
+        match = _TEXT.match(text) if isinstance(text, str) else None
+        if match is None:
+            raise RigError(f'{where}: {text!r} is not a number and its unit {self.unit}')
+        if match['unit'] != self.unit:
+            raise RigError(f'{where}: unit {match["unit"]} in {text!r}, allowed is {self.unit}')
+        return self.check(_number(match['number'], where), where)
+
+    def format(self, value: float) -> str:
+        """Return the text that :meth:`parse` reads back to exactly the same value."""
+        return f'{value!r} {self.unit}'
+
+
+@dataclass(frozen=True)
+class QuantityList:
+    """A list of quantities of one kind, at most ``longest`` of them."""
+
+    item: Quantity
+    longest: int
+
+    @property
+    def description(self) -> str:
+        """What one item of the list is."""
+        return self.item.description
+
+    def parse(self, values: object, where: str) -> tuple[float, ...]:
+        """Read a YAML list; raise :class:`RigError` naming the entry that is wrong."""
+        if not isinstance(values, list) or len(values) > self.longest:
+            raise RigError(f'{where}: expected a list of at most {self.longest} entries')
+        return tuple(self.item.parse(v, f'{where}[{i}]') for i, v in enumerate(values))
+
+    def format(self, values: Iterable[float]) -> list[str]:
+        """Return the list that :meth:`parse` reads back."""
+        return [self.item.format(value) for value in values]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A parameter that is one of a few names, held as the index of the name."""
+
+    names: tuple[str, ...]
+    description: str
+
+    def parse(self, name: object, where: str) -> int:
+        """Return the index of the name; raise :class:`RigError` with the nearest match."""
+        if name not in self.names:
+            raise RigError(f'{where}: {unknown(str(name), self.names)}')
+        return self.names.index(str(name))
+
+    def format(self, index: int) -> str:
+        """Return the name at the index."""
+        return self.names[index]
+
+
+Specification = Quantity | QuantityList | Choice
+
+
+def unknown(name: str, allowed: Iterable[str]) -> str:
+    """Say that a name is not known, with the nearest match and all allowed names."""
+    names = list(allowed)
+    near = difflib.get_close_matches(name, names, 1)
+    hint = f', did you mean {near[0]!r}?' if near else ''
+    return f'unknown name {name!r}{hint} Allowed: {", ".join(names) or "none"}'
+
+
+def specifications(section: type[Any]) -> dict[str, Specification]:
+    """Return field name -> specification of a section declared with ``Annotated`` fields."""
+    hints = get_type_hints(section, include_extras=True)
+    return {name: hints[name].__metadata__[0] for name in section._fields}
+
+
+def read_section(section: type[Any], values: object, where: str) -> Any:
+    """
+    Build a section (a ``NamedTuple`` class) from a YAML mapping.
+
+    :raises RigError: for a missing or unknown key, a wrong unit, or a value out of range
+    """
+    wanted = specifications(section)
+    if not isinstance(values, dict):
+        raise RigError(f'{where}: expected a mapping with {", ".join(wanted)}')
+    for key in values:
+        if key not in wanted:
+            raise RigError(f'{where}: {unknown(str(key), wanted)}')
+    if missing := [key for key in wanted if key not in values]:
+        raise RigError(f'{where}: missing {", ".join(missing)}')
+    return section(**{k: spec.parse(values[k], f'{where}.{k}') for k, spec in wanted.items()})
+
+
+def write_section(section: Any) -> dict[str, Any]:
+    """Return the YAML mapping that :func:`read_section` reads back."""
+    wanted = specifications(type(section))
+    return {k: spec.format(getattr(section, k)) for k, spec in wanted.items()}
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise RigError(f'{where}: {text!r} is not a number') from None

@@ -1,0 +1,93 @@
+"""Proportional valves: command (Eq. 1), mass flow (Eq. 3) and flow coefficients (Eq. 4-5)."""
+
+import math
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.parameters import Gas, Valve
+
+CENTRE_VOLTAGE = 2.5
+"""Voltage at which both ports are shut [V]."""
+FULL_VOLTAGE = 5.0
+"""Largest control voltage of a valve [V]."""
+
+
+@compiled
+def control_voltages(u: float) -> tuple[float, float]:
+    """
+    Return the voltages u1, u2 [V] of both valves for the command u [V] (Eq. 1).
+
+    >>> control_voltages(0.5)
+    (3.0, 2.0)
+    """
+    return CENTRE_VOLTAGE + u, CENTRE_VOLTAGE - u
+
+
+@compiled
+def critical_ratio(k: float) -> float:
+    """Return the pressure ratio [-] at and below which the flow is choked (Eq. 4-5)."""
+    return math.pow(2.0 / (k + 1.0), k / (k - 1.0))
+
+
+@compiled
+def flow_coefficient(ratio: float, k: float, laminar_ratio: float) -> float:
+    """
+    Return the dimensionless flow coefficient gamma_ib or gamma_ie [-] (Eq. 4 and 5).
+
+    The choked value is the exact one (printed as 0.58), so that the coefficient is continuous.
+    Above ``laminar_ratio`` it falls linearly to zero at ratio 1, where Eq. 4 has an infinite
+    slope.
+
+    :param ratio: downstream over upstream absolute pressure [-], 0 to 1
+    :param k: heat capacity ratio [-]
+    :param laminar_ratio: ratio [-] above which the flow is linear in the pressure difference
+    """
+    if ratio <= critical_ratio(k):
+        return math.pow(2.0 / (k + 1.0), 0.5 * (k + 1.0) / (k - 1.0))
+    inner = min(ratio, laminar_ratio)
+    # ratio^((k+1)/2k) * sqrt(ratio^((1-k)/k) - 1) with one power instead of two
+    power = math.pow(inner, 1.0 / k)
+    coefficient = math.sqrt(2.0 / (k - 1.0) * (power * power - power * inner))
+    if ratio > laminar_ratio:
+        coefficient *= (1.0 - ratio) / (1.0 - laminar_ratio)
+    return coefficient
+
+
+@compiled
+def port_flow(inlet: float, outlet: float, opening: float, valve: Valve, gas: Gas) -> float:
+    """
+    Return the mass flow [kg/s] through one port, positive from inlet to outlet (Eq. 3).
+
+    With the outlet above the inlet pressure the two are swapped and the flow is negative.
+
+    :param inlet: absolute pressure [Pa]
+    :param outlet: absolute pressure [Pa]
+    :param opening: K_V (u - u_overlap), effective area [m^2]
+    """
+    k = gas.heat_capacity_ratio
+    upstream, downstream = max(inlet, outlet), min(inlet, outlet)
+    coefficient = flow_coefficient(downstream / upstream, k, valve.laminar_pressure_ratio)
+    scale = math.sqrt(k / (gas.gas_constant * gas.supply_temperature))
+    flow = coefficient * upstream * scale * opening
+    return flow if inlet >= outlet else -flow
+
+
+@compiled
+def mass_flow(
+    voltage: float, pressure: float, supply_pressure: float, valve: Valve, gas: Gas
+) -> float:
+    """
+    Return the mass flow [kg/s] into a chamber (Eq. 3), negative when it is exhausted.
+
+    The exhaust opens with u_n - u (printed u_m), so that the flow is continuous at u_n.
+
+    :param voltage: control voltage u_i [V], 0 to 5
+    :param pressure: chamber pressure p_i, absolute [Pa]
+    :param supply_pressure: p_s, absolute [Pa]
+    """
+    if voltage > valve.intake_voltage:
+        opening = valve.intake_coefficient * (voltage - valve.intake_voltage)
+        return port_flow(supply_pressure, pressure, opening, valve, gas)
+    if voltage < valve.exhaust_voltage:
+        opening = valve.exhaust_coefficient * (valve.exhaust_voltage - voltage)
+        return -port_flow(pressure, gas.atmospheric_pressure, opening, valve, gas)
+    return 0.0

@@ -1,0 +1,253 @@
+"""A rig's configuration: read from YAML, checked, overridden, written back."""
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, cast
+
+import yaml
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.parameters import SECTIONS, Friction, Model, Operation
+from pneu_rig_ros.model.quantity import (
+    Choice,
+    Quantity,
+    read_section,
+    specifications,
+    unknown,
+    write_section,
+)
+from pneu_rig_ros.rig.sensors import Sensors
+
+
+class Sampling(NamedTuple):
+    """Clock and seed of the data acquisition."""
+
+    interval: Annotated[float, Quantity('ns', 1e5, 1e9, 'sampling interval')]
+    seed: Annotated[float, Quantity('-', 0, 2**53, 'seed of noise and calibration')]
+
+
+OVERRIDES: dict[str, Quantity] = {
+    name: cast(Quantity, specifications(Operation)[name])
+    for name in ('supply_pressure', 'load_mass', 'initial_position', 'rest_time')
+}
+"""Quantities of the set-up that a user may override by name."""
+
+AREA_AGREEMENT = 0.05
+"""Largest difference between Table 2's rounded areas and Table 1's diameters [-]."""
+
+_ALL_SECTIONS = {**SECTIONS, 'sensors': Sensors, 'sampling': Sampling}
+
+
+@dataclass(frozen=True)
+class RigConfiguration:
+    """
+    Everything that defines a rig.
+
+    :param name: of the cylinder
+    :param model: physical parameters
+    :param effects: name -> parameters of the optional effects
+    :param sensors: sensors and converter
+    :param interval_ns: sampling interval [ns]
+    :param seed: of noise and calibration
+    """
+
+    name: str
+    model: Model
+    effects: dict[str, Any]
+    sensors: Sensors
+    interval_ns: int
+    seed: int
+
+    def to_yaml(self) -> str:
+        """Return the complete configuration as YAML that loads back unchanged."""
+        sections: dict[str, Any] = {'name': self.name}
+        for key in SECTIONS:
+            sections[key] = write_section(getattr(self.model, key))
+        sections['effects'] = {name: write_section(p) for name, p in self.effects.items()}
+        sections['sensors'] = write_section(self.sensors)
+        sampling = Sampling(self.interval_ns, self.seed)
+        sections['sampling'] = write_section(sampling)
+        return yaml.safe_dump(sections, sort_keys=False)
+
+
+def configuration_folder() -> Path:
+    """
+    Return the folder with the shipped configuration files.
+
+    Beside the package in a source tree, else ``share/pneu_rig_ros/config`` of the prefix that the
+    package is installed in.
+    """
+    package = Path(__file__).resolve().parents[1]
+    if (package.parent / 'config' / 'rig.yaml').exists():
+        return package.parent / 'config'
+    for prefix in package.parents:
+        folder = prefix / 'share' / 'pneu_rig_ros' / 'config'
+        if folder.is_dir():
+            return folder
+    raise RigError(f'config: no share/pneu_rig_ros/config above {package}, reinstall the package')
+
+
+def shipped_cylinders() -> list[str]:
+    """Return the names of the cylinders that come with the package."""
+    return sorted(path.stem for path in configuration_folder().glob('cylinder_*.yaml'))
+
+
+def load_configuration(source: str | Path, **overrides: object) -> RigConfiguration:
+    """
+    Read a configuration and apply overrides; sections it lacks come from ``config/rig.yaml``.
+
+    :param source: name of a shipped cylinder, or path of a YAML file
+    :param overrides: fields of :data:`OVERRIDES` in SI units; ``seed``; ``sensors`` ('rig',
+        'ideal'); ``friction`` (name of a friction law). None leaves a value as it is
+    :raises RigError: for anything missing, unknown, of a wrong unit or out of range
+    """
+    path = _locate(source)
+    configuration = _read(_mapping(_text(path), str(path)), str(path))
+    given = {key: value for key, value in overrides.items() if value is not None}
+    return override(configuration, given) if given else configuration
+
+
+def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
+    """
+    Read a configuration from text.
+
+    :param origin: what to call the text in an error
+    :raises RigError: as :func:`load_configuration`
+    """
+    return _read(_mapping(text, origin), origin)
+
+
+def override(
+    configuration: RigConfiguration, changes: Mapping[str, object]
+) -> RigConfiguration:
+    """Return the configuration with the changes of :func:`load_configuration` applied."""
+    model = configuration.model
+    allowed = [*OVERRIDES, 'seed', 'sensors', 'friction']
+    for key, value in changes.items():
+        if key in OVERRIDES:
+            number = OVERRIDES[key].check(_real(value, key), key)
+            model = model._replace(operation=model.operation._replace(**{key: number}))
+        elif key == 'seed':
+            seed = cast(Quantity, specifications(Sampling)['seed']).check(_real(value, key), key)
+            configuration = replace(configuration, seed=int(seed))
+        elif key == 'sensors':
+            kind = cast(Choice, specifications(Sensors)['kind']).parse(value, key)
+            sensors = configuration.sensors._replace(kind=kind)
+            configuration = replace(configuration, sensors=sensors)
+        elif key == 'friction':
+            law = cast(Choice, specifications(Friction)['model']).parse(value, key)
+            model = model._replace(friction=model.friction._replace(model=law))
+        else:
+            raise RigError(f'override: {unknown(key, allowed)}')
+    return _consistent(replace(configuration, model=model), 'override')
+
+
+def _locate(source: str | Path) -> Path:
+    path = Path(source)
+    if path.suffix in ('.yaml', '.yml') or path.exists():
+        return path
+    if str(source) in shipped_cylinders():
+        return configuration_folder() / f'{source}.yaml'
+    raise RigError(f'cylinder: {unknown(str(source), shipped_cylinders())}, or a YAML file')
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise RigError(f'{path}: cannot be read: {reason}') from None
+
+
+def _mapping(text: str, origin: str) -> dict[str, Any]:
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise RigError(f'{origin}: not valid YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(data, dict):
+        raise RigError(f'{origin}: expected a mapping with {", ".join(_ALL_SECTIONS)}')
+    return data
+
+
+@functools.cache
+def _shared() -> dict[str, Any]:
+    path = configuration_folder() / 'rig.yaml'
+    return _mapping(_text(path), str(path))
+
+
+def _read(data: dict[str, Any], origin: str) -> RigConfiguration:
+    allowed = ['name', *_ALL_SECTIONS, 'effects']
+    for key in data:
+        if key not in allowed:
+            raise RigError(f'{origin}: {unknown(str(key), allowed)}')
+    merged = {**_shared(), **data}
+    sections = {
+        key: read_section(section, merged.get(key), f'{origin}: {key}')
+        for key, section in _ALL_SECTIONS.items()
+    }
+    sensors, sampling = sections.pop('sensors'), sections.pop('sampling')
+    configuration = RigConfiguration(
+        name=str(merged.get('name', Path(origin).stem)),
+        model=Model(**sections),
+        effects=_effects(merged.get('effects'), origin),
+        sensors=sensors,
+        interval_ns=int(sampling.interval),
+        seed=int(sampling.seed),
+    )
+    return _consistent(configuration, origin)
+
+
+def _effects(data: object, origin: str) -> dict[str, Any]:
+    if not isinstance(data, dict | None):
+        raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
+    chosen = {}
+    for name, values in (data or {}).items():
+        parameters = library.load(str(name)).parameters
+        chosen[str(name)] = read_section(parameters, values, f'{origin}: effects.{name}')
+    return chosen
+
+
+def _consistent(configuration: RigConfiguration, origin: str) -> RigConfiguration:
+    """Check what no single value shows; return the configuration."""
+    cylinder, law = configuration.model.cylinder, configuration.model.friction
+    valve, operation = configuration.model.valve, configuration.model.operation
+    full = 3.141592653589793 / 4.0 * cylinder.bore**2
+    rod = 3.141592653589793 / 4.0 * cylinder.rod_diameter**2
+    elements = len(law.element_stiffness)
+    checks = {
+        'cylinder.rod_area must be below cap_area': cylinder.rod_area < cylinder.cap_area,
+        f'cylinder.cap_area must agree with the bore to {AREA_AGREEMENT:.0%}': abs(
+            cylinder.cap_area / full - 1.0
+        )
+        <= AREA_AGREEMENT,
+        f'cylinder.rod_area must agree with the diameters to {AREA_AGREEMENT:.0%}': abs(
+            cylinder.rod_area / (full - rod) - 1.0
+        )
+        <= AREA_AGREEMENT,
+        'friction.breakaway_force must be at least coulomb_force': law.breakaway_force
+        >= law.coulomb_force,
+        'friction.stop_velocity must not be above start_velocity': law.stop_velocity
+        <= law.start_velocity,
+        'friction.element_stiffness needs at least one entry': elements >= 1,
+        'friction.element_limit must have one entry fewer than element_stiffness': len(
+            law.element_limit
+        )
+        == elements - 1,
+        'valve.exhaust_voltage must be below intake_voltage': valve.exhaust_voltage
+        < valve.intake_voltage,
+        f'operation.initial_position {operation.initial_position:g} m must be within the stroke,'
+        f' 0 to {cylinder.stroke:g} m': operation.initial_position <= cylinder.stroke,
+    }
+    for message, holds in checks.items():
+        if not holds:
+            raise RigError(f'{origin}: {message}')
+    return configuration
+
+
+def _real(value: object, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise RigError(f'{where}: {value!r} is not a number')
+    return float(value)

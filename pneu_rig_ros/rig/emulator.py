@@ -1,0 +1,85 @@
+"""The emulated rig: valve voltages in, what the data acquisition reads out, sample by sample."""
+
+from dataclasses import dataclass
+
+from pneu_rig_ros.model.plant import Plant, PlantState
+from pneu_rig_ros.rig.configuration import RigConfiguration, override
+from pneu_rig_ros.rig.sensors import SensorSet
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What the data acquisition reads at one sampling instant; absolute pressures."""
+
+    index: int
+    position: float
+    velocity: float
+    pressure_1: float
+    pressure_2: float
+
+
+class Rig:
+    """
+    Plant and sensors, stepped at the sampling interval.
+
+    :param configuration: what the rig is
+    """
+
+    def __init__(self, configuration: RigConfiguration) -> None:
+        self.configuration = configuration
+        self.interval = configuration.interval_ns * 1e-9
+        self._plant = Plant(configuration.model, configuration.effects)
+        gas = configuration.model.gas
+        self._sensors = SensorSet(
+            configuration.sensors, gas.atmospheric_pressure, self.interval, configuration.seed
+        )
+        self.reset()
+
+    def reset(self) -> Sample:
+        """Go back to rest and restart the noise; return the sample of index 0."""
+        self._sensors.reset()
+        return self._measure(0, self._plant.reset())
+
+    def step(self, voltage_1: float, voltage_2: float) -> Sample:
+        """Hold the valve voltages [V] for one interval; return the sample after it."""
+        state = self._plant.step(voltage_1, voltage_2, self.interval)
+        return self._measure(self._sample.index + 1, state)
+
+    def measure(self) -> Sample:
+        """Return the present sample again."""
+        return self._sample
+
+    def set_supply_pressure(self, pressure: float) -> None:
+        """Change the supply pressure, absolute [Pa]; raise :class:`RigError` out of range."""
+        self._change('supply_pressure', pressure)
+
+    def set_load_mass(self, mass: float) -> None:
+        """Change the external load [kg]; raise :class:`RigError` out of range."""
+        self._change('load_mass', mass)
+
+    @property
+    def state(self) -> PlantState:
+        """The true state at the present sample."""
+        return self._state
+
+    @property
+    def pressure_variance(self) -> float:
+        """Variance of a pressure reading [Pa^2]."""
+        return self._sensors.pressure_variance
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a sensor was out of its range at the present sample."""
+        return self._sensors.saturated
+
+    def _change(self, name: str, value: float) -> None:
+        self.configuration = override(self.configuration, {name: value})
+        self._plant.change_operation(**{name: float(value)})
+
+    def _measure(self, index: int, state: PlantState) -> Sample:
+        self._state = state
+        readings = self._sensors.read(
+            state.position, state.velocity, state.pressure_1, state.pressure_2
+        )
+        self._sample = Sample(index, *readings)
+        return self._sample

@@ -1,0 +1,123 @@
+"""Sensors of the rig: accuracy class, noise, 12-bit ADC, and the velocity made from positions."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from pneu_rig_ros.model.quantity import Choice, Quantity
+
+RIG, IDEAL = range(2)
+
+
+class Sensors(NamedTuple):
+    """Position sensor, two pressure sensors and the converter (section 2.1 of the paper)."""
+
+    kind: Annotated[int, Choice(('rig', 'ideal'), 'emulated sensors or the true values')]
+    resolution: Annotated[float, Quantity('bit', 4.0, 32.0, 'resolution of the ADC')]
+    position_span: Annotated[float, Quantity('m', 1e-3, 10.0, 'full scale, from 0')]
+    position_class: Annotated[float, Quantity('-', 0.0, 0.1, 'accuracy, share of full scale')]
+    position_noise: Annotated[float, Quantity('m', 0.0, 1e-2, 'standard deviation')]
+    pressure_span: Annotated[float, Quantity('Pa', 1e4, 1e8, 'full scale, gauge, from 0')]
+    pressure_class: Annotated[float, Quantity('-', 0.0, 0.1, 'accuracy, share of full scale')]
+    pressure_noise: Annotated[float, Quantity('Pa', 0.0, 1e5, 'standard deviation')]
+    velocity_cutoff: Annotated[float, Quantity('Hz', 0.1, 430.0, 'low-pass of the velocity')]
+
+
+class Channel:
+    """
+    One analogue channel: gain error, noise, saturation, quantisation.
+
+    The sensors are zeroed before an experiment, so that the accuracy class is an error of gain.
+
+    :param span: full scale [unit of the signal]
+    :param levels: number of codes of the converter
+    :param gain: true slope of the sensor [-], 1 for a perfect one
+    :param noise: standard deviation [unit]
+    """
+
+    def __init__(self, span: float, levels: float, gain: float, noise: float) -> None:
+        self._span, self._gain, self._noise = span, gain, noise
+        self._code = span / (levels - 1.0)
+        self.variance = noise**2 + self._code**2 / 12.0
+        self.saturated = False
+
+    def read(self, value: float, noise: float) -> float:
+        """Return the reading; ``noise`` is a standard normal deviate."""
+        signal = self._gain * value + self._noise * noise
+        inside = min(max(signal, 0.0), self._span)
+        self.saturated = abs(signal - inside) > 4.0 * self._noise + self._code
+        return round(inside / self._code) * self._code
+
+
+class SensorSet:
+    """
+    The rig's sensors, with the noise and the calibration that a seed stands for.
+
+    :param sensors: data of the sensors
+    :param atmospheric_pressure: the pressure sensors' zero [Pa]
+    :param interval: sampling interval [s]
+    :param seed: of calibration and noise
+    """
+
+    def __init__(
+        self, sensors: Sensors, atmospheric_pressure: float, interval: float, seed: int
+    ) -> None:
+        self.ideal = sensors.kind == IDEAL
+        self._zero = atmospheric_pressure
+        self._seed = seed
+        self._interval = interval
+        # first-order low-pass by the bilinear transform, with a zero at half the sampling rate
+        warped = math.tan(math.pi * sensors.velocity_cutoff * interval)
+        self._pole = (1.0 - warped) / (1.0 + warped)
+        calibration = np.random.default_rng([seed, 1]).uniform(-1.0, 1.0, 3)
+        levels = 2.0**sensors.resolution
+        classes = sensors.position_class, sensors.pressure_class, sensors.pressure_class
+        gains = [1.0 + c * u for c, u in zip(classes, calibration, strict=True)]
+        self.position = Channel(sensors.position_span, levels, gains[0], sensors.position_noise)
+        self.pressures = [
+            Channel(sensors.pressure_span, levels, gain, sensors.pressure_noise)
+            for gain in gains[1:]
+        ]
+        self.reset()
+
+    def reset(self) -> None:
+        """Start the noise again from the seed."""
+        self._noise = np.random.default_rng([self._seed, 2])
+        self._block: list[list[float]] = []
+        self._last_position: float | None = None
+        self._last_slope = 0.0
+        self._velocity = 0.0
+
+    @property
+    def pressure_variance(self) -> float:
+        """Variance of a pressure reading [Pa^2]: noise and quantisation."""
+        return 0.0 if self.ideal else self.pressures[0].variance
+
+    @property
+    def saturated(self) -> bool:
+        """Whether a sensor was out of its range at the last reading."""
+        return any(channel.saturated for channel in (self.position, *self.pressures))
+
+    def read(
+        self, position: float, velocity: float, pressure_1: float, pressure_2: float
+    ) -> tuple[float, float, float, float]:
+        """Return the readings of position, velocity, p1, p2 for their true values (SI)."""
+        if self.ideal:
+            return position, velocity, pressure_1, pressure_2
+        if not self._block:
+            self._block = self._noise.standard_normal((256, 3)).tolist()[::-1]
+        noise = self._block.pop()
+        x = self.position.read(position, noise[0])
+        p1 = self._zero + self.pressures[0].read(pressure_1 - self._zero, noise[1])
+        p2 = self._zero + self.pressures[1].read(pressure_2 - self._zero, noise[2])
+        return x, self._differentiate(x), p1, p2
+
+    def _differentiate(self, position: float) -> float:
+        if self._last_position is None:
+            self._last_position = position
+        slope = (position - self._last_position) / self._interval
+        weight = 0.5 * (1.0 - self._pole)
+        self._velocity = self._pole * self._velocity + weight * (slope + self._last_slope)
+        self._last_position, self._last_slope = position, slope
+        return self._velocity

@@ -1,0 +1,24 @@
+"""From the controller's command to the voltages on the valves: Eq. 1 through the DAC."""
+
+import math
+
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
+
+DAC_STEP = FULL_VOLTAGE / 4095
+"""Step of the 12-bit DAC [V]."""
+
+
+def valve_voltages(u: float) -> tuple[float, float]:
+    """
+    Return u1, u2 [V] for the command u [V]: Eq. 1, saturated to 0-5 V, in steps of the DAC.
+
+    :raises ValueError: unless u is finite
+    """
+    if not math.isfinite(u):
+        raise ValueError(f'u is {u}, allowed are finite voltages')
+    return _dac(CENTRE_VOLTAGE + u), _dac(CENTRE_VOLTAGE - u)
+
+
+def _dac(voltage: float) -> float:
+    saturated = min(max(voltage, 0.0), FULL_VOLTAGE)
+    return round(saturated / DAC_STEP) * DAC_STEP
