@@ -5,15 +5,14 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[1] / PACKAGE
-ROS = {
-    'builtin_interfaces', 'diagnostic_msgs', 'launch', 'launch_ros', 'rcl_interfaces', 'rclpy',
-    'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
-}  # fmt: skip
+MANIFEST = ElementTree.parse(ROOT.parent / 'package.xml')
+ROS = {key.text for key in MANIFEST.iter('exec_depend') if key.text and '-' not in key.text}
 SCIENCE = {'numpy', 'numba', 'yaml'}
 BAGS = SCIENCE | {'mcap', 'rosbags'}
 FIGURES = BAGS | {'scipy', 'matplotlib'}
