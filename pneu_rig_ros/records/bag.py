@@ -1,0 +1,69 @@
+"""Opens a rosbag2 directory and says in one line why it cannot."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader, ReaderError
+
+from pneu_rig_ros.errors import RigError
+
+
+def bag_directory(path: Path | str) -> Path:
+    """Return the bag's directory; a file inside it stands for it. RigError if there is none."""
+    path = Path(path)
+    if not path.exists():
+        raise RigError(f'{path} does not exist; give the directory of a bag, e.g. under runs/')
+    directory = path.parent if path.is_file() else path
+    if not storage_files(directory):
+        raise RigError(f'{directory} holds no .mcap file; give the directory of a bag')
+    return directory
+
+
+def storage_files(directory: Path) -> list[Path]:
+    """Return the MCAP files in a directory, sorted by name."""
+    return sorted(directory.glob('*.mcap'))
+
+
+@contextlib.contextmanager
+def open_bag(path: Path | str) -> Iterator[Reader]:
+    """
+    Open a complete bag for reading.
+
+    :raises RigError: when it is none, or was cut off before its index was written
+    """
+    directory = bag_directory(path)
+    try:
+        with Reader(directory) as reader:
+            yield reader
+    except (ReaderError, OSError, AssertionError, TypeError, struct.error) as error:
+        raise RigError(
+            f'{directory} is cut off or damaged ({first_line(error)}); '
+            f'run: pneu-rig repair {directory}'
+        ) from error
+
+
+def custom_data(reader: Reader) -> dict[str, str]:
+    """Return the custom data of an open bag, see `pneu_rig_ros.records.description`."""
+    return dict(reader.storage.metadata.custom or {})
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of what an error says, without its full stop."""
+    text = str(error).strip() or type(error).__name__
+    return text.splitlines()[0].rstrip('.')
+
+
+def find_namespace(connections: list[Connection]) -> str:
+    """Return what precedes '/joint_states' in the bag's topics: '' or '/rig_a' ..."""
+    end = '/joint_states'
+    found = sorted({c.topic.removesuffix(end) for c in connections if c.topic.endswith(end)})
+    if not found:
+        raise RigError('the bag has no topic joint_states: nothing of a rig was recorded')
+    if len(found) > 1:
+        raise RigError(f'the bag holds several rigs, {", ".join(found)}; record them one by one')
+    return found[0]

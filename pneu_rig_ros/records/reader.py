@@ -1,0 +1,183 @@
+"""Reads a bag into a `Record`: messages in any order, signals on one sampling grid out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rosbags.rosbag2 import Reader
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import wire
+from pneu_rig_ros.records.bag import custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.record import NEVER, UNITS, Floats, Record, Stamps, check_stamps
+from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
+"""Topics without which there is no record."""
+
+
+class Stream(NamedTuple):
+    """One topic: m messages in the order of their arrival."""
+
+    arrival_ns: Stamps
+    """Shape (m,)."""
+    values: Floats
+    """Shape (m, number of values)."""
+    stamps: Stamps
+    """Shape (m,); empty for messages without a stamp."""
+
+
+def _joint_state(cdr: bytes) -> tuple[int, float, float]:
+    reading = wire.unpack_joint_state(cdr)
+    return reading.stamp_ns, reading.position, reading.velocity
+
+
+def _effort(cdr: bytes) -> tuple[int, float]:
+    reading = wire.unpack_joint_state(cdr)
+    return reading.stamp_ns, reading.effort
+
+
+def _pressure(cdr: bytes) -> tuple[int, float]:
+    reading = wire.unpack_fluid_pressure(cdr)
+    return reading.stamp_ns, reading.pressure
+
+
+_DECODERS: dict[str, Callable[[bytes], tuple[Any, ...]]] = {
+    'joint_states': _joint_state,
+    'chamber_1/pressure': _pressure,
+    'chamber_2/pressure': _pressure,
+    'friction': _effort,
+    'valve_voltages': lambda cdr: (0, *wire.unpack_valve_voltages(cdr)),
+}
+
+
+def read_record(path: Path | str) -> Record:
+    """
+    Read a complete bag.
+
+    :param path: the bag's directory, or a file in it
+    :raises RigError: when it is no bag, is cut off, or holds no rig's signals
+    """
+    with open_bag(path) as reader:
+        namespace = find_namespace(reader.connections)
+        metadata = custom_data(reader)
+        counts = _counts(reader, namespace)
+        streams = _streams(reader, namespace)
+    try:
+        return _align(streams, counts, metadata)
+    except RigError as error:
+        raise RigError(f'{path}: {error}') from error
+
+
+def _counts(reader: Reader, namespace: str) -> dict[str, int]:
+    present = {c.topic: c.msgcount for c in reader.connections}
+    names = {topic: topic if topic.startswith('/') else f'{namespace}/{topic}' for topic in TOPICS}
+    return {topic: present[name] for topic, name in names.items() if name in present}
+
+
+def _streams(reader: Reader, namespace: str) -> dict[str, Stream]:
+    """Decode the topics of a record in one pass over the bag."""
+    names = {f'{namespace}/{topic}': topic for topic in _DECODERS}
+    connections = [c for c in reader.connections if c.topic in names]
+    arrivals: dict[str, list[int]] = {topic: [] for topic in _DECODERS}
+    rows: dict[str, list[tuple[Any, ...]]] = {topic: [] for topic in _DECODERS}
+    for connection, arrival_ns, cdr in reader.messages(connections):
+        topic = names[connection.topic]
+        arrivals[topic].append(arrival_ns)
+        rows[topic].append(_DECODERS[topic](cdr))
+    return {topic: _stream(arrivals[topic], rows[topic]) for topic in _DECODERS}
+
+
+def _stream(arrivals: list[int], rows: list[tuple[Any, ...]]) -> Stream:
+    stamps, *values = zip(*rows, strict=True) if rows else ((), ())
+    return Stream(
+        np.array(arrivals, dtype=np.int64),
+        np.array(values, dtype=np.float64).T,
+        np.array(stamps, dtype=np.int64),
+    )
+
+
+def _align(streams: dict[str, Stream], counts: dict[str, int], metadata: dict[str, str]) -> Record:
+    for topic in SAMPLED:
+        if streams[topic].stamps.size == 0:
+            raise RigError(f'no message on {topic}: was the plant running and unpaused?')
+    configuration = _configuration(metadata)
+    interval = _interval(streams['joint_states'].stamps, configuration)
+    start = min(int(streams[topic].stamps.min()) for topic in SAMPLED)
+    end = max(int(streams[topic].stamps.max()) for topic in SAMPLED)
+    grid = np.arange(start, end + 1, interval, dtype=np.int64)
+    for topic in (*SAMPLED, 'friction'):
+        check_stamps(streams[topic].stamps, start, interval, topic)
+    joint, cap, rod = (streams[topic] for topic in SAMPLED)
+    arrival = np.full(grid.size, NEVER, dtype=np.int64)
+    arrival[(joint.stamps - start) // interval] = joint.arrival_ns
+    voltages = _hold(streams['valve_voltages'], arrival)
+    signals = {
+        'position': _fill(joint, 0, grid),
+        'velocity': _fill(joint, 1, grid),
+        'pressure_1': _fill(cap, 0, grid),
+        'pressure_2': _fill(rod, 0, grid),
+        'voltage_1': voltages[:, 0].copy(),
+        'voltage_2': voltages[:, 1].copy(),
+        'friction': _place(streams['friction'], grid, interval),
+    }
+    assert set(signals) == set(UNITS)
+    missing = {
+        topic: np.setdiff1d(grid, streams[topic].stamps, assume_unique=True)
+        for topic in (*SAMPLED, 'friction')
+        if counts.get(topic)
+    }
+    return Record(
+        start_ns=start,
+        interval_ns=interval,
+        arrival_ns=arrival,
+        missing=missing,
+        counts=counts,
+        configuration=configuration,
+        metadata=metadata,
+        **signals,
+    )
+
+
+def _configuration(metadata: dict[str, str]) -> RigConfiguration | None:
+    text = metadata.get('configuration')
+    return configuration_from_yaml(text, 'configuration') if text else None
+
+
+def _interval(stamps: Stamps, configuration: RigConfiguration | None) -> int:
+    """Return the sampling interval [ns]: the configured one, else the shortest step."""
+    if configuration is not None:
+        return configuration.interval_ns
+    if stamps.size < 2:
+        raise RigError('one sample and no configuration: the sampling interval is unknown')
+    return max(1, int(np.diff(stamps).min()))
+
+
+def _fill(stream: Stream, column: int, grid: Stamps) -> Floats:
+    """Return a column of the stream on the grid, linear where samples are missing."""
+    # From the first sample on, as a float cannot hold the nanoseconds since 1970.
+    return np.interp(grid - grid[0], stream.stamps - grid[0], stream.values[:, column])
+
+
+def _place(stream: Stream, grid: Stamps, interval: int) -> Floats:
+    """Return the stream's values on the grid, NaN where it has none."""
+    values = np.full(grid.size, np.nan)
+    index = (stream.stamps - grid[0]) // interval
+    inside = (index >= 0) & (index < grid.size)
+    values[index[inside]] = stream.values[inside, 0]
+    return values
+
+
+def _hold(stream: Stream, arrival: Stamps) -> Floats:
+    """Return the last voltages that had arrived with each sample; u = 0 before the first."""
+    at_rest = np.array([valve_voltages(0.0)])
+    if stream.arrival_ns.size == 0:
+        return np.repeat(at_rest, arrival.size, axis=0)
+    known = np.maximum.accumulate(arrival)
+    last = np.searchsorted(stream.arrival_ns, known, side='right')
+    return np.concatenate([at_rest, stream.values])[last]

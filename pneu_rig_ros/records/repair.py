@@ -1,0 +1,164 @@
+"""
+Makes a valid bag of one whose recorder was killed.
+
+Such a file lacks its last chunk, index and metadata, and only a stream reader opens it. What it
+yields is written into a new bag beside the old one, read back, and only then put in its place; the
+cut file stays beside it under another name.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.records import Channel, Message, Schema
+from mcap.stream_reader import StreamReader
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import wire
+from pneu_rig_ros.records.bag import bag_directory, custom_data, open_bag, storage_files
+from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.writer import BagWriter
+
+CUT_SUFFIX = '.cut'
+"""Appended to the name of the file that was repaired."""
+
+
+@dataclass(frozen=True)
+class RepairReport:
+    """
+    What was done to a bag.
+
+    :param path: the bag's directory
+    :param repaired: False if the bag was healthy and nothing was changed
+    :param messages: messages in the bag now
+    :param duration: from the first to the last of them [s]
+    :param configuration_found: whether the rig's configuration could be recovered
+    :param cut_file: where the old file is kept, None if nothing was changed
+    """
+
+    path: Path
+    repaired: bool
+    messages: int
+    duration: float
+    configuration_found: bool
+    cut_file: Path | None
+
+
+def repair(path: Path | str) -> RepairReport:
+    """
+    Repair a bag in place; a healthy one is left alone.
+
+    :param path: the bag's directory, or a file in it
+    :raises RigError: when there is no bag or nothing in it can be read
+    """
+    directory = bag_directory(path)
+    files = storage_files(directory)
+    if len(files) > 1:
+        names = ', '.join(file.name for file in files)
+        raise RigError(f'{directory} holds several .mcap files ({names}); repair knows one a bag')
+    try:
+        return _healthy(directory)
+    except RigError:
+        return _rewrite(directory, files[0])
+
+
+def _healthy(directory: Path) -> RepairReport:
+    """Read every message; RigError if index and content do not agree."""
+    with open_bag(directory) as reader:
+        count = sum(1 for _ in reader.messages())
+        if count != reader.message_count:
+            raise RigError(f'{directory}: index says {reader.message_count}, found {count}')
+        metadata = custom_data(reader)
+        duration = max(0, reader.duration) * 1e-9 if count else 0.0
+    return RepairReport(directory, False, count, duration, 'configuration' in metadata, None)
+
+
+def _rewrite(directory: Path, file: Path) -> RepairReport:
+    workshop = directory.parent / f'.{directory.name}.repair'
+    _make_room(workshop)
+    try:
+        new = workshop / file.stem
+        _copy_messages(file, new)
+        report = _healthy(new)
+        if report.messages == 0:
+            raise RigError(f'{file} was cut off before its first message: nothing to recover')
+        cut_file = _swap(new, directory, file)
+    finally:
+        shutil.rmtree(workshop, ignore_errors=True)
+    return RepairReport(
+        directory, True, report.messages, report.duration, report.configuration_found, cut_file
+    )
+
+
+def _make_room(workshop: Path) -> None:
+    try:
+        shutil.rmtree(workshop, ignore_errors=True)
+        workshop.mkdir()
+    except OSError as error:
+        raise RigError(f'cannot write beside the bag, {workshop}: {error.strerror}') from error
+
+
+def _copy_messages(file: Path, new: Path) -> None:
+    """Write all that can be read of a cut file into a new bag."""
+    metadata: dict[str, str] = {}
+    with BagWriter(new) as writer:
+        for topic, type_name, message in _readable(file):
+            writer.write(topic, type_name, message.log_time, message.data)
+            if topic.endswith('/rig_description'):
+                metadata = bag_metadata(wire.unpack_string(message.data))
+        writer.close(metadata)
+
+
+def _readable(file: Path) -> Iterator[tuple[str, str, Message]]:
+    """Yield topic, type and message up to where the file ends or makes no sense."""
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    limit = file.stat().st_size
+    with file.open('rb') as stream:
+        try:
+            for record in StreamReader(stream, record_size_limit=limit).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message):
+                    channel = channels[record.channel_id]
+                    yield channel.topic, schemas[channel.schema_id].name, record
+        except (McapError, struct.error, ValueError, KeyError, EOFError):
+            return
+
+
+def _swap(new: Path, directory: Path, file: Path) -> Path:
+    """
+    Put the new bag's files in the place of the old ones; return where the cut file went.
+
+    The cut file gets a second name before its first name is taken over, and each step leaves
+    either the cut or the whole file under the bag's name, so that repair can be run again.
+    """
+    (fresh,) = storage_files(new)
+    for part in (fresh, new / 'metadata.yaml'):
+        with part.open('rb') as written:
+            os.fsync(written.fileno())
+    cut_file = _unused(file)
+    try:
+        os.link(file, cut_file)
+    except OSError:  # a file system without links
+        shutil.copy2(file, cut_file)
+    fresh.replace(file)
+    (new / 'metadata.yaml').replace(directory / 'metadata.yaml')
+    return cut_file
+
+
+def _unused(file: Path) -> Path:
+    name = Path(f'{file}{CUT_SUFFIX}')
+    number = 2
+    while name.exists():
+        name = Path(f'{file}{CUT_SUFFIX}{number}')
+        number += 1
+    return name

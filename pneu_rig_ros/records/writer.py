@@ -1,0 +1,173 @@
+"""
+Writes rosbag2 directories with MCAP storage, through `rosbags`, raw CDR in, raw CDR out.
+
+An MCAP file without its index can be read chunk by chunk up to its end, so what a killed recorder
+loses is the chunk it was filling. Left alone, rosbags closes a chunk at 1 MiB, i.e. every 2 s;
+here a chunk is also closed and handed to the operating system after ``FLUSH_PERIOD``.
+
+Messages are appended to rosbags' pending chunk directly, and its statistics kept once a chunk:
+``Writer.write`` does both for each message, which costs five times as much.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Literal
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.typesys import Stores, get_typestore
+
+from pneu_rig_ros.errors import RigError
+
+FLUSH_PERIOD = 0.4
+"""Longest age of a message that is only in memory [s], as long as messages keep coming."""
+
+CHUNK_SIZE = 2**20
+"""Largest chunk [byte]."""
+
+_MESSAGE = struct.Struct('<BQHIQQ')
+"""Opcode, length, channel, sequence, log time [ns], publish time [ns] of an MCAP message."""
+
+_FIXED_SIZE = 22
+"""Bytes of a message record between its length and its data."""
+
+
+class BagWriter:
+    """
+    A bag being written. Use as a context manager or call ``close``.
+
+    :param path: directory to create; its parents are created as needed
+    :raises RigError: when the path exists or cannot be created
+    """
+
+    path: Path
+    """The bag's directory."""
+    message_count: int
+    """Messages written so far."""
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.message_count = 0
+        self._typestore = get_typestore(Stores.ROS2_JAZZY)
+        self._connections: dict[str, Connection] = {}
+        with self._explained():
+            if self.path.exists():
+                raise RigError(f'{self.path} exists; name a bag that does not, or remove it')
+            self._writer = Writer(self.path, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.open()
+        storage = self._writer.storage
+        assert isinstance(storage, McapWriter)
+        self._storage = storage
+        self._flushed = time.monotonic()
+
+    def add_topic(self, topic: str, type_name: str) -> None:
+        """Announce a topic, so that the bag lists it even if no message comes."""
+        if topic in self._connections:
+            return
+        if type_name not in self._typestore.fielddefs:
+            raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
+        self._connections[topic] = self._writer.add_connection(
+            topic, type_name, typestore=self._typestore
+        )
+
+    def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:
+        """
+        Append one message.
+
+        :param topic: absolute name, e.g. '/joint_states'
+        :param type_name: e.g. 'sensor_msgs/msg/JointState'
+        :param log_time_ns: when it arrived [ns]
+        :param cdr: the serialised message, encapsulation header included
+        :raises RigError: when the disk is full or the type unknown
+        """
+        connection = self._connections.get(topic)
+        if connection is None:
+            self.add_topic(topic, type_name)
+            connection = self._connections[topic]
+        chunk = self._storage.chunk
+        channel = connection.id
+        chunk.msgs[channel].append((log_time_ns, chunk.bio.tell()))
+        length = _FIXED_SIZE + len(cdr)
+        chunk.bio.write(_MESSAGE.pack(0x05, length, channel, 0, log_time_ns, log_time_ns))
+        chunk.bio.write(cdr)
+        self.message_count += 1
+        if time.monotonic() - self._flushed > FLUSH_PERIOD or chunk.bio.tell() > CHUNK_SIZE:
+            self.flush()
+
+    def flush(self) -> None:
+        """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
+        self._flushed = time.monotonic()
+        with self._explained():
+            if self._storage.chunk.msgs:
+                self._count_chunk()
+                self._storage.close_chunk()
+            self._storage.bio.flush()
+
+    def _count_chunk(self) -> None:
+        """Enter the messages of the pending chunk into the statistics of storage and bag."""
+        writer, storage, chunk = self._writer, self._storage, self._storage.chunk
+        for channel, entries in chunk.msgs.items():
+            storage.channel_stats[channel] += len(entries)
+            writer.counts[channel] += len(entries)
+            first, last = min(entries)[0], max(entries)[0]
+            chunk.message_start_time = min(chunk.message_start_time, first)
+            chunk.message_end_time = max(chunk.message_end_time, last)
+        storage.message_start_time = min(storage.message_start_time, chunk.message_start_time)
+        storage.message_end_time = max(storage.message_end_time, chunk.message_end_time)
+        writer.min_timestamp = storage.message_start_time
+        writer.max_timestamp = storage.message_end_time
+
+    def close(self, metadata: Mapping[str, str]) -> None:
+        """
+        Write index and metadata.yaml; the bag is complete.
+
+        :param metadata: custom data, see `pneu_rig_ros.records.metadata`
+        """
+        for key, value in metadata.items():
+            self._writer.set_custom_data(key, value)
+        self.flush()
+        with self._explained():
+            if self.message_count == 0:
+                # rosbags would write a start at 2^63 - 1 ns, which no reader likes.
+                self._writer.min_timestamp = 0
+                self._storage.message_start_time = 0
+            self._writer.close()
+
+    def abort(self) -> None:
+        """Stop without index, as a crash would; `pneu_rig_ros.records.repair` reads the rest."""
+        self._writer.abort()
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> Literal[False]:
+        if self._writer.storage is not None:
+            if kind is None:
+                self.close({})
+            else:
+                self.abort()
+        return False
+
+    @contextlib.contextmanager
+    def _explained(self) -> Iterator[None]:
+        """Turn what the file system says into one line."""
+        try:
+            yield
+        except (OSError, WriterError) as error:
+            raise self._explain(error) from error
+
+    def _explain(self, error: OSError | WriterError) -> RigError:
+        cause = error.strerror if isinstance(error, OSError) else None
+        return RigError(f'cannot write the bag {self.path}: {cause or error}')

@@ -1,0 +1,117 @@
+"""
+The rig offline: plant, valve command and friction estimator in one loop, straight into a bag.
+
+The messages are those of the live nodes in lock step with simulated time: same topics, same bytes,
+same stamps from 0 ns on, arrival times equal to the simulated time at which they are sent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import BagWriter
+from pneu_rig_ros.records.description import bag_metadata, describe
+from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.wire import (
+    FrictionMessage,
+    PlantMessages,
+    pack_float64,
+    pack_string,
+    pack_valve_voltages,
+)
+from pneu_rig_ros.rig import Rig, RigConfiguration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+Progress = Callable[[float], None]
+"""Told the simulated time [s] now and then."""
+
+REPORT_EVERY = 512
+"""Samples between two calls of the progress function."""
+
+
+def simulate(
+    configuration: RigConfiguration,
+    u: float,
+    duration: float,
+    path: Path | str,
+    progress: Progress | None = None,
+) -> Path:
+    """
+    Run the rig with a constant command and record it.
+
+    :param configuration: the rig
+    :param u: command of Eq. 1 [V]
+    :param duration: simulated time [s]; the bag holds floor(duration / interval) + 1 samples
+    :param path: the bag's directory, must not exist
+    :param progress: called with the simulated time [s], from 0 to the end
+    :raises RigError: when u or the duration is not usable or the bag cannot be written
+    """
+    if not math.isfinite(u):
+        raise RigError(f'u = {u} V, must be a finite number of volts')
+    samples = sample_count(configuration, duration)
+    rig = Rig(configuration)
+    with BagWriter(path) as writer:
+        recording = _Recording(writer, rig)
+        try:
+            recording.run(u, samples, progress or (lambda _: None))
+        finally:
+            # A run that is stopped half way still leaves a complete bag.
+            writer.close(bag_metadata(recording.description))
+    return Path(path)
+
+
+def sample_count(configuration: RigConfiguration, duration: float) -> int:
+    """Return how many samples a duration [s] holds, the first one at 0 s included."""
+    if not (math.isfinite(duration) and duration > 0):
+        raise RigError(f'duration = {duration} s, must be a positive number of seconds')
+    # Half a nanosecond of slack, as 1.16e-3 s is not exactly a binary fraction.
+    return int((duration * 1e9 + 0.5) // configuration.interval_ns) + 1
+
+
+class _Recording:
+    """A rig and the bag that its messages go to."""
+
+    def __init__(self, writer: BagWriter, rig: Rig) -> None:
+        self._write = writer.write
+        self._rig = rig
+        self._names = {t: t if t.startswith('/') else f'/{t}' for t in TOPICS}
+        configuration = rig.configuration
+        self._interval_ns = configuration.interval_ns
+        interval = configuration.interval_ns * 1e-9
+        self._estimator = CausalFriction(ForceBalance.of(configuration), interval)
+        self._messages = PlantMessages(rig.pressure_variance)
+        self._friction = FrictionMessage()
+        self.description = describe(configuration)
+
+    def run(self, u: float, samples: int, progress: Progress) -> None:
+        """Record the samples 0 ... samples - 1 under a constant command [V]."""
+        voltages = valve_voltages(u)
+        command = pack_valve_voltages(*voltages)
+        self._put('rig_description', 0, pack_string(self.description))
+        self._put('u', 0, pack_float64(u))
+        self._rig.reset()
+        for index in range(samples):
+            self._tick(index * self._interval_ns)
+            if index + 1 < samples:
+                self._put('valve_voltages', index * self._interval_ns, command)
+                self._rig.step(*voltages)
+            if index % REPORT_EVERY == 0 or index + 1 == samples:
+                progress(index * self._interval_ns * 1e-9)
+
+    def _tick(self, now_ns: int) -> None:
+        """Put the messages of one sampling instant."""
+        sample = self._rig.measure()
+        self._messages.pack(sample, now_ns)
+        for topic, cdr in self._messages.by_topic(simulated_time=True).items():
+            self._put(topic, now_ns, cdr)
+        force = self._estimator.push(sample.position, sample.pressure_1, sample.pressure_2)
+        if force is not None:
+            stamp_ns = now_ns - self._estimator.delay_samples * self._interval_ns
+            self._put('friction', now_ns, self._friction.pack(force, stamp_ns))
+
+    def _put(self, topic: str, now_ns: int, cdr: bytes) -> None:
+        self._write(self._names[topic], TOPICS[topic].type, now_ns, cdr)

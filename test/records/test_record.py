@@ -1,0 +1,167 @@
+"""A record refuses what is not one experiment on one grid."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import BagWriter, Record, read_record
+from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.wire import PlantMessages, pack_valve_voltages
+from pneu_rig_ros.rig import Rig, Sample, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+STEP = 1_160_000
+
+
+def samples(count: int) -> list[Sample]:
+    return [Sample(k, 1e-3 * k, 1e-3, 2e5 + k, 1.5e5 - k) for k in range(count)]
+
+
+def write_bag(
+    path: Path, stamps: list[int], lost: set[tuple[str, int]] = frozenset(), prefix: str = ''
+) -> Path:
+    """Write samples with these stamps [ns], without the lost (topic, index) ones."""
+    messages = PlantMessages(pressure_variance=4.0)
+    with BagWriter(path) as writer:
+        for sample, stamp in zip(samples(len(stamps)), stamps, strict=True):
+            messages.pack(sample, stamp)
+            for topic, cdr in messages.by_topic(simulated_time=False).items():
+                if (topic, sample.index) not in lost:
+                    writer.write(f'{prefix}/{topic}', TOPICS[topic].type, stamp + 500, cdr)
+    return path
+
+
+def test_every_value_of_a_simulation_is_read_back(bag: Path) -> None:
+    record = read_record(bag)
+    rig = Rig(load_configuration('cylinder_2', seed=7))
+    expected = [rig.reset(), *(rig.step(*valve_voltages(0.34)) for _ in range(862))]
+    assert record.position.tolist() == [sample.position for sample in expected]
+    assert record.velocity.tolist() == [sample.velocity for sample in expected]
+    assert record.pressure_1.tolist() == [sample.pressure_1 for sample in expected]
+    assert record.pressure_2.tolist() == [sample.pressure_2 for sample in expected]
+    assert set(zip(record.voltage_1[1:], record.voltage_2[1:], strict=True)) == {
+        valve_voltages(0.34)
+    }
+    assert record.configuration == rig.configuration
+    assert record.metadata['cylinder'] == 'cylinder_2'
+    assert record.metadata['seed'] == '7'
+
+
+def test_grid_is_exact(bag: Path) -> None:
+    record = read_record(bag)
+    assert record.start_ns == 0
+    assert record.stamps.tolist() == [STEP * k for k in range(863)]
+    assert record.duration == pytest.approx(0.99992)
+    np.testing.assert_array_equal(record.arrival_ns, record.stamps)
+
+
+def test_missing_samples_are_named_by_stamp_and_bridged(tmp_path: Path) -> None:
+    start = 1_700_000_000_000_000_000
+    stamps = [start + STEP * k for k in range(50)]
+    lost = {('joint_states', 20), ('joint_states', 21), ('chamber_2/pressure', 0)}
+    record = read_record(write_bag(tmp_path / 'bag', stamps, lost))
+    assert record.missing['joint_states'].tolist() == [stamps[20], stamps[21]]
+    assert record.missing['chamber_1/pressure'].tolist() == []
+    assert record.missing['chamber_2/pressure'].tolist() == [stamps[0]]
+    assert record.position[20] == pytest.approx(0.020)
+    assert record.arrival_ns[19:23].tolist() == [stamps[19] + 500, -1, -1, stamps[22] + 500]
+
+
+def test_namespace_is_found(tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / 'bag', [0, STEP, 2 * STEP], prefix='/lab/rig_a')
+    assert read_record(bag).counts['joint_states'] == 3
+
+
+def test_two_rigs_in_one_bag_are_refused(tmp_path: Path) -> None:
+    messages = PlantMessages(pressure_variance=4.0)
+    messages.pack(samples(1)[0], 0)
+    with BagWriter(tmp_path / 'bag') as writer:
+        for name in ('/a/joint_states', '/b/joint_states'):
+            writer.write(name, TOPICS['joint_states'].type, 0, messages.joint_states)
+    with pytest.raises(RigError, match='several rigs, /a, /b'):
+        read_record(tmp_path / 'bag')
+
+
+def test_voltages_hold_from_their_arrival(tmp_path: Path) -> None:
+    messages = PlantMessages(pressure_variance=4.0)
+    type_name = TOPICS['valve_voltages'].type
+    with BagWriter(tmp_path / 'bag') as writer:
+        for sample in samples(6):
+            messages.pack(sample, STEP * sample.index)
+            for topic, cdr in messages.by_topic(simulated_time=False).items():
+                writer.write(f'/{topic}', TOPICS[topic].type, STEP * sample.index, cdr)
+            if sample.index == 2:
+                late = STEP * 2 + 10
+                writer.write('/valve_voltages', type_name, late, pack_valve_voltages(3.0, 2.0))
+    record = read_record(tmp_path / 'bag')
+    rest = valve_voltages(0.0)
+    assert record.voltage_1.tolist() == [rest[0]] * 3 + [3.0] * 3
+    assert record.voltage_2.tolist() == [rest[1]] * 3 + [2.0] * 3
+
+
+@pytest.mark.parametrize(
+    ('stamps', 'message'),
+    [
+        ([0, STEP, STEP + 7, 3 * STEP], 'is .* off the sampling grid'),
+        ([0, STEP, 2 * STEP, STEP], 'stamps must increase'),
+        ([0, STEP, STEP, 2 * STEP], 'stamps must increase'),
+    ],
+)
+def test_stamps_off_the_grid_are_refused(
+    tmp_path: Path, bag: Path, stamps: list[int], message: str
+) -> None:
+    path = write_bag(tmp_path / 'bag', stamps)
+    with pytest.raises(RigError, match=message):
+        read_record(path)
+
+
+def test_bag_without_a_rig_is_refused(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/chatter', 'std_msgs/msg/String')
+    with pytest.raises(RigError, match='no topic joint_states'):
+        read_record(tmp_path / 'bag')
+
+
+def test_no_bag_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RigError, match='does not exist'):
+        read_record(tmp_path / 'nowhere')
+    with pytest.raises(RigError, match=r'holds no \.mcap file'):
+        read_record(tmp_path)
+
+
+def ramp() -> Record:
+    values = np.linspace(0.0, 1.0, 10)
+    signals = ('position', 'velocity', 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2')
+    copies = {name: values.copy() for name in (*signals, 'friction')}
+    return Record(start_ns=0, interval_ns=STEP, arrival_ns=np.arange(10), **copies)
+
+
+@pytest.mark.parametrize('name', ['velocity', 'pressure_2', 'friction', 'arrival_ns'])
+def test_unequal_lengths_are_refused(name: str) -> None:
+    with pytest.raises(RigError, match=rf'{name} has shape \(9,\), position has \(10,\)'):
+        replace(ramp(), **{name: np.zeros(9)})
+
+
+@pytest.mark.parametrize('bad', [np.nan, np.inf])
+def test_values_that_are_not_finite_are_refused(bad: float) -> None:
+    values = np.zeros(10)
+    values[4] = bad
+    with pytest.raises(RigError, match=r'pressure_1 is .* at sample 4, must be finite'):
+        replace(ramp(), pressure_1=values)
+
+
+def test_friction_may_have_gaps_but_no_infinity() -> None:
+    values = np.zeros(10)
+    values[0] = np.nan
+    assert np.isnan(replace(ramp(), friction=values).friction[0])
+    values = np.full(10, np.inf)
+    with pytest.raises(RigError, match='friction is inf'):
+        replace(ramp(), friction=values)
+
+
+def test_signals_cannot_be_changed() -> None:
+    with pytest.raises(ValueError, match='read-only'):
+        ramp().position[0] = 1.0
