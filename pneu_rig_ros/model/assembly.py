@@ -22,7 +22,7 @@ from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
 from pneu_rig_ros.model.integrator import Solver, build_solver
 
-_TEMPLATE = '''"""Compiled plant with the effects {effects}; written by pneu_rig_ros, safe to delete."""
+_TEMPLATE = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
 
 from numba import njit
 
@@ -77,7 +77,8 @@ def _module(effects: tuple[str, ...]) -> ModuleType:
         partial.write_text(_TEMPLATE.format(effects=effects))
         partial.replace(path)  # whole or not at all, whoever else starts now
     spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
+    if spec is None or spec.loader is None:
+        raise ImportError(f'{path} cannot be imported')
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)

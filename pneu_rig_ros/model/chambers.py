@@ -1,7 +1,8 @@
 """Cylinder chambers: volumes (Eq. 7) and pressure build-up (Eq. 6)."""
 
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.parameters import Cylinder, Gas
+from pneu_rig_ros.model.compiled_model import Air
+from pneu_rig_ros.model.parameters import Cylinder
 
 
 @compiled
@@ -14,7 +15,7 @@ def volumes(position: float, cylinder: Cylinder) -> tuple[float, float]:
 
 @compiled
 def pressure_rate(
-    pressure: float, volume: float, volume_rate: float, flow: float, heat: float, gas: Gas
+    pressure: float, volume: float, volume_rate: float, flow: float, heat: float, gas: Air
 ) -> float:
     """
     Return dp/dt [Pa/s] of a chamber (Eq. 6)::
@@ -36,6 +37,6 @@ def pressure_rate(
 
 
 @compiled
-def gas_mass(pressure: float, volume: float, temperature: float, gas: Gas) -> float:
+def gas_mass(pressure: float, volume: float, temperature: float, gas: Air) -> float:
     """Return the mass of ideal gas [kg] (assumption i) at an absolute pressure [Pa]."""
     return pressure * volume / (gas.gas_constant * temperature)

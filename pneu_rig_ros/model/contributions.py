@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Signals
-from pneu_rig_ros.model.parameters import Model
 
 Array = NDArray[np.float64]
-Pair = Callable[[Signals, Model, Any, Array, Array], tuple[float, float]]
+Pair = Callable[[Signals, CompiledModel, Any, Array, Array], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
 
 @compiled
 def _nothing(
-    signals: Signals, model: Model, effects: Any, state: Array, rate: Array
+    signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
 ) -> tuple[float, float]:
     return 0.0, 0.0
 
@@ -55,7 +55,7 @@ def _plus(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pai
 
     @compiled
     def total(
-        signals: Signals, model: Model, effects: Any, state: Array, rate: Array
+        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
     ) -> tuple[float, float]:
         a, b = others(signals, model, effects, state, rate)
         c, d = own(signals, model, effects[index], state[start:end], rate[start:end])

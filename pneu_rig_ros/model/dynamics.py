@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
 from pneu_rig_ros.model.effect import Signals
 from pneu_rig_ros.model.parameters import (
@@ -21,7 +22,6 @@ from pneu_rig_ros.model.parameters import (
     LATCHED_AT_BREAKAWAY,
     REVISED_LUGRE_DWELL,
     Friction,
-    Model,
 )
 
 Array = NDArray[np.float64]
@@ -67,13 +67,15 @@ def static_forces(
 
 
 @compiled
-def flow_slope(flow: float, pressure: float, supply_pressure: float, model: Model) -> float:
+def flow_slope(
+    flow: float, pressure: float, supply_pressure: float, model: CompiledModel
+) -> float:
     """
     Return roughly d(mass flow)/d(chamber pressure) [kg/(s*Pa)], for the implicit solver only.
 
     Exact where the flow is choked or laminar, and right to a factor of two between.
     """
-    critical = valve.critical_ratio(model.gas.heat_capacity_ratio)
+    critical = model.gas.critical_ratio
     laminar = 1.0 - model.valve.laminar_pressure_ratio
     outlet = model.gas.atmospheric_pressure
     if flow > 0.0:
@@ -85,6 +87,119 @@ def flow_slope(flow: float, pressure: float, supply_pressure: float, model: Mode
     return flow / max(abs(pressure - outlet), laminar * pressure)
 
 
+def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
+    """Return the compiled rates of pressures and gas masses (Eq. 3-7), and their Jacobian."""
+    add_spool, add_supply = contributions.spool, contributions.supply
+    add_mass, add_heat = contributions.mass, contributions.heat
+
+    @compiled
+    def gas_rates(
+        s: Signals,
+        state: Array,
+        rate: Array,
+        arrow: Array,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        gas, a1, a2 = model.gas, model.cylinder.cap_area, model.cylinder.rod_area
+        spool_1, spool_2 = add_spool(s, model, effects, state, rate)
+        supply_1, supply_2 = add_supply(s, model, effects, state, rate)
+        leak_1, leak_2 = add_mass(s, model, effects, state, rate)
+        heat_1, heat_2 = add_heat(s, model, effects, state, rate)
+        p1, p2, supply = s.pressure_1, s.pressure_2, model.operation.supply_pressure
+        ps1, ps2 = supply + supply_1, supply + supply_2
+        flow_1 = valve.mass_flow(s.voltage_1 + spool_1, p1, ps1, model.valve, gas)
+        flow_2 = valve.mass_flow(s.voltage_2 + spool_2, p2, ps2, model.valve, gas)
+        total_1, total_2 = flow_1 + leak_1, flow_2 + leak_2
+        swept_1, swept_2 = a1 * s.velocity, -a2 * s.velocity
+        rate[PRESSURE_1] = chambers.pressure_rate(p1, s.volume_1, swept_1, total_1, heat_1, gas)
+        rate[PRESSURE_2] = chambers.pressure_rate(p2, s.volume_2, swept_2, total_2, heat_2, gas)
+        rate[GAS_MASS_1], rate[GAS_MASS_2] = total_1, total_2
+
+        k, enthalpy = gas.heat_capacity_ratio, gas.gas_constant * gas.supply_temperature
+        slope_1 = enthalpy * flow_slope(flow_1, p1, ps1, model)
+        slope_2 = enthalpy * flow_slope(flow_2, p2, ps2, model)
+        arrow[P1_V], arrow[P2_V] = -k * p1 * a1 / s.volume_1, k * p2 * a2 / s.volume_2
+        arrow[P1_P1] = k * (slope_1 - swept_1) / s.volume_1
+        arrow[P2_P2] = k * (slope_2 - swept_2) / s.volume_2
+
+    return gas_rates
+
+
+def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
+    """Return the compiled rates of bristle and film (Eq. 10-16), and their Jacobian."""
+    add_level = contributions.level
+
+    @compiled
+    def seal_rates(
+        s: Signals,
+        stiffness: float,
+        state: Array,
+        rate: Array,
+        arrow: Array,
+        memory: Array,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        law, v, film, bristles = model.friction, s.velocity, state[FILM], s.bristle_force
+        level_c, level_s = add_level(s, model, effects, state, rate)
+        coulomb, breakaway = law.coulomb_force + level_c, law.breakaway_force + level_s
+        static, grown = static_forces(s.time, memory, breakaway, coulomb, law)
+        at_rest = friction.static_level(film, static, coulomb, law)
+        power = friction.stribeck_power(v, law)
+        level = friction.sliding_level(power, at_rest, coulomb)
+        steady = friction.film_steady_state(v, static, coulomb, law)
+        rate[DEFLECTION] = friction.bristle_deflection_rate(v, bristles, level)
+        rate[FILM] = friction.film_rate(film, steady, s.sticking, law)
+
+        share = np.copysign(bristles / level, v)
+        bend = law.stribeck_exponent * power * (level - coulomb) / level
+        arrow[Z_V] = 1.0 - share - share * bend
+        arrow[Z_Z] = -abs(v) * stiffness / level
+        arrow[GROWN_STATIC] = grown
+
+    return seal_rates
+
+
+def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
+    """Return the compiled rates of position and velocity (Eq. 8 and 9), and their Jacobian."""
+    add_force = contributions.force
+
+    @compiled
+    def piston_rates(
+        s: Signals,
+        stiffness: float,
+        state: Array,
+        rate: Array,
+        arrow: Array,
+        memory: Array,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        cylinder, law, v = model.cylinder, model.friction, s.velocity
+        force, added_mass = add_force(s, model, effects, state, rate)
+        drive = piston.driving_force(s.pressure_1, s.pressure_2, cylinder, model.gas) + force
+        mass = cylinder.moving_mass + model.operation.load_mass + added_mass
+        # the fluid term of Eq. 9 is solved for the acceleration: it acts like a mass
+        inertia = mass + law.viscous_coefficient * friction.fluid_time(law)
+        z_rate = rate[DEFLECTION]
+        resistance = friction.friction_force(s.bristle_force, z_rate, v, 0.0, law)
+        acceleration = piston.acceleration(drive, resistance, inertia)
+        rate[POSITION], rate[VELOCITY] = v, acceleration
+        arrow[FREE_ACCELERATION] = acceleration
+
+        sigma_1 = law.micro_viscous_coefficient
+        arrow[V_V] = -(law.viscous_coefficient + sigma_1 * arrow[Z_V]) / inertia
+        arrow[V_Z] = -(stiffness + sigma_1 * arrow[Z_Z]) / inertia
+        arrow[V_P1], arrow[V_P2] = cylinder.cap_area / inertia, -cylinder.rod_area / inertia
+        if memory[CONTACT] != 0.0:  # the stop holds the piston, whatever pushes it there
+            rate[VELOCITY] = rate[DEFLECTION] = 0.0
+            arrow[V_V] = arrow[V_Z] = arrow[V_P1] = arrow[V_P2] = 0.0
+            arrow[Z_V] = arrow[Z_Z] = 0.0
+
+    return piston_rates
+
+
 def build_right_hand_side(contributions: Contributions) -> RightHandSide:
     """
     Return the compiled right-hand side with the given contributions of optional effects.
@@ -93,12 +208,9 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
     ``rate``, shape (n,), and the Jacobian entries into ``arrow``, shape (12,). ``voltages`` are
     u1, u2 [V], shape (2,); ``effects`` is the tuple of the effects' parameters.
     """
-    add_spool = contributions.spool
-    add_supply = contributions.supply
-    add_mass = contributions.mass
-    add_heat = contributions.heat
-    add_level = contributions.level
-    add_force = contributions.force
+    gas_rates = build_gas_rates(contributions)
+    seal_rates = build_seal_rates(contributions)
+    piston_rates = build_piston_rates(contributions)
 
     @compiled
     def right_hand_side(
@@ -108,76 +220,19 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
         arrow: Array,
         memory: Array,
         voltages: Array,
-        model: Model,
+        model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        cylinder, law, gas = model.cylinder, model.friction, model.gas
-        x, v = state[POSITION], state[VELOCITY]
-        p1, p2 = state[PRESSURE_1], state[PRESSURE_2]
-        z, film = state[DEFLECTION], state[FILM]
-        volume_1, volume_2 = chambers.volumes(x, cylinder)
-        bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], law)
-        sticking = memory[STICKING] != 0.0
+        x, z = state[POSITION], state[DEFLECTION]
+        volume_1, volume_2 = chambers.volumes(x, model.cylinder)
+        bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], model.friction)
         signals = Signals(
-            time, x, v, p1, p2, volume_1, volume_2, state[GAS_MASS_1], state[GAS_MASS_2],
-            voltages[0], voltages[1], bristles, sticking,
+            time, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
+            state[GAS_MASS_1], state[GAS_MASS_2], voltages[0], voltages[1], bristles,
+            memory[STICKING] != 0.0,
         )  # fmt: skip
-
-        # valves and chambers, Eq. 3-7
-        spool_1, spool_2 = add_spool(signals, model, effects, state, rate)
-        supply_1, supply_2 = add_supply(signals, model, effects, state, rate)
-        leak_1, leak_2 = add_mass(signals, model, effects, state, rate)
-        heat_1, heat_2 = add_heat(signals, model, effects, state, rate)
-        supply = model.operation.supply_pressure
-        ps1, ps2 = supply + supply_1, supply + supply_2
-        flow_1 = valve.mass_flow(voltages[0] + spool_1, p1, ps1, model.valve, gas)
-        flow_2 = valve.mass_flow(voltages[1] + spool_2, p2, ps2, model.valve, gas)
-        a1, a2 = cylinder.cap_area, cylinder.rod_area
-        total_1, total_2 = flow_1 + leak_1, flow_2 + leak_2
-        rate[PRESSURE_1] = chambers.pressure_rate(p1, volume_1, a1 * v, total_1, heat_1, gas)
-        rate[PRESSURE_2] = chambers.pressure_rate(p2, volume_2, -a2 * v, total_2, heat_2, gas)
-        rate[GAS_MASS_1], rate[GAS_MASS_2] = total_1, total_2
-
-        # friction, Eq. 9-16
-        level_c, level_s = add_level(signals, model, effects, state, rate)
-        coulomb, breakaway = law.coulomb_force + level_c, law.breakaway_force + level_s
-        static, grown = static_forces(time, memory, breakaway, coulomb, law)
-        level_0 = friction.static_level(film, static, coulomb, law)
-        level = friction.sliding_level(v, level_0, coulomb, law)
-        z_rate = friction.bristle_deflection_rate(v, bristles, level)
-        steady = friction.film_steady_state(v, static, coulomb, law)
-        rate[FILM] = friction.film_rate(film, steady, sticking, law)
-
-        # motion, Eq. 8 solved for the acceleration with the fluid term of Eq. 9
-        force, added_mass = add_force(signals, model, effects, state, rate)
-        drive = piston.driving_force(p1, p2, cylinder, gas) + force
-        mass = cylinder.moving_mass + model.operation.load_mass + added_mass
-        inertia = mass + law.viscous_coefficient * friction.fluid_time(law)
-        resistance = friction.friction_force(bristles, z_rate, v, 0.0, law)
-        acceleration = piston.acceleration(drive, resistance, inertia)
-        touching = memory[CONTACT] != 0.0
-        rate[POSITION] = v
-        rate[VELOCITY] = 0.0 if touching else acceleration
-        rate[DEFLECTION] = 0.0 if touching else z_rate
-
-        # Jacobian of (v, z, p1, p2)
-        share, sigma_1, n = bristles / level, law.micro_viscous_coefficient, law.stribeck_exponent
-        speed = abs(v)
-        bend = n * (level - coulomb) * np.power(speed / law.stribeck_velocity, n)
-        arrow[Z_V] = 1.0 - np.copysign(share, v) - np.copysign(share, v) * bend / level
-        arrow[Z_Z] = -speed * stiffness / level
-        arrow[V_V] = -(law.viscous_coefficient + sigma_1 * arrow[Z_V]) / inertia
-        arrow[V_Z] = -(stiffness + sigma_1 * arrow[Z_Z]) / inertia
-        arrow[V_P1], arrow[V_P2] = a1 / inertia, -a2 / inertia
-        k, enthalpy = gas.heat_capacity_ratio, gas.gas_constant * gas.supply_temperature
-        arrow[P1_V], arrow[P2_V] = -k * p1 * a1 / volume_1, k * p2 * a2 / volume_2
-        slope_1 = enthalpy * flow_slope(flow_1, p1, ps1, model)
-        slope_2 = enthalpy * flow_slope(flow_2, p2, ps2, model)
-        arrow[P1_P1] = k * (slope_1 - a1 * v) / volume_1
-        arrow[P2_P2] = k * (slope_2 + a2 * v) / volume_2
-        if touching:  # the stop holds the piston: v and z are not coupled to anything
-            arrow[V_V] = arrow[V_Z] = arrow[V_P1] = arrow[V_P2] = 0.0
-            arrow[Z_V] = arrow[Z_Z] = 0.0
-        arrow[FREE_ACCELERATION], arrow[GROWN_STATIC] = acceleration, grown
+        gas_rates(signals, state, rate, arrow, model, effects)
+        seal_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
+        piston_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
 
     return right_hand_side

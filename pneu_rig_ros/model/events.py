@@ -8,6 +8,7 @@ perfectly plastic: the piston stays at the stop until the net force points inwar
 
 from pneu_rig_ros.model import hysteresis
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     ANCHORS,
     CONTACT,
@@ -21,13 +22,12 @@ from pneu_rig_ros.model.dynamics import (
     VELOCITY,
     Array,
 )
-from pneu_rig_ros.model.parameters import Model
 
 NONE, BREAKAWAY, ARREST, TOUCH, RELEASE, REVERSAL = range(6)
 
-VELOCITY_TOLERANCE = 1e-7
+VELOCITY_TOLERANCE = 1e-10
 """How far beyond its threshold a velocity may be when the event is taken [m/s]."""
-POSITION_TOLERANCE = 1e-9
+POSITION_TOLERANCE = 1e-12
 """How far beyond an end stop the piston may be when the contact is taken [m]."""
 
 
@@ -62,7 +62,7 @@ def find(
     f1: Array,
     arrow: Array,
     memory: Array,
-    model: Model,
+    model: CompiledModel,
 ) -> tuple[int, float, bool]:
     """
     Return the first event of a step: its code, its share of the step, and whether it is met.
@@ -114,14 +114,14 @@ def find(
 
 
 @compiled
-def remember(state: Array, memory: Array, model: Model) -> None:
+def remember(state: Array, memory: Array, model: CompiledModel) -> None:
     """Let F(z) remember the deflection at the end of an accepted step; changes ``memory``."""
     hysteresis.drag_anchors(state[DEFLECTION], memory[ANCHORS:], model.friction)
 
 
 @compiled
 def apply(
-    code: int, time: float, state: Array, memory: Array, arrow: Array, model: Model
+    code: int, time: float, state: Array, memory: Array, arrow: Array, model: CompiledModel
 ) -> None:
     """Carry out an event: changes ``state`` and ``memory``."""
     if code == BREAKAWAY:

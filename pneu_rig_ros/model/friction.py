@@ -8,6 +8,8 @@ time constant, ``revised_lugre_dwell`` Eq. 16. Sticking is resolved by the brist
 
 import math
 
+import numpy as np
+
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.parameters import (
     COULOMB_VISCOUS,
@@ -62,12 +64,12 @@ def bristle_deflection_rate(velocity: float, bristle_force: float, level: float)
 
 
 @compiled
-def stribeck_factor(velocity: float, friction: Friction) -> float:
-    """Return exp(-|v / v_s|^n) [-] of Eq. 11."""
+def stribeck_power(velocity: float, friction: Friction) -> float:
+    """Return |v / v_s|^n [-] of Eq. 11, with |v| so that it holds in both directions."""
     ratio = abs(velocity) / friction.stribeck_velocity
     if friction.stribeck_exponent == 2.5:  # Table 2; a square root is cheaper than a power
-        return math.exp(-ratio * ratio * math.sqrt(ratio))
-    return math.exp(-math.pow(ratio, friction.stribeck_exponent))
+        return ratio * ratio * math.sqrt(ratio)
+    return math.pow(ratio, friction.stribeck_exponent)
 
 
 @compiled
@@ -94,18 +96,15 @@ def static_level(
 
 
 @compiled
-def sliding_level(
-    velocity: float, static_level_force: float, coulomb_force: float, friction: Friction
-) -> float:
+def sliding_level(power: float, level_at_rest: float, coulomb_force: float) -> float:
     """
     Return the Stribeck function g(v, h) [N] (Eq. 11).
 
-    :param velocity: v [m/s]
-    :param static_level_force: g(0, h) [N], see :func:`static_level`
+    :param power: |v / v_s|^n [-], see :func:`stribeck_power`
+    :param level_at_rest: g(0, h) [N], see :func:`static_level`
     :param coulomb_force: F_c [N]
     """
-    excess = static_level_force - coulomb_force
-    return coulomb_force + excess * stribeck_factor(velocity, friction)
+    return coulomb_force + (level_at_rest - coulomb_force) * math.exp(-power)
 
 
 @compiled
@@ -120,10 +119,10 @@ def film_steady_state(
     :param coulomb_force: F_c [N]
     """
     ratio = min(abs(velocity) / friction.film_velocity, 1.0)
-    share = math.pow(ratio, 2.0 / 3.0)
+    share = np.cbrt(ratio * ratio)
     if friction.film_reading == FILM_PRINTED:
         share *= max(1.0 - coulomb_force / static_force, 0.0)
-    return share
+    return float(share)
 
 
 @compiled

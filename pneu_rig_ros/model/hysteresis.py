@@ -52,9 +52,7 @@ def bristle_force(
 
 
 @compiled
-def drag_anchors(
-    deflection: float, anchors: NDArray[np.float64], friction: Friction
-) -> None:
+def drag_anchors(deflection: float, anchors: NDArray[np.float64], friction: Friction) -> None:
     """
     Let the elements that slip drag their anchors along, in place: the memory of F(z).
 

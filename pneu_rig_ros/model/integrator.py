@@ -14,6 +14,7 @@ import numpy as np
 
 from pneu_rig_ros.model import events
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
     STICKING,
@@ -21,7 +22,6 @@ from pneu_rig_ros.model.dynamics import (
     Array,
     RightHandSide,
 )
-from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.rosenbrock import ORDER, build_step
 
 START, END, SUGGESTED, NOW = range(4)
@@ -124,7 +124,7 @@ def build_start(right_hand_side: RightHandSide) -> Callable[..., None]:
     rhs = right_hand_side
 
     @compiled
-    def start(carry: Carry, model: Model, effects: tuple[object, ...]) -> None:
+    def start(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
         rhs(
             carry.clock[END], carry.y1, carry.f1, carry.arrow, carry.memory, carry.voltages,
             model, effects,
@@ -139,7 +139,7 @@ def build_cut(start: Callable[..., None]) -> Callable[..., None]:
 
     @compiled
     def cut(
-        carry: Carry, voltages: Array, model: Model, effects: tuple[object, ...]
+        carry: Carry, voltages: Array, model: CompiledModel, effects: tuple[object, ...]
     ) -> None:
         now = carry.clock[NOW]
         if now < carry.clock[END]:
@@ -159,7 +159,7 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
     start = build_start(right_hand_side)
 
     @compiled
-    def jump(carry: Carry, model: Model, effects: tuple[object, ...]) -> None:
+    def jump(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
         time, code = carry.clock[END], carry.counts[PENDING]
         events.apply(code, time, carry.y1, carry.memory, carry.arrow, model)
         carry.counts[PENDING] = events.NONE
@@ -169,7 +169,7 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
 
     @compiled
     def advance(
-        carry: Carry, tolerance: float, longest: float, model: Model,
+        carry: Carry, tolerance: float, longest: float, model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:  # fmt: skip
         clock, counts, error = carry.clock, carry.counts, carry.work[6]
@@ -226,7 +226,7 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
         extras: Array,
         tolerance: float,
         longest: float,
-        model: Model,
+        model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
         clock, memory, held = carry.clock, carry.memory, carry.voltages

@@ -1,13 +1,12 @@
 """Piston: driving force and equation of motion (Eq. 8)."""
 
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.parameters import Cylinder, Gas
+from pneu_rig_ros.model.compiled_model import Air
+from pneu_rig_ros.model.parameters import Cylinder
 
 
 @compiled
-def driving_force(
-    pressure_1: float, pressure_2: float, cylinder: Cylinder, gas: Gas
-) -> float:
+def driving_force(pressure_1: float, pressure_2: float, cylinder: Cylinder, gas: Air) -> float:
     """
     Return the force of the gas on the piston [N], positive on the outstroke (Eq. 2 and 8).
 

@@ -10,11 +10,12 @@ from pneu_rig_ros.model import chambers, dynamics, friction, integrator, piston
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled import plain
+from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
 
-TOLERANCE = 1e-5
+TOLERANCE = 1e-6
 """Default local error, as a share of full scale [-]."""
 LONGEST_STEP = 0.05
 """Default longest step [s]."""
@@ -86,7 +87,7 @@ class Plant:
     def reset(self) -> PlantState:
         """Go back to rest at the initial position; return the state there."""
         self._arguments = compiled_model(self.model)
-        self._carry = _at_rest(self.model, self._arguments, self.state_size)
+        self._carry = self.initial_carry()
         self._solver.start(self._carry, self._arguments, self.effects)
         self._index = 0
         self._one_voltage = np.empty((1, 2))
@@ -94,6 +95,10 @@ class Plant:
         acceleration = self._carry.f1[dynamics.VELOCITY]
         self._one_extra = np.array([[acceleration, *self._carry.memory[:2]]])
         return self.state
+
+    def initial_carry(self) -> integrator.Carry:
+        """Return the integration of the model at rest, before its first step."""
+        return _at_rest(self.model, self._arguments, self.state_size)
 
     def change_operation(self, **changes: float) -> None:
         """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""
@@ -154,7 +159,7 @@ class Plant:
     def _friction(self, pressure_1: Any, pressure_2: Any, acceleration: Any) -> Any:
         """Return F_r [N] by Eq. 8 from numbers or arrays."""
         drive = plain(piston.driving_force)(
-            pressure_1, pressure_2, self.model.cylinder, self.model.gas
+            pressure_1, pressure_2, self.model.cylinder, self._arguments.gas
         )
         return drive - self.model.total_mass * acceleration
 
@@ -168,25 +173,15 @@ class Plant:
         )  # fmt: skip
 
 
-def compiled_model(model: Model) -> Model:
-    """Return the model with its lists as arrays, which compiled code can index."""
-    law = model.friction
-    arrays: dict[str, Any] = {
-        'element_stiffness': np.array(law.element_stiffness, dtype=np.float64),
-        'element_limit': np.array(law.element_limit, dtype=np.float64),
-    }
-    return model._replace(friction=law._replace(**arrays))
-
-
-def _at_rest(model: Model, arguments: Model, size: int) -> integrator.Carry:
+def _at_rest(model: Model, arguments: CompiledModel, size: int) -> integrator.Carry:
     """Return the carry of a piston that has rested for ``rest_time`` at its initial position."""
     operation, law = model.operation, model.friction
     volume_1, volume_2 = plain(chambers.volumes)(operation.initial_position, model.cylinder)
     temperature = model.gas.supply_temperature
     p1, p2 = operation.initial_pressure_1, operation.initial_pressure_2
     gas_mass = plain(chambers.gas_mass)
-    mass_1 = gas_mass(p1, volume_1, temperature, model.gas)
-    mass_2 = gas_mass(p2, volume_2, temperature, model.gas)
+    mass_1 = gas_mass(p1, volume_1, temperature, arguments.gas)
+    mass_2 = gas_mass(p2, volume_2, temperature, arguments.gas)
     state = np.zeros(size)
     state[:8] = operation.initial_position, 0.0, p1, p2, 0.0, 0.0, mass_1, mass_2
     held = plain(friction.static_friction)(
@@ -211,7 +206,7 @@ def full_scale(model: Model, size: int) -> Array:
     level = max(model.friction.breakaway_force, model.friction.coulomb_force)
     cylinder = model.cylinder
     volume = cylinder.cap_dead_volume + cylinder.cap_area * cylinder.stroke
-    mass = plain(chambers.gas_mass)(pressure, volume, model.gas.supply_temperature, model.gas)
+    mass = plain(chambers.gas_mass)(pressure, volume, model.gas.supply_temperature, air(model.gas))
     scale = np.ones(size)
     scale[:8] = cylinder.stroke, 1.0, pressure, pressure, level / stiffness, 1.0, mass, mass
     return scale

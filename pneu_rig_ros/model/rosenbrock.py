@@ -9,6 +9,7 @@ Reference: J. Rang, L. Angermann, BIT Numerical Mathematics 45 (2005) 761.
 import numpy as np
 
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     DEFLECTION,
     P1_P1,
@@ -27,7 +28,6 @@ from pneu_rig_ros.model.dynamics import (
     Array,
     RightHandSide,
 )
-from pneu_rig_ros.model.parameters import Model
 
 ORDER = 3
 """Declared order of the method."""
@@ -139,7 +139,7 @@ def build_step(right_hand_side: RightHandSide) -> RightHandSide:
         work: Array,
         memory: Array,
         voltages: Array,
-        model: Model,
+        model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
         n = len(y0)

@@ -3,7 +3,8 @@
 import math
 
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.parameters import Gas, Valve
+from pneu_rig_ros.model.compiled_model import Air
+from pneu_rig_ros.model.parameters import Valve
 
 CENTRE_VOLTAGE = 2.5
 """Voltage at which both ports are shut [V]."""
@@ -23,26 +24,19 @@ def control_voltages(u: float) -> tuple[float, float]:
 
 
 @compiled
-def critical_ratio(k: float) -> float:
-    """Return the pressure ratio [-] at and below which the flow is choked (Eq. 4-5)."""
-    return math.pow(2.0 / (k + 1.0), k / (k - 1.0))
-
-
-@compiled
-def flow_coefficient(ratio: float, k: float, laminar_ratio: float) -> float:
+def flow_coefficient(ratio: float, laminar_ratio: float, gas: Air) -> float:
     """
     Return the dimensionless flow coefficient gamma_ib or gamma_ie [-] (Eq. 4 and 5).
 
-    The choked value is the exact one (printed as 0.58), so that the coefficient is continuous.
-    Above ``laminar_ratio`` it falls linearly to zero at ratio 1, where Eq. 4 has an infinite
-    slope.
+    The choked value is the exact one, so that the coefficient is continuous. Above
+    ``laminar_ratio`` it falls linearly to zero at ratio 1, where Eq. 4 has an infinite slope.
 
     :param ratio: downstream over upstream absolute pressure [-], 0 to 1
-    :param k: heat capacity ratio [-]
     :param laminar_ratio: ratio [-] above which the flow is linear in the pressure difference
     """
-    if ratio <= critical_ratio(k):
-        return math.pow(2.0 / (k + 1.0), 0.5 * (k + 1.0) / (k - 1.0))
+    if ratio <= gas.critical_ratio:
+        return gas.choked_coefficient
+    k = gas.heat_capacity_ratio
     inner = min(ratio, laminar_ratio)
     # ratio^((k+1)/2k) * sqrt(ratio^((1-k)/k) - 1) with one power instead of two
     power = math.pow(inner, 1.0 / k)
@@ -53,7 +47,7 @@ def flow_coefficient(ratio: float, k: float, laminar_ratio: float) -> float:
 
 
 @compiled
-def port_flow(inlet: float, outlet: float, opening: float, valve: Valve, gas: Gas) -> float:
+def port_flow(inlet: float, outlet: float, opening: float, valve: Valve, gas: Air) -> float:
     """
     Return the mass flow [kg/s] through one port, positive from inlet to outlet (Eq. 3).
 
@@ -63,17 +57,15 @@ def port_flow(inlet: float, outlet: float, opening: float, valve: Valve, gas: Ga
     :param outlet: absolute pressure [Pa]
     :param opening: K_V (u - u_overlap), effective area [m^2]
     """
-    k = gas.heat_capacity_ratio
     upstream, downstream = max(inlet, outlet), min(inlet, outlet)
-    coefficient = flow_coefficient(downstream / upstream, k, valve.laminar_pressure_ratio)
-    scale = math.sqrt(k / (gas.gas_constant * gas.supply_temperature))
-    flow = coefficient * upstream * scale * opening
+    coefficient = flow_coefficient(downstream / upstream, valve.laminar_pressure_ratio, gas)
+    flow = coefficient * upstream * gas.flow_scale * opening
     return flow if inlet >= outlet else -flow
 
 
 @compiled
 def mass_flow(
-    voltage: float, pressure: float, supply_pressure: float, valve: Valve, gas: Gas
+    voltage: float, pressure: float, supply_pressure: float, valve: Valve, gas: Air
 ) -> float:
     """
     Return the mass flow [kg/s] into a chamber (Eq. 3), negative when it is exhausted.

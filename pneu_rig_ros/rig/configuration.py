@@ -120,9 +120,7 @@ def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
     return _read(_mapping(text, origin), origin)
 
 
-def override(
-    configuration: RigConfiguration, changes: Mapping[str, object]
-) -> RigConfiguration:
+def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> RigConfiguration:
     """Return the configuration with the changes of :func:`load_configuration` applied."""
     model = configuration.model
     allowed = [*OVERRIDES, 'seed', 'sensors', 'friction']

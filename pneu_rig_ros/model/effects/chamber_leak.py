@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Signals
-from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import port_flow
 
@@ -22,7 +22,7 @@ class Parameters(NamedTuple):
 @compiled
 def contribution(
     signals: Signals,
-    model: Model,
+    model: CompiledModel,
     parameters: Parameters,
     state: NDArray[np.float64],
     rate: NDArray[np.float64],

@@ -1,0 +1,200 @@
+"""
+General-purpose solvers on the plant's own compiled right-hand side.
+
+SciPy's LSODA and Radau and SUNDIALS CVODE integrate the smooth stretches; between them the events
+are located by the solver's own root finding and carried out here, independently of the package's
+integrator. Radau at 1e-10 is the reference of the accuracy figures and of the tests.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from sksundae.cvode import CVODE
+
+from pneu_rig_ros.model import dynamics
+from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
+from pneu_rig_ros.model.dynamics import (
+    CONTACT,
+    FREE_ACCELERATION,
+    GROWN_STATIC,
+    HELD_STATIC,
+    POSITION,
+    REST_START,
+    STICKING,
+    VELOCITY,
+)
+from pneu_rig_ros.model.plant import Plant
+
+Array = NDArray[np.float64]
+Rates = Callable[[float, Array], Array]
+Solve = Callable[['Problem', float, Array, Array], tuple[Array, Array, float, Array, int]]
+
+BREAKAWAY, ARREST, TOUCH, RELEASE = range(4)
+
+
+class Problem(NamedTuple):
+    """A stroke at constant voltages, with compiled callbacks; ``memory`` changes under way."""
+
+    model: CompiledModel
+    memory: Array
+    resting: Array
+    initial: Array
+    scale: Array
+    rates: Rates
+    rates_into: Callable[[float, Array, Array], None]
+    signs: Callable[[float, Array], Array]
+    signs_into: Callable[[float, Array, Array], None]
+    auxiliary: Rates
+
+
+def problem(plant: Plant, voltages: tuple[float, float]) -> Problem:
+    """Return the stroke of a plant from rest, without effects and with one bristle element."""
+    carry = plant.initial_carry()
+    model, memory = compiled_model(plant.model), carry.memory
+    into, signs_into, auxiliary = _callbacks(plant.right_hand_side, model, voltages)
+    size = plant.state_size
+
+    def rates(t: float, y: Array) -> Array:
+        rate = np.empty(size)
+        into(t, y, rate, memory)
+        return rate
+
+    def signs(t: float, y: Array) -> Array:
+        values = np.empty(4)
+        signs_into(t, y, values, memory)
+        return values
+
+    return Problem(
+        model, memory, memory.copy(), carry.y1.copy(), carry.scale, rates,
+        lambda t, y, rate: into(t, y, rate, memory), signs,
+        lambda t, y, values: signs_into(t, y, values, memory),
+        lambda t, y: auxiliary(t, y, memory),
+    )  # fmt: skip
+
+
+def _callbacks(rhs: Callable[..., None], model: CompiledModel, voltages: Any) -> Any:
+    """Bind the model as a constant: unpacking it in every call would burden the peers."""
+    held = np.array(voltages)
+    size, arrow_size = dynamics.STATE_SIZE, dynamics.ARROW_SIZE
+    stroke, stop = model.cylinder.stroke, model.friction.stop_velocity
+    start = model.friction.start_velocity
+
+    @njit(error_model='numpy')
+    def rates(t, y, rate, memory):  # type: ignore[no-untyped-def]
+        rhs(t, y, rate, np.empty(arrow_size), memory, held, model, ())
+
+    @njit(error_model='numpy')
+    def auxiliary(t, y, memory):  # type: ignore[no-untyped-def]
+        arrow = np.empty(arrow_size)
+        rhs(t, y, np.empty(size), arrow, memory, held, model, ())
+        return arrow
+
+    @njit(error_model='numpy')
+    def signs(t, y, values, memory):  # type: ignore[no-untyped-def]
+        """Each value falls through zero at its event and is one while it cannot happen."""
+        x, speed = y[POSITION], abs(y[VELOCITY])
+        values[:] = 1.0
+        if memory[CONTACT] != 0.0:
+            arrow = auxiliary(t, y, memory)
+            values[RELEASE] = memory[CONTACT] * arrow[FREE_ACCELERATION]
+        else:
+            if memory[STICKING] != 0.0:
+                values[BREAKAWAY] = start - speed
+            else:
+                values[ARREST] = speed - stop
+            values[TOUCH] = min(x, stroke - x) if y[VELOCITY] * (x - 0.5 * stroke) > 0.0 else 1.0
+
+    return rates, signs, auxiliary
+
+
+def carry_out(event: int, t: float, y: Array, task: Problem) -> None:
+    """Change state and memory at an event."""
+    memory = task.memory
+    resting = memory[STICKING] != 0.0
+    if event == BREAKAWAY:
+        memory[HELD_STATIC] = task.auxiliary(t, y)[GROWN_STATIC]
+        memory[STICKING] = 0.0
+    elif event == ARREST or (event == TOUCH and not resting):
+        memory[STICKING], memory[REST_START] = 1.0, t
+    if event == TOUCH:
+        outer = y[POSITION] > 0.5 * task.model.cylinder.stroke
+        y[POSITION], y[VELOCITY] = (task.model.cylinder.stroke if outer else 0.0), 0.0
+        memory[CONTACT] = 1.0 if outer else -1.0
+    elif event == RELEASE:
+        memory[CONTACT] = 0.0
+
+
+def scipy_solver(method: str, tolerance: float) -> Solve:
+    """Return SciPy's ``solve_ivp`` with the method; its events end each stretch."""
+
+    def solve(
+        task: Problem, t: float, y: Array, samples: Array
+    ) -> tuple[Array, Array, float, Array, int]:
+        def guard(index: int) -> Any:
+            def value(time: float, state: Array) -> float:
+                return float(task.signs(time, state)[index])
+
+            value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
+            return value
+
+        solution = solve_ivp(
+            task.rates, (t, samples[-1]), y, method=method, t_eval=samples, rtol=tolerance,
+            atol=tolerance * task.scale, events=[guard(int(i)) for i in range(4)],
+        )  # fmt: skip
+        for index, times in enumerate(solution.t_events or ()):
+            if len(times):
+                return solution.t, solution.y.T, times[0], solution.y_events[index][0], index
+        return solution.t, solution.y.T, samples[-1], solution.y[:, -1], -1
+
+    return solve
+
+
+def cvode_solver(tolerance: float) -> Solve:
+    """Return SUNDIALS CVODE (BDF); its root finding ends each stretch."""
+
+    def solve(
+        task: Problem, t: float, y: Array, samples: Array
+    ) -> tuple[Array, Array, float, Array, int]:
+        def rates(time: float, state: Array, rate: Array) -> None:
+            task.rates_into(time, state, rate)
+
+        def signs(time: float, state: Array, values: Array) -> None:
+            task.signs_into(time, state, values)
+
+        signs.terminal, signs.direction = [True] * 4, [-1] * 4  # type: ignore[attr-defined]
+        solver = CVODE(
+            rates, rtol=tolerance, atol=tolerance * task.scale, eventsfn=signs, num_events=4,
+            max_num_steps=1_000_000,
+        )  # fmt: skip
+        solution = solver.solve(np.concatenate([[t], samples]), y)
+        kept = (solution.t > t) & np.isin(solution.t, samples)
+        if solution.i_events is not None and len(solution.i_events):
+            index = int(np.flatnonzero(solution.i_events[-1])[0])
+            time, state = solution.t_events[-1], solution.y_events[-1].copy()
+            return solution.t[kept], solution.y[kept], time, state, index
+        return solution.t[kept], solution.y[kept], samples[-1], solution.y[-1].copy(), -1
+
+    return solve
+
+
+def run(task: Problem, solve: Solve, samples: Array) -> Array:
+    """
+    Return the states at the sample times, shape (m, n), integrated from event to event.
+
+    :param samples: times [s], shape (m,), all > 0
+    """
+    task.memory[:] = task.resting
+    out = np.empty((len(samples), len(task.initial)))
+    t, y, done = 0.0, task.initial.copy(), 0
+    while done < len(samples):
+        times, states, t, y, event = solve(task, t, y, samples[done:])
+        out[done : done + len(times)] = states
+        done += len(times)
+        if event < 0:
+            break
+        carry_out(event, t, y, task)
+    return out
