@@ -35,9 +35,10 @@ NO_WHEEL = {'launch', 'launch_ros', 'rcl_interfaces', 'rmw_fastrtps_cpp', 'ros2l
 
 
 def environment() -> dict[str, str]:
-    """Return this environment without what the ROS wheels and an editable build left in it."""
-    dropped = {'PYTHONPATH', 'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE'}
-    kept = {key: value for key, value in os.environ.items() if key not in dropped}
+    """Return this environment without what the ROS wheels exported when this process started."""
+    kept = dict(os.environ)
+    if kept.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None):
+        kept.pop('LD_LIBRARY_PATH', None)
     return kept | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(DOMAIN)}
 
 
