@@ -24,6 +24,7 @@ from scipy.signal import butter, filtfilt, lfilter
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
+    from pneu_rig_ros.records import Record
     from pneu_rig_ros.rig import RigConfiguration
 
 CUTOFF = 32.0
@@ -115,17 +116,18 @@ def acceleration_zero_phase(
     """
     Return the acceleration [m/s^2] of equally spaced positions [m], same shape (n,).
 
-    Second central difference, then forward-backward first-order Butterworth; no phase shift.
+    Second central difference, then forward-backward first-order Butterworth; no phase shift. The
+    ends of a record say little about acceleration: there it fades to 0 within ``DELAY``.
     """
     x = np.asarray(position, dtype=np.float64)
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
-    raw = np.empty_like(x)
-    raw[1:-1] = np.diff(x, 2) / interval**2
-    raw[0], raw[-1] = raw[1], raw[-2]
+    # Turned about its end points, the position goes on beyond them without a jump in velocity.
+    margin = min(x.size - 1, 2 * delay_samples(interval))
+    extended = np.pad(x, margin, mode='reflect', reflect_type='odd')
     b, a = butter(1, cutoff, fs=1.0 / interval)
-    padding = min(x.size - 1, 2 * delay_samples(interval))
-    return np.asarray(filtfilt(b, a, raw, padlen=padding))
+    filtered = filtfilt(b, a, np.diff(extended, 2) / interval**2, padlen=0)
+    return np.asarray(filtered[margin - 1 : margin - 1 + x.size])
 
 
 def friction_zero_phase(
@@ -186,3 +188,20 @@ class CausalFriction:
         window = self._positions[slot + 1 : slot + 1 + size]
         force = self._forces[(count - self.delay_samples) % size]
         return force - float(self._kernel @ window)
+
+
+def friction_of(record: Record) -> Floats:
+    """
+    Return the friction force F_r of a record [N], shape (n,), by the zero-phase estimator.
+
+    :raises RigError: when the record does not say what rig it is of
+    """
+    if record.configuration is None:
+        raise RigError(
+            'the bag does not hold the configuration of the rig, so piston areas and mass for '
+            'Eq. 2 are unknown; record rig_description too'
+        )
+    balance = ForceBalance.of(record.configuration)
+    return friction_zero_phase(
+        record.position, record.pressure_1, record.pressure_2, record.interval, balance
+    )

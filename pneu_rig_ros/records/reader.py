@@ -161,7 +161,9 @@ def _interval(stamps: Stamps, configuration: RigConfiguration | None) -> int:
 def _fill(stream: Stream, column: int, grid: Stamps) -> Floats:
     """Return a column of the stream on the grid, linear where samples are missing."""
     # From the first sample on, as a float cannot hold the nanoseconds since 1970.
-    return np.interp(grid - grid[0], stream.stamps - grid[0], stream.values[:, column])
+    known = stream.stamps - grid[0]
+    filled: Floats = np.interp(grid - grid[0], known, stream.values[:, column])
+    return filled
 
 
 def _place(stream: Stream, grid: Stamps, interval: int) -> Floats:
@@ -180,4 +182,5 @@ def _hold(stream: Stream, arrival: Stamps) -> Floats:
         return np.repeat(at_rest, arrival.size, axis=0)
     known = np.maximum.accumulate(arrival)
     last = np.searchsorted(stream.arrival_ns, known, side='right')
-    return np.concatenate([at_rest, stream.values])[last]
+    held: Floats = np.concatenate([at_rest, stream.values])[last]
+    return held

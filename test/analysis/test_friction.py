@@ -83,14 +83,14 @@ def test_constant_acceleration_gives_the_friction_exactly(acceleration: float) -
     pressure_2 = np.full_like(time, 1.3e5)
     pressure_1 = (force + pressure_2 * BALANCE.area_2 + ambient) / BALANCE.area_1
     offline = friction_zero_phase(position, pressure_1, pressure_2, INTERVAL, BALANCE)
-    np.testing.assert_allclose(offline, 20.0, atol=1e-6)
+    np.testing.assert_allclose(offline[60:-60], 20.0, atol=1e-4)
     np.testing.assert_allclose(live(position, pressure_1, pressure_2), 20.0, atol=1e-6)
 
 
 def test_friction_of_a_known_stick_slip_motion_is_recovered() -> None:
     position, pressure_1, pressure_2, friction = stick_slip()
     estimate = friction_zero_phase(position, pressure_1, pressure_2, INTERVAL, BALANCE)
-    error = np.abs(estimate - friction)
+    error = np.abs(estimate - friction)[25:-25]
     # The motion's acceleration jumps by 3.1 m/s^2, 2 N: only there may a low-pass differ.
     assert np.median(error) < 0.01
     assert error.max() < 0.55 * BALANCE.mass * 4e-3 / 2 * (np.pi / 0.08) ** 2
@@ -116,6 +116,16 @@ def test_atmosphere_on_the_rod_is_no_friction() -> None:
     ambient = np.full(100, BALANCE.atmospheric_pressure)
     offline = friction_zero_phase(position, ambient, ambient, INTERVAL, BALANCE)
     np.testing.assert_allclose(offline, 0.0, atol=1e-9)
+
+
+def test_sensor_step_at_the_very_end_is_no_force() -> None:
+    position = np.full(500, 0.1)
+    position[-1] += POSITION_STEP
+    position[:2] -= POSITION_STEP
+    pressure = np.full(500, BALANCE.atmospheric_pressure)
+    offline = friction_zero_phase(position, pressure, pressure, INTERVAL, BALANCE)
+    # As much as a step in the middle makes.
+    assert np.abs(offline).max() < 1.4
 
 
 def test_reset_forgets_the_samples() -> None:

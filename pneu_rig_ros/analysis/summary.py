@@ -1,0 +1,79 @@
+"""What a record comes to in a few numbers."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from pneu_rig_ros.analysis.friction import friction_of
+from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.timing import measure_timing
+from pneu_rig_ros.records import Record
+
+
+@dataclass(frozen=True)
+class Summary:
+    """
+    The numbers of one record, SI units.
+
+    :param cylinder: name of the cylinder, 'unknown' if the bag does not say
+    :param friction_model: name of the plant's friction law
+    :param seed: of the sensor noise
+    :param duration: from the first to the last sample [s]
+    :param samples: on the sampling grid
+    :param interval: sampling interval [s]
+    :param rate: achieved rate [Hz]
+    :param jitter_p50: median jitter of the arrivals [s]
+    :param jitter_p99: its 99th percentile [s]
+    :param lost: topic -> lost samples
+    :param travel: largest less smallest position [m]
+    :param peak_friction: largest breakaway friction [N], None without cycles or configuration
+    :param cycles: the stick-slip cycles
+    """
+
+    cylinder: str
+    friction_model: str
+    seed: str
+    duration: float
+    samples: int
+    interval: float
+    rate: float
+    jitter_p50: float
+    jitter_p99: float
+    lost: dict[str, int]
+    travel: float
+    peak_friction: float | None
+    cycles: tuple[Cycle, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON; numbers that are not known are None."""
+        data = asdict(self)
+        data['cycles'] = [cycle._asdict() for cycle in self.cycles]
+        data['cycle_count'] = len(self.cycles)
+        return {key: None if value != value else value for key, value in data.items()}
+
+
+def summarise(record: Record) -> Summary:
+    """Return the summary of a record."""
+    known = record.configuration is not None
+    friction = friction_of(record) if known and record.position.size > 3 else None
+    cycles = find_cycles(record.position, record.interval, friction)
+    peaks = [cycle.peak_friction for cycle in cycles] if friction is not None else []
+    timing = measure_timing(record)
+    return Summary(
+        cylinder=record.metadata.get('cylinder', 'unknown'),
+        friction_model=record.metadata.get('friction_model', 'unknown'),
+        seed=record.metadata.get('seed', 'unknown'),
+        duration=record.duration,
+        samples=record.position.size,
+        interval=record.interval,
+        rate=timing.rate,
+        jitter_p50=timing.jitter_p50,
+        jitter_p99=timing.jitter_p99,
+        lost=timing.lost,
+        travel=float(np.ptp(record.position)),
+        peak_friction=max(peaks, default=None),
+        cycles=tuple(cycles),
+    )

@@ -1,0 +1,114 @@
+"""Rate, jitter and losses follow from stamps and arrivals; the summary is plain data."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.analysis.friction import friction_of
+from pneu_rig_ros.analysis.summary import summarise
+from pneu_rig_ros.analysis.timing import lost_samples, measure_timing
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.records.record import NEVER
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.simulate import simulate
+
+
+@pytest.fixture(scope='module')
+def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+    configuration = load_configuration('cylinder_2')
+    return read_record(simulate(configuration, 0.34, 3.0, tmp_path_factory.mktemp('b') / 'bag'))
+
+
+def test_live_and_offline_friction_agree(record: Record) -> None:
+    live = record.friction[25:-25]
+    offline = friction_of(record)[25:-25]
+    assert np.abs(live - offline).max() < 0.5
+
+
+def test_estimated_friction_is_the_friction_of_the_plant(record: Record) -> None:
+    rig = Rig(load_configuration('cylinder_2'))
+    rig.reset()
+    truth = [rig.state.friction_force]
+    for _ in range(record.position.size - 1):
+        rig.step(*valve_voltages(0.34))
+        truth.append(rig.state.friction_force)
+    error = friction_of(record) - np.array(truth)
+    # 1 % of pressure, 0.5 % of position, one sensor step of 73 um: see the rig's sensors.
+    assert np.median(np.abs(error)) < 0.5
+    assert summarise(record).peak_friction == pytest.approx(max(truth), rel=0.03)
+
+
+def test_simulated_time_has_the_exact_rate_and_no_jitter(record: Record) -> None:
+    timing = measure_timing(record)
+    assert timing.rate == pytest.approx(1e9 / 1_160_000)
+    assert timing.jitter_p50 == timing.jitter_p99 == 0.0
+    assert set(timing.lost.values()) == {0}
+
+
+def test_jitter_is_measured_from_the_median_delay(record: Record) -> None:
+    arrival = record.arrival_ns + 5_000_000
+    arrival[::50] += 3_000_000
+    timing = measure_timing(replace(record, arrival_ns=arrival))
+    assert timing.jitter_p50 == 0.0
+    assert timing.jitter_p99 == pytest.approx(3e-3)
+
+
+def test_missing_samples_do_not_change_the_rate(record: Record) -> None:
+    arrival = record.arrival_ns.copy()
+    arrival[100:200] = NEVER
+    timing = measure_timing(replace(record, arrival_ns=arrival))
+    assert timing.rate == pytest.approx(1e9 / 1_160_000)
+
+
+def test_losses_are_counted_by_topic(record: Record) -> None:
+    friction = record.friction.copy()
+    friction[[100, 101]] = np.nan
+    missing = {**record.missing, 'joint_states': record.stamps[[3, 4, 5]]}
+    counts = {**record.counts, 'velocity': record.counts['velocity'] - 7}
+    lossy = replace(record, friction=friction, missing=missing, counts=counts)
+    assert lost_samples(lossy) == {
+        'joint_states': 3,
+        'chamber_1/pressure': 0,
+        'chamber_2/pressure': 0,
+        'friction': 2,
+        'position': 0,
+        'velocity': 7,
+    }
+
+
+def test_friction_estimator_that_died_is_seen(record: Record) -> None:
+    friction = record.friction.copy()
+    friction[1000:] = np.nan
+    assert lost_samples(replace(record, friction=friction))['friction'] == friction.size - 1025
+
+
+def test_summary_is_plain_json(record: Record) -> None:
+    data = json.loads(json.dumps(summarise(record).to_dict(), allow_nan=False))
+    assert data['cylinder'] == 'cylinder_2'
+    assert data['samples'] == 2587
+    assert data['cycle_count'] == len(data['cycles']) >= 1
+    assert data['lost']['joint_states'] == 0
+
+
+def test_record_without_configuration_has_a_summary_but_no_friction(record: Record) -> None:
+    anonymous = replace(record, configuration=None)
+    summary = summarise(anonymous)
+    assert summary.peak_friction is None
+    assert len(summary.cycles) == len(summarise(record).cycles)
+    with pytest.raises(RigError, match='does not hold the configuration'):
+        friction_of(anonymous)
+
+
+def test_shortest_possible_bag_has_a_summary(tmp_path: Path) -> None:
+    bag = simulate(load_configuration('cylinder_1'), 0.0, 1e-6, tmp_path / 'bag')
+    summary = summarise(read_record(bag))
+    assert summary.samples == 1
+    assert math.isnan(summary.rate)
+    assert summary.to_dict()['rate'] is None
+    assert summary.cycles == ()
