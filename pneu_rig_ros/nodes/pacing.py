@@ -1,0 +1,105 @@
+"""When a loop goes on: at absolute deadlines, or as soon as a message has arrived."""
+
+import os
+import time
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import Protocol
+
+from rclpy.context import Context
+from rclpy.impl.implementation_singleton import rclpy_implementation
+
+from pneu_rig_ros.nodes.wiring import Inlet
+
+
+class Pace(Protocol):
+    """Blocks until it is time for the next turn of the loop."""
+
+    def wait(self) -> None:
+        """Return when the next turn is due, at the latest after some 20 ms without one."""
+
+
+class TickErrors:
+    """How late the ticks were: a histogram in steps of 1 us up to 10 ms, and the exact maximum."""
+
+    _STEP_NS = 1_000
+    _BINS = 10_000
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.late = 0
+        self.max_ns = 0
+        self._histogram = [0] * (self._BINS + 1)
+
+    def add(self, error_ns: int, period_ns: int) -> None:
+        """Count one tick that came `error_ns` after its deadline."""
+        self.count += 1
+        self._histogram[min(max(error_ns, 0) // self._STEP_NS, self._BINS)] += 1
+        if error_ns > period_ns:
+            self.late += 1
+        self.max_ns = max(self.max_ns, error_ns)
+
+    def percentile_ms(self, percent: float) -> float:
+        """Return the tick error [ms] that `percent` of the ticks did not exceed."""
+        wanted = self.count * percent / 100.0
+        for index, total in enumerate(accumulate(self._histogram)):
+            if total >= wanted and index < self._BINS:
+                return index * self._STEP_NS * 1e-6
+        return self.max_ns * 1e-6
+
+
+class Metronome:
+    """
+    Ticks at absolute deadlines on the monotonic clock.
+
+    A late tick does not move the following ones: they are caught up without a pause, so that none
+    is ever left out.
+    """
+
+    def __init__(self, period_ns: int) -> None:
+        self.period_ns = period_ns
+        self.errors = TickErrors()
+        self._deadline = 0
+
+    def wait(self) -> None:
+        """Sleep until the next deadline; return at once when it has passed already."""
+        self._deadline = (self._deadline or time.monotonic_ns()) + self.period_ns
+        remaining = self._deadline - time.monotonic_ns()
+        if remaining > 0:
+            time.sleep(remaining * 1e-9)
+        self.errors.add(time.monotonic_ns() - self._deadline, self.period_ns)
+
+
+class Arrivals:
+    """Waits for a message on any of some inlets."""
+
+    _TIMEOUT_NS = 20_000_000
+
+    def __init__(self, inlets: Sequence[Inlet], context: Context) -> None:
+        self._handles = [inlet.handle for inlet in inlets]
+        assert context.handle is not None
+        with context.handle:
+            self._set = rclpy_implementation.WaitSet(len(inlets), 0, 0, 0, 0, 0, context.handle)
+
+    def wait(self) -> None:
+        """Return when there is a message to take, or after 20 ms."""
+        self._set.clear_entities()
+        for handle in self._handles:
+            self._set.add_subscription(handle)
+        self._set.wait(self._TIMEOUT_NS)
+
+
+def claim_realtime_priority(priority: int) -> str | None:
+    """
+    Run the calling thread under SCHED_FIFO.
+
+    :param priority: 1 (lowest) to 99; 0 leaves the thread as it is
+    :return: why it was not permitted, None when all is well
+    """
+    if priority <= 0:
+        return None
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except (OSError, AttributeError) as error:
+        return f'real-time priority {priority} is not permitted here ({error})'
+    return None

@@ -1,0 +1,243 @@
+"""The plant node: the emulated rig, sampled at exact intervals."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.context import Context
+from rclpy.parameter import Parameter as RosParameter
+from std_srvs.srv import SetBool, Trigger
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes import parameters, runner
+from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace, TickErrors
+from pneu_rig_ros.nodes.parameters import Parameter
+from pneu_rig_ros.nodes.rates import Rate
+from pneu_rig_ros.nodes.rig_node import Report, RigNode
+from pneu_rig_ros.nodes.setup import SET_AT_RUN_TIME, declare_setup, read_setup
+from pneu_rig_ros.records.description import describe
+from pneu_rig_ros.records.wire import PlantMessages, pack_string, unpack_valve_voltages
+from pneu_rig_ros.rig import Rig
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+LATE_SHARE = 0.01
+"""Share of late ticks [-] above which diagnostics warn."""
+
+
+class PlantNode(RigNode):
+    """
+    Publishes what the rig's sensors read and takes the valve voltages.
+
+    At each tick the sample that is ready goes out first, then the newest voltages are held for
+    one interval and the next sample is computed, so that computing does not delay publishing.
+    The stamp of tick k is start + k intervals; in simulated time start is 0 and the plant is the
+    clock. In lock step (speed 0) sample k waits for exactly one answer on `valve_voltages`.
+    """
+
+    PARAMETERS = (
+        Parameter(
+            'speed',
+            1.0,
+            'simulated over real time; 0: lock step, as fast as answers come; '
+            'other than 1 needs use_sim_time',
+            '-',
+            0.0,
+            1000.0,
+        ),
+        Parameter('paused', False, 'whether to start paused, until ~/pause says otherwise'),
+    )
+
+    def __init__(
+        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__('plant', context, overrides)
+        declare_setup(self)
+        self._rig = Rig(read_setup(self))
+        self.interval_ns = self._rig.configuration.interval_ns
+        self._speed = self._checked_speed()
+        self._paused = parameters.switch(self, 'paused')
+        self._connect()
+        self._start_ns: int | None = None
+        self._tick = 0
+        self._awaiting = False
+        self._saturated = 0
+        self._late_before = 0
+        self._voltages = valve_voltages(0.0)
+        self._rate = Rate()
+        self._metronome = Metronome(self.period_ns) if self._speed else None
+        self._prepare()
+
+    def _checked_speed(self) -> float:
+        speed = self.number('speed')
+        if speed != 1.0 and not self.simulated_time:
+            raise RigError(
+                f'plant: speed {speed:g} needs simulated time; set use_sim_time to true, '
+                'or speed to 1'
+            )
+        if 0.0 < speed < 1e-3:
+            raise RigError(f'plant: speed {speed:g}, allowed 0 (lock step) or 0.001 to 1000')
+        self.period_ns = round(self.interval_ns / speed) if speed else 0
+        return speed
+
+    def _connect(self) -> None:
+        self._description = self.outlet('rig_description')
+        self._messages = PlantMessages(self._rig.pressure_variance)
+        self._messages.pack(self._rig.measure(), 0)
+        topics = self._messages.by_topic(self.simulated_time)
+        self._publish = {topic: self.outlet(topic).publish for topic in topics}
+        self._commands = self.inlet('valve_voltages')
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self.add_on_set_parameters_callback(self._on_parameters)
+        self._describe()
+
+    def pace(self) -> Pace:
+        """Return the metronome of the sampling interval, or wait for answers in lock step."""
+        return self._metronome or Arrivals(self.inlets, self.context)
+
+    def work(self) -> None:
+        """Do one tick, or in lock step whatever the answers allow."""
+        if self._awaiting and not self._answered():
+            return
+        if self._paused or not self.ready():
+            self._skip()
+            return
+        self._publish_sample()
+        if self._speed:
+            self._take_newest_voltages()
+            self._advance()
+        else:
+            self._awaiting = True
+
+    def _skip(self) -> None:
+        """Let a tick pass: wall time goes on, simulated time stands still."""
+        if self._start_ns is not None and not self.simulated_time:
+            self._tick += 1
+            self._prepare()
+
+    def _publish_sample(self) -> None:
+        if self._start_ns is None:
+            self._begin()
+        for topic, cdr in self._ready_messages.items():
+            self._publish[topic](cdr)
+        self._rate.count += 1
+
+    def _begin(self) -> None:
+        """Fix the stamp of tick 0."""
+        self._start_ns = 0 if self.simulated_time else self.get_clock().now().nanoseconds
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """Encode the present sample for the present tick."""
+        stamp_ns = (self._start_ns or 0) + self._tick * self.interval_ns
+        self._messages.pack(self._rig.measure(), stamp_ns)
+        self._ready_messages = self._messages.by_topic(self.simulated_time)
+
+    def _advance(self) -> None:
+        """Hold the voltages for one interval."""
+        self._rig.step(*self._voltages)
+        self._saturated += self._rig.saturated
+        self._tick += 1
+        self._prepare()
+
+    def _answered(self) -> bool:
+        """Lock step: advance by one interval if the answer to the last sample is there."""
+        cdr = self._commands.take()
+        if cdr is None:
+            return False
+        self._accept(cdr)
+        self._awaiting = False
+        self._advance()
+        return True
+
+    def _take_newest_voltages(self) -> None:
+        commands = list(self._commands.take_all())
+        if commands:
+            self._accept(commands[-1])
+
+    def _accept(self, cdr: bytes) -> None:
+        """Take over the voltages of a message; keep the last ones if they are no voltages."""
+        try:
+            voltages = unpack_valve_voltages(cdr)
+        except RigError as error:
+            self._warn(str(error))
+            return
+        if all(map(math.isfinite, voltages)):
+            self._voltages = voltages
+        else:
+            self._warn(f'valve_voltages {voltages} are not finite, keeping {self._voltages}')
+
+    def _warn(self, message: str) -> None:
+        self.get_logger().warning(message, throttle_duration_sec=1.0)
+
+    def _describe(self) -> None:
+        self._description.publish(pack_string(describe(self._rig.configuration)))
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Go back to the initial state; time goes on."""
+        self._rig.reset()
+        self._voltages = valve_voltages(0.0)
+        if self._awaiting:
+            self._awaiting = False
+            self._tick += 1
+        self._prepare()
+        response.success = True
+        response.message = 'initial state, noise restarted'
+        return response
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._paused = request.data
+        response.success = True
+        response.message = 'paused' if self._paused else 'running'
+        return response
+
+    def _on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
+        """Apply changes of the set-up to the running rig and describe it anew."""
+        try:
+            for change in changes:
+                if change.name in SET_AT_RUN_TIME:
+                    SET_AT_RUN_TIME[change.name](self._rig, change.value)
+        except RigError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        if any(change.name in SET_AT_RUN_TIME for change in changes):
+            self._describe()
+        return SetParametersResult(successful=True)
+
+    def report(self) -> Report:
+        """Return rate, tick errors, late ticks and saturation for `/diagnostics`."""
+        errors = self._metronome.errors if self._metronome else TickErrors()
+        late, self._late_before = errors.late - self._late_before, errors.late
+        saturated, self._saturated = self._saturated, 0
+        rate = self._rate.per_second()
+        values: dict[str, object] = {
+            'rate [Hz]': f'{rate:.2f}',
+            'samples': self._rate.count,
+            'late ticks': errors.late,
+            'saturated samples in the last second': saturated,
+            'paused': self._paused,
+            **_tick_errors(errors),
+        }
+        if saturated:
+            return Report(DiagnosticStatus.WARN, 'sensor saturated', values)
+        if late > LATE_SHARE * rate:
+            return Report(DiagnosticStatus.WARN, f'{late} ticks late in the last second', values)
+        return Report(DiagnosticStatus.OK, 'paused' if self._paused else 'running', values)
+
+
+def _tick_errors(errors: TickErrors) -> dict[str, object]:
+    return {
+        'tick error p50 [ms]': f'{errors.percentile_ms(50):.3f}',
+        'tick error p99 [ms]': f'{errors.percentile_ms(99):.3f}',
+        'tick error max [ms]': f'{errors.max_ns * 1e-6:.3f}',
+    }
+
+
+def main() -> int:
+    """Run the node until Ctrl-C; return the exit code."""
+    return runner.main([PlantNode])
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,121 @@
+"""The recorder node: every topic of the rig into a bag, losing nothing."""
+
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.context import Context
+
+from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.losses import Losses
+from pneu_rig_ros.nodes.parameters import Parameter
+from pneu_rig_ros.nodes.rates import Rate
+from pneu_rig_ros.nodes.rig_node import Report, RigNode
+from pneu_rig_ros.nodes.timeline import Timeline
+from pneu_rig_ros.nodes.wiring import Arrival, Inlet
+from pneu_rig_ros.records import BagWriter
+from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.topics import CLOCK, TOPICS
+from pneu_rig_ros.records.wire import unpack_stamp, unpack_string
+
+SAMPLES = 'joint_states'
+DESCRIPTION = 'rig_description'
+STAMPED = {SAMPLES, 'chamber_1/pressure', 'chamber_2/pressure', 'friction', CLOCK}
+
+
+class RecorderNode(RigNode):
+    """
+    Writes the raw messages of all topics to a rosbag2 directory with MCAP storage.
+
+    The log time is the time of reception, as in rosbag2. In simulated time it is the stamp, and
+    for messages without one the stamp of the sample that was sent last before them.
+    """
+
+    period_ns = 20_000_000
+
+    PARAMETERS = (Parameter('output', '', 'directory to create; empty: runs/ and the date'),)
+
+    def __init__(
+        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__('recorder', context, overrides)
+        default = f'runs/{datetime.now():%Y-%m-%d_%H-%M-%S}'
+        self._writer = BagWriter(Path(self.text('output') or default))
+        self._description = ''
+        self._timeline = Timeline() if self.simulated_time else None
+        self._waiting: list[tuple[Inlet, Arrival]] = []
+        self._rate = Rate()
+        self._losses = Losses()
+        for topic in TOPICS.values():
+            self._writer.add_topic(self.inlet(topic.name).name, topic.type)
+        self.get_logger().info(f'recording to {self._writer.path.resolve()}')
+
+    def work(self) -> None:
+        """Write all that has arrived."""
+        batch = [(inlet, arrival) for inlet in self.inlets for arrival in inlet.arrivals()]
+        for inlet, arrival in batch:
+            self._losses.note(inlet.topic.name, arrival.number)
+            if inlet.topic.name == DESCRIPTION:
+                self._description = unpack_string(arrival.cdr)
+        if self._timeline is None:
+            batch.sort(key=lambda item: item[1].received_ns)
+            for inlet, arrival in batch:
+                self._write(inlet, arrival.received_ns, arrival.cdr)
+        else:
+            self._write_simulated(batch, self._timeline)
+        if not batch:
+            self._writer.flush()
+
+    def _write_simulated(self, batch: list[tuple[Inlet, Arrival]], timeline: Timeline) -> None:
+        """Write at simulated time; what has no stamp waits until the sample after it is here."""
+        for inlet, arrival in batch:
+            if inlet.topic.name in STAMPED:
+                stamp_ns = unpack_stamp(arrival.cdr)
+                if inlet.topic.name == SAMPLES:
+                    timeline.mark(arrival.sent_ns, stamp_ns)
+                self._write(inlet, stamp_ns, arrival.cdr)
+            else:
+                self._waiting.append((inlet, arrival))
+        waiting, self._waiting = self._waiting, []
+        for inlet, arrival in waiting:
+            if timeline.knows(arrival.sent_ns):
+                self._write(inlet, timeline.time_of(arrival.sent_ns), arrival.cdr)
+            else:
+                self._waiting.append((inlet, arrival))
+        timeline.forget_before(min((a.sent_ns for _, a in self._waiting), default=0))
+
+    def _write(self, inlet: Inlet, log_time_ns: int, cdr: bytes) -> None:
+        self._writer.write(inlet.name, inlet.topic.type, log_time_ns, cdr)
+        self._rate.count += 1
+
+    def close(self) -> None:
+        """Write what still waits, then index and metadata."""
+        self.work()
+        for inlet, arrival in self._waiting:
+            assert self._timeline is not None
+            self._write(inlet, self._timeline.time_of(arrival.sent_ns), arrival.cdr)
+        self._writer.close(bag_metadata(self._description))
+        self.get_logger().info(f'{self._rate.count} messages in {self._writer.path.resolve()}')
+
+    def report(self) -> Report:
+        """Return rate, losses and bag for `/diagnostics`."""
+        values: dict[str, object] = {
+            'rate [Hz]': f'{self._rate.per_second():.2f}',
+            'messages': self._rate.count,
+            'lost': self._losses.total,
+            'bag': self._writer.path.resolve(),
+        }
+        if self._losses.total:
+            return Report(DiagnosticStatus.WARN, f'{self._losses.total} messages lost', values)
+        return Report(DiagnosticStatus.OK, 'recording', values)
+
+
+def main() -> int:
+    """Run the node until Ctrl-C; return the exit code."""
+    return runner.main([RecorderNode])
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

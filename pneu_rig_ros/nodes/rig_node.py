@@ -1,0 +1,115 @@
+"""What all nodes of the rig share: parameters from a table, work in turns, a report."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.publisher import Publisher
+
+from pneu_rig_ros.nodes import parameters, wiring
+from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace
+from pneu_rig_ros.nodes.parameters import Parameter
+from pneu_rig_ros.nodes.wiring import Inlet
+
+COMMON = (
+    Parameter(
+        'realtime_priority',
+        0,
+        'priority of the loop under SCHED_FIFO where permitted, 0 = ordinary scheduling',
+        '-',
+        0,
+        99,
+    ),
+    Parameter(
+        'wait_for_subscribers',
+        0,
+        'subscribers that each topic of this node must have before it begins',
+        '-',
+        0,
+        100,
+    ),
+)
+
+
+class Report(NamedTuple):
+    """What a node says on `/diagnostics` once a second."""
+
+    level: bytes
+    summary: str
+    values: dict[str, object]
+
+
+class RigNode(Node):
+    """
+    A node that works in turns: its loop calls `work` when `pace` says so.
+
+    :param name: of the node
+    :param context: of ROS; the global one when not given
+    :param overrides: parameter values that come before those of the command line
+    """
+
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
+    period_ns: int = 0
+    """Least time between two turns [ns] when the node shares a loop with others."""
+
+    def __init__(
+        self, name: str, context: Context | None, overrides: Mapping[str, Any] | None
+    ) -> None:
+        given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
+        super().__init__(name, context=context, parameter_overrides=given)
+        parameters.declare(self, (*COMMON, *self.PARAMETERS))
+        self._outlets: list[Publisher] = []
+        self.inlets: list[Inlet] = []
+        self._began = False
+
+    def outlet(self, topic_name: str) -> Publisher:
+        """Return a new publisher for a topic of the table."""
+        publisher = wiring.outlet(self, topic_name)
+        self._outlets.append(publisher)
+        return publisher
+
+    def inlet(self, topic_name: str) -> Inlet:
+        """Return a new polled subscription to a topic of the table."""
+        inlet = Inlet(self, topic_name)
+        self.inlets.append(inlet)
+        return inlet
+
+    def number(self, name: str) -> float:
+        """Return a parameter that is a number."""
+        return parameters.number(self, name)
+
+    def text(self, name: str) -> str:
+        """Return a parameter that is a text."""
+        return parameters.text(self, name)
+
+    @property
+    def simulated_time(self) -> bool:
+        """Whether time is simulated, i.e. `use_sim_time`."""
+        return parameters.switch(self, 'use_sim_time')
+
+    def ready(self) -> bool:
+        """Return whether every topic of this node has the subscribers it is to wait for."""
+        if not self._began:
+            wanted = int(self.number('wait_for_subscribers'))
+            self._began = all(p.get_subscription_count() >= wanted for p in self._outlets)
+        return self._began
+
+    def pace(self) -> Pace:
+        """Return what paces the loop of this node when it runs on its own."""
+        if self.period_ns:
+            return Metronome(self.period_ns)
+        return Arrivals(self.inlets, self.context)
+
+    def work(self) -> None:
+        """Do what is due; never block."""
+        raise NotImplementedError
+
+    def report(self) -> Report:
+        """Return what `/diagnostics` shows of this node."""
+        return Report(DiagnosticStatus.OK, 'running', {})
+
+    def close(self) -> None:
+        """Finish while ROS is still up: take what waits, write what is unwritten."""
