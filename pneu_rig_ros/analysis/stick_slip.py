@@ -47,13 +47,13 @@ class Cycle(NamedTuple):
     peak_friction: float
 
 
-def speed_of(position: Floats, interval: float) -> Floats:
-    """Return the smoothed speed |v| [m/s] of equally spaced positions [m], shape (n,)."""
+def velocity_of(position: Floats, interval: float) -> Floats:
+    """Return the smoothed velocity [m/s] of equally spaced positions [m], shape (n,)."""
     window = min(2 * round(WINDOW / interval / 2) + 1, position.size - 1 + position.size % 2)
     if window < 3:
         return np.zeros_like(position)
     slope: Floats = savgol_filter(position, window, 1, deriv=1, delta=interval)
-    return np.abs(slope)
+    return slope
 
 
 def find_cycles(position: Floats, interval: float, friction: Floats | None = None) -> list[Cycle]:
@@ -64,7 +64,7 @@ def find_cycles(position: Floats, interval: float, friction: Floats | None = Non
     :param interval: sampling interval [s]
     :param friction: friction force F_r [N], shape (n,), for the peaks
     """
-    speed = speed_of(position, interval)
+    speed = np.abs(velocity_of(position, interval))
     mean = _mean_speed(position, speed)
     if mean == 0.0:
         return []

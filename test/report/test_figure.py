@@ -1,0 +1,54 @@
+"""The picture is a small PNG with four panels, drawn without a display."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.report.figure import draw_stroke, title_of
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
+
+
+@pytest.fixture(scope='module')
+def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+    configuration = load_configuration('cylinder_2', supply_pressure=6e5)
+    return read_record(simulate(configuration, 0.34, 10.0, tmp_path_factory.mktemp('b') / 'bag'))
+
+
+def test_picture_is_a_small_png(record: Record, tmp_path: Path) -> None:
+    path = draw_stroke(record, tmp_path / 'stroke.png')
+    assert 20_000 < path.stat().st_size < 200_000
+    pixels = imread(path)
+    assert pixels.shape[:2] == (912, 960)
+    assert np.ptp(pixels[..., :3]) > 0.9
+
+
+def test_panels_are_those_of_the_paper(
+    record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(Figure, 'savefig', lambda figure, *_, **__: drawn.append(figure))
+    draw_stroke(record, tmp_path / 'stroke.png')
+    axes = drawn[0].axes
+    assert [panel.get_ylabel() for panel in axes] == [
+        'position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]',
+    ]  # fmt: skip
+    assert axes[3].get_xlabel() == 'time [s]'
+    np.testing.assert_allclose(axes[0].lines[0].get_ydata(), 1e3 * record.position)
+    np.testing.assert_allclose(axes[2].lines[1].get_ydata(), 1e-5 * record.pressure_2)
+
+
+def test_title_names_the_operating_point(record: Record) -> None:
+    assert title_of(record).startswith(
+        'Cylinder 2: u = 0.34 V, $p_s$ = 5 bar gauge, load 0.2 kg'
+    )  # fmt: skip
+
+
+def test_unwritable_path_is_told_in_one_line(record: Record, tmp_path: Path) -> None:
+    with pytest.raises(RigError, match='cannot write the picture .*: No such file'):
+        draw_stroke(record, tmp_path / 'nowhere' / 'stroke.png')
