@@ -74,8 +74,8 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.10 pyth
 
 $(READY): requirements.txt setup.py | $(BIN)/python
 	@echo 'Installing the pinned packages into $(VENV) (once, takes a minute or two) ...'
-	@$(BIN)/python -m pip install --quiet --requirement requirements.txt \
-	    && $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable . \
+	@$(BIN)/python -m pip install -qq --requirement requirements.txt \
+	    && $(BIN)/python -m pip install -qq --no-deps --no-build-isolation --editable . \
 	    || { echo 'error: the set-up failed as told above; is the network up? Then: make again' >&2; exit 1; }
 	@touch $@
 
