@@ -43,6 +43,9 @@ STICKING, CONTACT, REST_START, HELD_STATIC, ANCHORS = range(5)
 """Arrow-shaped Jacobian of (v, z, p1, p2), row_column; acceleration without a stop; Eq. 16."""
 ARROW_SIZE = 12
 
+REST_SPEED = 1e-5
+"""Speed below which the Jacobian, and only that, leaves out the sign of the velocity [m/s]."""
+
 
 @compiled
 def static_forces(
@@ -152,7 +155,8 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         rate[DEFLECTION] = friction.bristle_deflection_rate(v, bristles, level)
         rate[FILM] = friction.film_rate(film, steady, s.sticking, law)
 
-        share = np.copysign(bristles / level, v)
+        # near rest the slope of |v| is taken as zero: between its two sides, a stiff step settles
+        share = bristles / level * v / (abs(v) + REST_SPEED)
         bend = law.stribeck_exponent * power * (level - coulomb) / level
         arrow[Z_V] = 1.0 - share - share * bend
         arrow[Z_Z] = -abs(v) * stiffness / level

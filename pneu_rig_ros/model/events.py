@@ -98,7 +98,7 @@ def find(
 
     x1, stroke = y1[POSITION], model.cylinder.stroke
     beyond = max(-x1, x1 - stroke)
-    if beyond > 0.0:
+    if beyond > 0.25 * POSITION_TOLERANCE:  # rounding at the stop is no contact
         level = -0.5 * POSITION_TOLERANCE if x1 < 0.0 else stroke + 0.5 * POSITION_TOLERANCE
         touch = crossing(y0[POSITION], step * v0, x1, step * v1, level)
         if code == NONE or touch < share:

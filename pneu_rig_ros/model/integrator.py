@@ -17,6 +17,7 @@ from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
+    REST_START,
     STICKING,
     VELOCITY,
     Array,
@@ -35,7 +36,7 @@ AFTER_EVENT = 1e-4
 SHORTEST = 1e-10
 """A step this short is accepted whatever its error [s]; jumps of the level g need it."""
 
-EXTRA_NAMES = ('acceleration', 'sticking', 'contact')
+EXTRA_NAMES = ('acceleration', 'sticking', 'contact', 'rest_start')
 
 
 class Carry(NamedTuple):
@@ -190,9 +191,9 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
                 code, share, met = events.find(
                     h, carry.y0, carry.f0, carry.y1, carry.f1, carry.arrow, carry.memory, model
                 )
-                if code == events.NONE or met or h * share < SHORTEST:
+                if code == events.NONE or met or h <= SHORTEST:
                     break
-                h, located = h * share, True
+                h, located = max(h * share, SHORTEST), True
             counts[REJECTED] += 1
         counts[STEPS] += 1
         clock[START], clock[END] = time, time + h
@@ -211,7 +212,7 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
     ``run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects)``
     holds each row of ``voltages``, shape (m, 2), for one interval [s]. Sample number
     ``first + i + 1`` is at exactly that multiple of the interval; it goes to ``states[i]``, shape
-    (m, n), and ``extras[i]``, shape (m, 3), see ``EXTRA_NAMES``.
+    (m, n), and ``extras[i]``, shape (m, 4), see ``EXTRA_NAMES``.
     """
     advance = build_advance(right_hand_side)
     cut = build_cut(build_start(right_hand_side))
@@ -241,6 +242,7 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
             extras[i, 0] = interpolate_acceleration(carry, target)
             extras[i, 1] = memory[STICKING]
             extras[i, 2] = memory[CONTACT]
+            extras[i, 3] = memory[REST_START]
 
     return run
 

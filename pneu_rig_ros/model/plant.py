@@ -37,6 +37,7 @@ class PlantState(NamedTuple):
     gas_mass_2: float
     sticking: bool
     contact: int
+    dwell_time: float
 
 
 class Trajectory(NamedTuple):
@@ -55,6 +56,7 @@ class Trajectory(NamedTuple):
     gas_mass_2: Array
     sticking: NDArray[np.bool_]
     contact: NDArray[np.int64]
+    dwell_time: Array
 
 
 class Plant:
@@ -93,7 +95,7 @@ class Plant:
         self._one_voltage = np.empty((1, 2))
         self._one_state = self._carry.y1[np.newaxis].copy()
         acceleration = self._carry.f1[dynamics.VELOCITY]
-        self._one_extra = np.array([[acceleration, *self._carry.memory[:2]]])
+        self._one_extra = np.array([[acceleration, *self._carry.memory[:3]]])
         return self.state
 
     def initial_carry(self) -> integrator.Carry:
@@ -142,12 +144,12 @@ class Plant:
     def state(self) -> PlantState:
         """The state at the present sampling instant."""
         x, v, p1, p2, z, film, m1, m2, *_ = self._one_state[0].tolist()
-        acceleration, sticking, contact = self._one_extra[0].tolist()
+        acceleration, sticking, contact, rest_start = self._one_extra[0].tolist()
         force = self._friction(p1, p2, acceleration)
         time = float(self._carry.clock[integrator.NOW])
         return PlantState(
             time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
-            int(contact),
+            int(contact), time - rest_start if sticking else 0.0,
         )  # fmt: skip
 
     @property
@@ -165,11 +167,12 @@ class Plant:
 
     def _trajectory(self, time: Array, states: Array, extras: Array) -> Trajectory:
         x, v, p1, p2, z, film, m1, m2 = states.T[: dynamics.STATE_SIZE]
-        acceleration, sticking, contact = extras.T
+        acceleration, sticking, contact, rest_start = extras.T
+        dwell = np.where(sticking != 0.0, time - rest_start, 0.0)
         force = self._friction(p1, p2, acceleration)
         return Trajectory(
             time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
-            contact.astype(np.int64),
+            contact.astype(np.int64), dwell,
         )  # fmt: skip
 
 

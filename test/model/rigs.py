@@ -1,0 +1,41 @@
+"""Plants for the tests: the shipped cylinders with a few parameters changed."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.plant import Plant, Trajectory
+from pneu_rig_ros.rig import load_configuration
+
+CYLINDERS = ('cylinder_1', 'cylinder_2', 'cylinder_3')
+CAPTION_COMMANDS = dict(zip(CYLINDERS, (0.29, 0.34, 0.32), strict=True))
+"""u [V] of Fig. 4-6."""
+INTERVAL = 1.16e-3
+SHUT = (2.5, 2.5)
+
+
+def changed(cylinder: str, **sections: dict[str, Any]) -> Model:
+    """Return a shipped cylinder's model with fields of its sections replaced."""
+    model = load_configuration(cylinder).model
+    for name, fields in sections.items():
+        model = model._replace(**{name: getattr(model, name)._replace(**fields)})
+    return model
+
+
+def drive(
+    plant: Plant, voltages: tuple[float, float], duration: float, interval: float = INTERVAL
+) -> Trajectory:
+    """Hold the voltages for the duration and return the samples."""
+    return plant.run(np.tile(voltages, (round(duration / interval), 1)), interval)
+
+
+def stroke(plant: Plant, u: float, duration: float) -> Trajectory:
+    """Run an outstroke at the command u."""
+    return drive(plant, (2.5 + u, 2.5 - u), duration)
+
+
+def worst(a: NDArray[np.float64], b: NDArray[np.float64], full_scale: float) -> float:
+    """Return the largest difference as a share of full scale."""
+    return float(np.abs(a - b).max() / full_scale)
