@@ -1,0 +1,180 @@
+"""How fast the plant is simulated, against general solvers at equal error, and how cost grows."""
+
+import resource
+import time
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich.progress import Progress
+
+from benchmarks import peers
+from benchmarks.peers import Array
+from pneu_rig_ros.model.plant import Plant, Trajectory
+from pneu_rig_ros.rig import load_configuration
+
+STROKES = {'cylinder_1': 0.29, 'cylinder_2': 0.34, 'cylinder_3': 0.32}
+"""Command u [V] of each cylinder, captions of Fig. 4-6."""
+LAW = 'revised_lugre'
+"""Keeps stick-slip over the whole stroke, so that there is most to resolve."""
+INTERVAL = 1.16e-3
+DURATION = 25.0
+WANTED = 1e-4
+"""Largest error of position and pressures over the run, as a share of full scale [-]."""
+PRESSURE_RANGE = 1e6
+TOLERANCES = tuple(10.0 ** (-0.5 * half) for half in range(8, 21))
+"""Tried from loose to tight, 1e-4 to 1e-10, until the error is as wanted."""
+PEERS: dict[str, Callable[[float], peers.Solve]] = {
+    'LSODA': lambda tolerance: peers.scipy_solver('LSODA', tolerance),
+    'Radau': lambda tolerance: peers.scipy_solver('Radau', tolerance),
+    'CVODE': peers.cvode_solver,
+}
+
+
+class Point(NamedTuple):
+    """One solver at one tolerance."""
+
+    solver: str
+    tolerance: float
+    error: float
+    factor: float
+
+
+class Stroke(NamedTuple):
+    """One cylinder's stroke with its reference solution, shape (m, 4)."""
+
+    plant: Plant
+    voltages: tuple[float, float]
+    samples: Array
+    task: peers.Problem
+    reference: Array
+
+
+def run(progress: Progress) -> dict[str, Any]:
+    """Run all offline benchmarks; return figures that ``report`` prints."""
+    bar = progress.add_task('strokes at equal error', total=len(STROKES) * (2 + len(PEERS)))
+    strokes = {}
+    for name in STROKES:
+        stroke = prepare(name)
+        progress.advance(bar)
+        points = [fastest(own_points(stroke))]
+        progress.advance(bar)
+        for peer in PEERS:
+            points.append(fastest(peer_points(stroke, peer)))
+            progress.advance(bar)
+        strokes[name] = [point._asdict() for point in points if point is not None]
+    factors = {name: rows[0]['factor'] for name, rows in strokes.items()}
+    best_peers = {n: max(row['factor'] for row in rows[1:]) for n, rows in strokes.items()}
+    return {
+        'error_wanted': WANTED,
+        'realtime_factor': min(factors.values()),
+        'speedup_vs_best_peer': min(factors[n] / best_peers[n] for n in strokes),
+        'strokes': strokes,
+        'substep': cost_against_substep(),
+        'length': cost_against_length(),
+        'memory': memory(),
+    }
+
+
+def prepare(name: str) -> Stroke:
+    """Return a cylinder's stroke with its Radau solution at 1e-10; warms up the compilers."""
+    plant = Plant(load_configuration(name, friction=LAW).model)
+    u = STROKES[name]
+    voltages = (2.5 + u, 2.5 - u)
+    samples = np.arange(1, round(DURATION / INTERVAL) + 1, dtype=np.float64) * INTERVAL
+    task = peers.problem(plant, voltages)
+    reference = peers.run(task, peers.scipy_solver('Radau', 1e-10), samples)
+    for make in PEERS.values():
+        peers.run(task, make(1e-6), samples[:20])
+    simulate(plant, voltages, 20)
+    return Stroke(plant, voltages, samples, task, reference[:, :4])
+
+
+def own_points(stroke: Stroke) -> Iterable[Point]:
+    """Yield the plant's own solver from loose to tight, best of five runs each."""
+    plant = stroke.plant
+    for tolerance in TOLERANCES:
+        plant.tolerance = tolerance
+        seconds, trajectory = best_time(
+            lambda: simulate(plant, stroke.voltages, len(stroke.samples)), 5
+        )
+        yield Point('own', tolerance, error(observed(trajectory), stroke), DURATION / seconds)
+
+
+def peer_points(stroke: Stroke, name: str) -> Iterable[Point]:
+    """Yield a peer from loose to tight, best of two runs each."""
+    for tolerance in TOLERANCES:
+        solve = PEERS[name](tolerance)
+        seconds, states = best_time(partial(peers.run, stroke.task, solve, stroke.samples), 2)
+        yield Point(name, tolerance, error(states[:, :4], stroke), DURATION / seconds)
+
+
+def fastest(points: Iterable[Point]) -> Point | None:
+    """Return the first point, from loose to tight, that is as accurate as wanted."""
+    return next((point for point in points if point.error <= WANTED), None)
+
+
+def simulate(plant: Plant, voltages: tuple[float, float], count: int) -> Trajectory:
+    """Run a stroke from rest."""
+    plant.reset()
+    return plant.run(np.tile(voltages, (count, 1)), INTERVAL)
+
+
+def best_time(action: Callable[[], Any], runs: int) -> tuple[float, Any]:
+    """Return the shortest of several wall times [s] and the last result."""
+    times = []
+    for _ in range(runs):
+        begin = time.perf_counter()
+        result = action()
+        times.append(time.perf_counter() - begin)
+    return min(times), result
+
+
+def observed(trajectory: Trajectory) -> Array:
+    """Return position, velocity and pressures, shape (m, 4)."""
+    run = trajectory
+    return np.stack([run.position, run.velocity, run.pressure_1, run.pressure_2], axis=1)
+
+
+def error(states: Array, stroke: Stroke) -> float:
+    """Return the largest error of x, p1, p2 as a share of full scale [-]."""
+    full_scale = np.array([stroke.plant.model.cylinder.stroke, PRESSURE_RANGE, PRESSURE_RANGE])
+    difference = np.abs(states - stroke.reference)[:, [0, 2, 3]] / full_scale
+    return float(difference.max())
+
+
+def cost_against_substep() -> list[dict[str, float]]:
+    """Return the time per simulated second when no step is longer than the substep."""
+    plant = Plant(load_configuration('cylinder_2', friction=LAW).model)
+    rows = []
+    for parts in (1, 2, 4, 8, 16, 32):
+        plant.longest_step = INTERVAL / parts
+        seconds, _ = best_time(lambda: simulate(plant, (2.84, 2.16), 4310), 3)
+        rows.append({'substep_us': 1e6 * INTERVAL / parts, 'ms_per_s': 1e3 * seconds / 5.0})
+    return rows
+
+
+def cost_against_length() -> dict[str, Any]:
+    """Return the time for ever longer strokes, and the exponent of its growth (1 is linear)."""
+    plant = Plant(load_configuration('cylinder_3', friction=LAW).model)
+    rows = []
+    for duration in (8.0, 16.0, 32.0, 64.0):
+        count = round(duration / INTERVAL)
+        seconds, _ = best_time(partial(simulate, plant, (2.82, 2.18), count), 5)
+        rows.append({'duration_s': duration, 'ms': 1e3 * seconds})
+    lengths, times = ([row[key] for row in rows] for key in ('duration_s', 'ms'))
+    exponent = float(np.polyfit(np.log(lengths), np.log(times), 1)[0])
+    return {'rows': rows, 'exponent': exponent}
+
+
+def memory() -> dict[str, float]:
+    """Return what a run keeps: bytes a sample, and growth over 50 repeated strokes [MB]."""
+    plant = Plant(load_configuration('cylinder_2', friction=LAW).model)
+    trajectory = simulate(plant, (2.84, 2.16), 4310)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(50):
+        simulate(plant, (2.84, 2.16), 4310)
+    growth = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+    size = sum(column.itemsize for column in trajectory)
+    return {'bytes_per_sample': size, 'growth_mb': growth, 'peak_mb': before / 1024}
