@@ -100,7 +100,7 @@ def unknown(name: str, allowed: Iterable[str]) -> str:
     names = list(allowed)
     near = difflib.get_close_matches(name, names, 1)
     hint = f', did you mean {near[0]!r}?' if near else ''
-    return f'unknown name {name!r}{hint} Allowed: {", ".join(names) or "none"}'
+    return f'unknown name {name!r}{hint}, allowed: {", ".join(names) or "none"}'
 
 
 def specifications(section: type[Any]) -> dict[str, Specification]:
