@@ -19,9 +19,12 @@ class Diagnostics:
 
     def publish_if_due(self, now_ns: int) -> None:
         """Publish the node's report unless the last one is younger than a second."""
-        if now_ns < self._due:
-            return
-        self._due = now_ns + PERIOD_NS
+        if now_ns >= self._due:
+            self._due = now_ns + PERIOD_NS
+            self.publish()
+
+    def publish(self) -> None:
+        """Publish the node's report now."""
         report = self._node.report()
         status = DiagnosticStatus(
             level=report.level,
@@ -29,7 +32,6 @@ class Diagnostics:
             message=report.summary,
             values=[KeyValue(key=key, value=str(value)) for key, value in report.values.items()],
         )
-        stamp = self._node.get_clock().now().to_msg()
         message = DiagnosticArray(status=[status])
-        message.header.stamp = stamp
+        message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)

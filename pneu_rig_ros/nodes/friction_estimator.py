@@ -108,6 +108,7 @@ class FrictionEstimatorNode(RigNode):
         delay_ns = self._filter.delay_samples * self._interval_ns if self._filter else 0
         values: dict[str, object] = {
             'rate [Hz]': f'{self._rate.per_second():.2f}',
+            'published': self._rate.count,
             'delay [ms]': delay_ns * 1e-6,
             'filter starts': self._restarts,
             'incomplete samples': self._joiner.dropped,

@@ -55,6 +55,7 @@ class PlantNode(RigNode):
         super().__init__('plant', context, overrides)
         declare_setup(self)
         self._rig = Rig(read_setup(self))
+        self._warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
         self._speed = self._checked_speed()
         self._paused = parameters.switch(self, 'paused')
@@ -68,6 +69,11 @@ class PlantNode(RigNode):
         self._rate = Rate()
         self._metronome = Metronome(self.period_ns) if self._speed else None
         self._prepare()
+
+    def _warm_up(self) -> None:
+        """Make one step before time counts: the first one loads compiled code."""
+        self._rig.step(*valve_voltages(0.0))
+        self._rig.reset()
 
     def _checked_speed(self) -> float:
         speed = self.number('speed')
@@ -125,7 +131,10 @@ class PlantNode(RigNode):
         self._rate.count += 1
 
     def _begin(self) -> None:
-        """Fix the stamp of tick 0."""
+        """Fix the stamp of tick 0; what was late before it does not count."""
+        if self._metronome:
+            self._metronome.errors = TickErrors()
+            self._late_before = 0
         self._start_ns = 0 if self.simulated_time else self.get_clock().now().nanoseconds
         self._prepare()
 
@@ -213,7 +222,7 @@ class PlantNode(RigNode):
         rate = self._rate.per_second()
         values: dict[str, object] = {
             'rate [Hz]': f'{rate:.2f}',
-            'samples': self._rate.count,
+            'published': self._rate.count,
             'late ticks': errors.late,
             'saturated samples in the last second': saturated,
             'paused': self._paused,

@@ -5,6 +5,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
@@ -13,6 +14,8 @@ from pneu_rig_ros.nodes import parameters, wiring
 from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.wiring import Inlet
+
+DELIVERY_SECONDS = 0.3
 
 COMMON = (
     Parameter(
@@ -113,3 +116,8 @@ class RigNode(Node):
 
     def close(self) -> None:
         """Finish while ROS is still up: take what waits, write what is unwritten."""
+
+    def await_delivery(self) -> None:
+        """Wait, though not for long, until the subscribers have what was published."""
+        for publisher in self.publishers:
+            publisher.wait_for_all_acked(Duration(seconds=DELIVERY_SECONDS))

@@ -1,6 +1,7 @@
 """Runs nodes: one loop for their work, services and diagnostics, and a clean end."""
 
 import gc
+import inspect
 import signal
 import sys
 import time
@@ -42,12 +43,15 @@ class Runner:
     def run(self, wanted: Callable[[], bool]) -> None:
         """Loop for as long as `wanted()` and ROS is up."""
         context = self.nodes[0].context
+        # rclpy scans all modules for the caller of its first log line: up to 80 ms, paid here.
+        inspect.getmodule(inspect.currentframe())
+        self._serve(time.monotonic_ns())
         while wanted() and context.ok():
-            self.turn()
             self._pace.wait()
+            self.turn()
 
     def turn(self) -> None:
-        """Let every node work that is due; now and then serve services and report."""
+        """Let every node work that is due, then serve services if they are due."""
         now = time.monotonic_ns()
         for index, node in enumerate(self.nodes):
             if now >= self._due[index]:
@@ -55,15 +59,22 @@ class Runner:
                 if index:
                     self._due[index] = now + node.period_ns
         if now >= self._service_due:
-            self._service_due = now + SERVICE_PERIOD_NS
-            self._executor.spin_once(timeout_sec=0)
-            for diagnostics in self._diagnostics:
-                diagnostics.publish_if_due(now)
+            self._serve(now)
+
+    def _serve(self, now: int) -> None:
+        """Serve one waiting service of each executor round, and report once a second."""
+        self._service_due = now + SERVICE_PERIOD_NS
+        self._executor.spin_once(timeout_sec=0)
+        for diagnostics in self._diagnostics:
+            diagnostics.publish_if_due(now)
 
     def close(self) -> None:
-        """Finish and destroy the nodes."""
+        """Report for the last time, finish and destroy the nodes."""
+        for diagnostics in self._diagnostics:
+            diagnostics.publish()
         for node in self.nodes:
             node.close()
+            node.await_delivery()
         self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()

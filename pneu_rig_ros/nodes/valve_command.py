@@ -112,6 +112,7 @@ class ValveCommandNode(RigNode):
         """Return rate, present command and refused commands for `/diagnostics`."""
         values: dict[str, object] = {
             'rate [Hz]': f'{self._rate.per_second():.2f}',
+            'published': self._rate.count,
             'u [V]': self._u,
             'refused commands': self._refused,
         }
