@@ -27,6 +27,8 @@ NONE, BREAKAWAY, ARREST, TOUCH, RELEASE, REVERSAL = range(6)
 
 VELOCITY_TOLERANCE = 1e-10
 """How far beyond its threshold a velocity may be when the event is taken [m/s]."""
+REVERSAL_TOLERANCE = 1e-7
+"""How fast the bristle may already go back when F(z) remembers the reversal [m/s]."""
 POSITION_TOLERANCE = 1e-12
 """How far beyond an end stop the piston may be when the contact is taken [m]."""
 
@@ -109,7 +111,7 @@ def find(
         if r0 * r1 < 0.0:
             turn = r0 / (r0 - r1)
             if code == NONE or turn < share:
-                code, share, met = REVERSAL, turn, abs(r1) <= VELOCITY_TOLERANCE
+                code, share, met = REVERSAL, turn, abs(r1) <= REVERSAL_TOLERANCE
     return code, share, met
 
 

@@ -36,6 +36,9 @@ AFTER_EVENT = 1e-4
 SHORTEST = 1e-10
 """A step this short is accepted whatever its error [s]; jumps of the level g need it."""
 
+MOST_AIMS = 4
+"""How often a step is aimed at an event before it is halved instead."""
+
 EXTRA_NAMES = ('acceleration', 'sticking', 'contact', 'rest_start')
 
 
@@ -177,7 +180,7 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
         if counts[PENDING] != events.NONE:
             jump(carry, model, effects)
         carry.y0[:], carry.f0[:], carry.work_arrow[:] = carry.y1, carry.f1, carry.arrow
-        time, h, located = clock[END], min(clock[SUGGESTED], longest), False
+        time, h, aims = clock[END], min(clock[SUGGESTED], longest), 0
         while True:
             try_step(
                 time, h, carry.y0, carry.f0, carry.work_arrow, carry.y1, carry.f1, carry.arrow,
@@ -186,20 +189,21 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
             counts[EVALUATIONS] += 4
             ratio = error_norm(error, carry.scale, tolerance)
             if ratio > 1.0 and h > SHORTEST:
-                h, located = max(h * step_factor(ratio), SHORTEST), False
+                h, aims = max(h * step_factor(ratio), SHORTEST), 0
             else:
                 code, share, met = events.find(
                     h, carry.y0, carry.f0, carry.y1, carry.f1, carry.arrow, carry.memory, model
                 )
                 if code == events.NONE or met or h <= SHORTEST:
                     break
-                h, located = max(h * share, SHORTEST), True
+                aims += 1  # an aim that keeps missing by little is replaced by halving
+                h = max(h * share * (1.0 if aims <= MOST_AIMS else 0.5), SHORTEST)
             counts[REJECTED] += 1
         counts[STEPS] += 1
         clock[START], clock[END] = time, time + h
         counts[PENDING] = code
         events.remember(carry.y1, carry.memory, model)
-        if not located:
+        if aims == 0:
             clock[SUGGESTED] = h * step_factor(ratio)
 
     return advance

@@ -167,4 +167,6 @@ def test_breakaway_after_a_pause_needs_the_force_of_equation_16(
     )
     level = friction.static_level(run.film[end], static, constants.coulomb_force, constants)
     # the bristle approaches the level while it creeps, so the peak stays a little below
-    assert 0.92 * level < run.friction_force[: end + 1].max() < 1.03 * level
+    peak = run.friction_force[: end + 1].max()
+    viscous = constants.viscous_coefficient * constants.start_velocity
+    assert 0.92 * level < peak < 1.01 * level + viscous
