@@ -27,8 +27,6 @@ NONE, BREAKAWAY, ARREST, TOUCH, RELEASE, REVERSAL = range(6)
 
 VELOCITY_TOLERANCE = 1e-10
 """How far beyond its threshold a velocity may be when the event is taken [m/s]."""
-REVERSAL_TOLERANCE = 1e-7
-"""How fast the bristle may already go back when F(z) remembers the reversal [m/s]."""
 POSITION_TOLERANCE = 1e-12
 """How far beyond an end stop the piston may be when the contact is taken [m]."""
 
@@ -64,16 +62,19 @@ def find(
     f1: Array,
     arrow: Array,
     memory: Array,
+    backlash: float,
     model: CompiledModel,
 ) -> tuple[int, float, bool]:
     """
     Return the first event of a step: its code, its share of the step, and whether it is met.
 
-    An event is met when the step ends beyond its threshold by no more than the tolerance.
+    An event is met when the step ends beyond its threshold by no more than the tolerance. A
+    reversal is none: it only bounds the step, so that F(z) sees the turning point.
 
     :param step: length of the step [s]
     :param y0, f0, y1, f1: states and rates at both ends
     :param arrow: auxiliary output of the right-hand side at the end
+    :param backlash: way [m] that the bristle may go back within a step unnoticed by F(z)
     """
     law = model.friction
     v0, v1 = y0[VELOCITY], y1[VELOCITY]
@@ -110,8 +111,9 @@ def find(
         r0, r1 = f0[DEFLECTION], f1[DEFLECTION]
         if r0 * r1 < 0.0:
             turn = r0 / (r0 - r1)
-            if code == NONE or turn < share:
-                code, share, met = REVERSAL, turn, abs(r1) <= REVERSAL_TOLERANCE
+            back = 0.5 * step * (1.0 - turn) * abs(r1)
+            if back > backlash and (code == NONE or turn < share):
+                code, share, met = REVERSAL, turn, False
     return code, share, met
 
 

@@ -17,6 +17,7 @@ from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
+    DEFLECTION,
     REST_START,
     STICKING,
     VELOCITY,
@@ -36,6 +37,8 @@ AFTER_EVENT = 1e-4
 SHORTEST = 1e-10
 """A step this short is accepted whatever its error [s]; jumps of the level g need it."""
 
+BACKLASH = 10.0
+"""Way that the bristle may go back unnoticed, in local errors of its deflection [-]."""
 MOST_AIMS = 4
 """How often a step is aimed at an event before it is halved instead."""
 
@@ -181,6 +184,7 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
             jump(carry, model, effects)
         carry.y0[:], carry.f0[:], carry.work_arrow[:] = carry.y1, carry.f1, carry.arrow
         time, h, aims = clock[END], min(clock[SUGGESTED], longest), 0
+        backlash = BACKLASH * tolerance * carry.scale[DEFLECTION]
         while True:
             try_step(
                 time, h, carry.y0, carry.f0, carry.work_arrow, carry.y1, carry.f1, carry.arrow,
@@ -192,7 +196,15 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
                 h, aims = max(h * step_factor(ratio), SHORTEST), 0
             else:
                 code, share, met = events.find(
-                    h, carry.y0, carry.f0, carry.y1, carry.f1, carry.arrow, carry.memory, model
+                    h,
+                    carry.y0,
+                    carry.f0,
+                    carry.y1,
+                    carry.f1,
+                    carry.arrow,
+                    carry.memory,
+                    backlash,
+                    model,
                 )
                 if code == events.NONE or met or h <= SHORTEST:
                     break
@@ -201,10 +213,12 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
             counts[REJECTED] += 1
         counts[STEPS] += 1
         clock[START], clock[END] = time, time + h
-        counts[PENDING] = code
+        counts[PENDING] = code if code != events.REVERSAL else events.NONE
         events.remember(carry.y1, carry.memory, model)
         if aims == 0:
             clock[SUGGESTED] = h * step_factor(ratio)
+        else:
+            clock[SUGGESTED] = min(clock[SUGGESTED], max(LARGEST_FACTOR * h, AFTER_EVENT))
 
     return advance
 
