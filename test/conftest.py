@@ -1,6 +1,11 @@
 """What all tests share."""
 
 import pytest
+from hypothesis import settings
+
+# the machine may be busy with live nodes; how long an example takes says nothing
+settings.register_profile('steady', deadline=None)
+settings.load_profile('steady')
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
