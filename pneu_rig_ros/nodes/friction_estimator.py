@@ -103,6 +103,10 @@ class FrictionEstimatorNode(RigNode):
         balance = ForceBalance.of(configuration)
         self._filter = CausalFriction(balance, configuration.interval_ns * 1e-9)
 
+    def close(self) -> None:
+        """Estimate what has arrived since the last turn."""
+        self.work()
+
     def report(self) -> Report:
         """Return rate, delay and restarts of the filter for `/diagnostics`."""
         delay_ns = self._filter.delay_samples * self._interval_ns if self._filter else 0

@@ -99,6 +99,11 @@ class PlantNode(RigNode):
         self.add_on_set_parameters_callback(self._on_parameters)
         self._describe()
 
+    @property
+    def samples(self) -> int:
+        """How many samples were published."""
+        return self._rate.count
+
     def pace(self) -> Pace:
         """Return the metronome of the sampling interval, or wait for answers in lock step."""
         return self._metronome or Arrivals(self.inlets, self.context)

@@ -1,6 +1,7 @@
 """What all nodes of the rig share: parameters from a table, work in turns, a report."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -14,6 +15,7 @@ from pneu_rig_ros.nodes import parameters, wiring
 from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.wiring import Inlet
+from pneu_rig_ros.records.topics import TOPICS
 
 DELIVERY_SECONDS = 0.3
 
@@ -29,7 +31,7 @@ COMMON = (
     Parameter(
         'wait_for_subscribers',
         0,
-        'subscribers that each topic of this node must have before it begins',
+        'subscribers that each topic of this node (but latched ones) must have before it begins',
         '-',
         0,
         100,
@@ -67,11 +69,13 @@ class RigNode(Node):
         self._outlets: list[Publisher] = []
         self.inlets: list[Inlet] = []
         self._began = False
+        self._companions: Counter[str] = Counter()
 
     def outlet(self, topic_name: str) -> Publisher:
         """Return a new publisher for a topic of the table."""
         publisher = wiring.outlet(self, topic_name)
-        self._outlets.append(publisher)
+        if not TOPICS[topic_name].latched:
+            self._outlets.append(publisher)
         return publisher
 
     def inlet(self, topic_name: str) -> Inlet:
@@ -93,12 +97,20 @@ class RigNode(Node):
         """Whether time is simulated, i.e. `use_sim_time`."""
         return parameters.switch(self, 'use_sim_time')
 
+    def expect(self, companions: Iterable['RigNode']) -> None:
+        """Make `ready` wait also for the subscriptions of nodes in the same process."""
+        self._companions = Counter(inlet.name for node in companions for inlet in node.inlets)
+
     def ready(self) -> bool:
-        """Return whether every topic of this node has the subscribers it is to wait for."""
-        if not self._began:
-            wanted = int(self.number('wait_for_subscribers'))
-            self._began = all(p.get_subscription_count() >= wanted for p in self._outlets)
+        """Return whether every topic of this node has had the subscribers it is to wait for."""
+        self._began = self._began or all(map(self._awaited, self._outlets))
         return self._began
+
+    def _awaited(self, publisher: Publisher) -> bool:
+        wanted = max(
+            int(self.number('wait_for_subscribers')), self._companions[publisher.topic_name]
+        )
+        return publisher.get_subscription_count() >= wanted
 
     def pace(self) -> Pace:
         """Return what paces the loop of this node when it runs on its own."""

@@ -35,6 +35,7 @@ class Runner:
         self._executor = SingleThreadedExecutor(context=nodes[0].context)
         for node in nodes:
             self._executor.add_node(node)
+            node.expect(nodes)
         self._diagnostics = [Diagnostics(node) for node in nodes]
         self._due = [0] * len(nodes)
         self._service_due = 0

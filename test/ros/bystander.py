@@ -1,0 +1,70 @@
+"""A node beside the rig, and loops that end when something has happened."""
+
+import os
+import time
+from collections.abc import Callable, Sequence
+
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from pneu_rig_ros.nodes import wiring
+from pneu_rig_ros.nodes.runner import Runner
+
+DOMAIN = 87
+PATIENCE = 30.0
+
+
+class Bystander(Node):
+    """A node that is not one of the rig's: sends commands, listens, calls services."""
+
+    def __init__(self, context: Context, namespace: str = '') -> None:
+        super().__init__('bystander', context=context, namespace=namespace)
+
+    def hear(self, topic: str) -> wiring.Inlet:
+        return wiring.Inlet(self, topic)
+
+    def speak(self, topic: str, subscribers: int = 1) -> Callable[[bytes], None]:
+        publisher = wiring.outlet(self, topic)
+        until(lambda: publisher.get_subscription_count() >= subscribers)
+        return publisher.publish
+
+    def call(self, runner: Runner, kind: type, name: str, request: object) -> object:
+        """Call a service of a node that the runner runs."""
+        client = self.create_client(kind, name)
+        until(client.service_is_ready)
+        future = client.call_async(request)
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(self)
+
+        def answered() -> bool:
+            runner.turn()
+            executor.spin_once(timeout_sec=0.01)
+            return future.done()
+
+        until(answered)
+        executor.shutdown()
+        return future.result()
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Ask again and again, until the condition holds; fail when it takes too long."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f'not within {PATIENCE} s'
+        os.sched_yield()
+
+
+def gather(runner: Runner, inlets: Sequence[wiring.Inlet], count: int) -> list[list[bytes]]:
+    """Run until `count` messages came from every inlet; return them."""
+    heard: list[list[bytes]] = [[] for _ in inlets]
+
+    def enough() -> bool:
+        for messages, inlet in zip(heard, inlets, strict=True):
+            messages.extend(inlet.take_all())
+        return all(len(messages) >= count for messages in heard)
+
+    deadline = time.monotonic() + PATIENCE
+    runner.run(lambda: not enough() and time.monotonic() < deadline)
+    assert enough(), f'{[len(messages) for messages in heard]} of {count} messages'
+    return [messages[:count] for messages in heard]

@@ -1,0 +1,227 @@
+"""The plant over DDS: exact stamps, simulated time, services, parameters."""
+
+import itertools
+import time
+from collections.abc import Iterator
+
+import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.context import Context
+from rclpy.parameter import Parameter
+from std_srvs.srv import SetBool, Trigger
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.plant import PlantNode
+from pneu_rig_ros.nodes.rig import NODES
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.records.topics import CLOCK
+from pneu_rig_ros.records.wire import (
+    pack_valve_voltages,
+    unpack_float64,
+    unpack_fluid_pressure,
+    unpack_joint_state,
+    unpack_stamp,
+    unpack_string,
+)
+from pneu_rig_ros.rig import configuration_from_yaml
+
+from .bystander import Bystander, gather, until
+
+pytestmark = pytest.mark.live
+
+INTERVAL = 1_160_000
+SIMULATED = {'use_sim_time': True, 'speed': 20.0}
+SUBSCRIBED = {'wait_for_subscribers': 1}
+
+
+@pytest.fixture
+def closing() -> Iterator[list[Runner]]:
+    """Close the runners that a test puts here."""
+    runners: list[Runner] = []
+    yield runners
+    for runner in runners:
+        runner.close()
+
+
+@pytest.fixture
+def start(context, closing):
+    """Start a plant with parameters; return its runner."""
+
+    def run(**parameters) -> Runner:
+        closing.append(Runner([PlantNode(context, parameters)]))
+        return closing[-1]
+
+    return run
+
+
+def stamps(messages: list[bytes]) -> list[int]:
+    return [unpack_stamp(message) for message in messages]
+
+
+def test_stamps_are_exact_multiples_of_the_interval_from_the_start(start, bystander):
+    inlets = [bystander.hear(t) for t in ('joint_states', 'chamber_1/pressure', 'position')]
+    before = time.time_ns()
+    runner = start()
+    joints, pressures, positions = gather(runner, inlets, 200)
+    assert before < stamps(joints)[0] < time.time_ns()
+    assert {b - a for a, b in itertools.pairwise(stamps(joints))} == {INTERVAL}
+    common = set(stamps(joints)) & set(stamps(pressures))
+    assert len(common) > 100
+    assert len(positions) == 200
+
+
+def test_all_topics_of_a_sample_agree(start, bystander):
+    topics = ('joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure')
+    inlets = [bystander.hear(topic) for topic in (*topics, CLOCK)]
+    heard = gather(start(**SIMULATED, **SUBSCRIBED), inlets, 100)
+    for index, (joint, x, v, p1, p2, clock) in enumerate(zip(*heard, strict=True)):
+        reading = unpack_joint_state(joint)
+        assert reading[:3] == (index * INTERVAL, unpack_float64(x), unpack_float64(v))
+        assert {unpack_stamp(p1), unpack_stamp(p2), unpack_stamp(clock)} == {index * INTERVAL}
+        assert 9e4 < unpack_fluid_pressure(p1).pressure < 1.1e6
+        assert unpack_fluid_pressure(p2).variance > 0
+
+
+@pytest.mark.parametrize(('speed', 'expected'), [(4.0, 4.0), (0.5, 0.5)])
+def test_speed_is_simulated_over_real_time(start, bystander, speed, expected):
+    runner = start(use_sim_time=True, speed=speed)
+    samples = [bystander.hear('joint_states')]
+    gather(runner, samples, 1)
+    begin = time.monotonic()
+    gather(runner, samples, 300)
+    elapsed = time.monotonic() - begin
+    assert 300 * INTERVAL * 1e-9 / elapsed == pytest.approx(expected, rel=0.15)
+
+
+def test_voltages_move_the_piston_and_junk_is_refused(start, bystander):
+    runner = start(**SIMULATED)
+    say = bystander.speak('valve_voltages')
+    position = bystander.hear('position')
+    for junk in (b'\x00\x01\x00\x00', pack_valve_voltages(float('nan'), 0.0)):
+        say(junk)
+    at_rest = gather(runner, [position], 200)[0]
+    say(pack_valve_voltages(3.5, 1.5))
+    moved = gather(runner, [position], 2000)[0]
+    assert unpack_float64(at_rest[-1]) < 1e-3
+    assert unpack_float64(moved[-1]) > 0.01
+
+
+def test_two_rigs_in_two_namespaces(new_context, closing):
+    runners = {}
+    for name in ('rig_a', 'rig_b'):
+        context = new_context('-r', f'__ns:=/{name}')
+        seed = 1 if name == 'rig_a' else 2
+        runners[name] = Runner([PlantNode(context, {'seed': seed})])
+    closing.extend(runners.values())
+    heard = {}
+    for name, runner in runners.items():
+        watcher = Bystander(new_context(), namespace=f'/{name}')
+        heard[name] = gather(runner, [watcher.hear('chamber_1/pressure')], 50)
+        assert watcher.count_publishers('/joint_states') == 0
+        watcher.destroy_node()
+    assert heard['rig_a'] != heard['rig_b']
+
+
+def test_reset_goes_back_to_the_initial_state_while_time_goes_on(start, bystander):
+    runner = start(**SIMULATED, sensors='ideal')
+    say = bystander.speak('valve_voltages')
+    joints = bystander.hear('joint_states')
+    say(pack_valve_voltages(3.5, 1.5))
+    moved = gather(runner, [joints], 1500)[0]
+    assert unpack_joint_state(moved[-1]).position > 1e-3
+    assert bystander.call(runner, Trigger, '/plant/reset', Trigger.Request()).success
+    after = gather(runner, [joints], 200)[0]
+    positions = [unpack_joint_state(message).position for message in after]
+    drop = next(i for i, (a, b) in enumerate(itertools.pairwise(positions)) if b < a - 1e-4)
+    assert positions[drop + 1] == unpack_joint_state(moved[0]).position
+    everything = stamps(moved) + stamps(after)
+    later = [stamp for stamp in everything if stamp >= stamps(after)[0]]
+    assert {b - a for a, b in itertools.pairwise(later)} == {INTERVAL}
+
+
+@pytest.mark.parametrize('simulated', [True, False])
+def test_pause_stops_simulated_time_and_leaves_a_hole_in_real_time(start, bystander, simulated):
+    runner = start(**(SIMULATED if simulated else {}))
+    joints = bystander.hear('joint_states')
+    gather(runner, [joints], 50)
+    answer = bystander.call(runner, SetBool, '/plant/pause', SetBool.Request(data=True))
+    assert (answer.success, answer.message) == (True, 'paused')
+    before = stamps(list(joints.take_all()))
+    for _ in range(50):
+        runner.turn()
+    assert list(joints.take_all()) == []
+    bystander.call(runner, SetBool, '/plant/pause', SetBool.Request(data=False))
+    after = stamps(gather(runner, [joints], 50)[0])
+    hole = after[0] - before[-1]
+    assert hole % INTERVAL == 0
+    assert (hole == INTERVAL) == simulated
+    assert {b - a for a, b in itertools.pairwise(after)} == {INTERVAL}
+
+
+def test_set_up_is_validated_and_described_anew_at_run_time(start, bystander):
+    runner = start(**SIMULATED)
+    descriptions = bystander.hear('rig_description')
+    until(lambda: (runner.turn(), descriptions.take())[1])
+
+    def change(name, value):
+        request = SetParameters.Request()
+        request.parameters = [Parameter(name, value=value).to_parameter_msg()]
+        result = bystander.call(runner, SetParameters, '/plant/set_parameters', request)
+        return result.results[0]
+
+    assert change('supply_pressure', 5e5).successful
+    described = configuration_from_yaml(unpack_string(next(descriptions.take_all())), 'test')
+    assert described.model.operation.supply_pressure == 5e5
+    for name, value in [
+        ('supply_pressure', -1.0),
+        ('load_mass', float('nan')),
+        ('load_mass', float('inf')),
+        ('initial_position', 0.1),
+        ('seed', 3),
+        ('supply_pressure', 'high'),
+    ]:
+        result = change(name, value)
+        assert not result.successful
+        assert result.reason
+    assert list(descriptions.take_all()) == []
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'message'),
+    [
+        ({'speed': 2.0}, 'speed 2 needs simulated time'),
+        ({'speed': 1e-6, 'use_sim_time': True}, 'allowed 0'),
+        ({'cylinder': 'cylinder_9'}, 'cylinder_9'),
+        ({'friction': 'none'}, 'none'),
+        ({'sensors': 'broken'}, 'broken'),
+        ({'load_mass': -1.0}, 'load_mass'),
+        ({'load_mass': 3}, 'load_mass'),
+        ({'supply_pressure': float('nan')}, 'supply_pressure'),
+        ({'initial_position': 9.0}, 'initial_position'),
+    ],
+)
+def test_a_wrong_start_is_refused_in_one_line(context, parameters, message):
+    with pytest.raises(RigError) as caught:
+        PlantNode(context, parameters)
+    assert message in str(caught.value)
+    assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('kind', NODES)
+def test_every_parameter_is_described_with_unit_and_range(
+    kind: type, context: Context, tmp_path, closing
+):
+    overrides = {'output': str(tmp_path / 'bag')} if kind is NODES[-1] else {}
+    node = kind(context, overrides)
+    closing.append(Runner([node]))
+    ours = [name for name in node._parameters if name not in ('use_sim_time',)]
+    ours = [name for name in ours if not name.startswith(('start_type', 'qos_', 'logging'))]
+    assert {'realtime_priority', 'wait_for_subscribers'} <= set(ours)
+    for name in ours:
+        descriptor = node.describe_parameter(name)
+        assert len(descriptor.description) > 10, name
+        if isinstance(node.get_parameter(name).value, float | int) and not isinstance(
+            node.get_parameter(name).value, bool
+        ):
+            assert descriptor.description.endswith(']'), name
+            assert descriptor.floating_point_range or descriptor.integer_range, name

@@ -1,0 +1,111 @@
+"""The nodes as the user starts them: processes, signals, exit codes."""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag2 import Reader
+
+from pneu_rig_ros.nodes.drive import drive
+from pneu_rig_ros.records.wire import unpack_stamp
+
+pytestmark = pytest.mark.live
+
+INTERVAL = 1_160_000
+
+
+@pytest.fixture
+def start() -> Iterator:
+    """Start nodes as processes; those still running at the end are killed."""
+    processes: list[subprocess.Popen] = []
+
+    def run(node: str, *parameters: str) -> subprocess.Popen:
+        arguments = [part for parameter in parameters for part in ('-p', parameter)]
+        command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{node}', '--ros-args', *arguments]
+        processes.append(
+            subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
+        )
+        return processes[-1]
+
+    yield run
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def stop(process: subprocess.Popen, number: int = signal.SIGINT) -> str:
+    """Send a signal, twice as an impatient user does; return what the process had to say."""
+    process.send_signal(number)
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 0, errors
+    assert 'Traceback' not in errors
+    return errors
+
+
+def contents(bag: Path) -> tuple[Counter, list[int]]:
+    counts: Counter = Counter()
+    stamps = []
+    with Reader(bag) as reader:
+        for connection, _, cdr in reader.messages():
+            counts[connection.topic] += 1
+            if connection.topic == '/joint_states':
+                stamps.append(unpack_stamp(bytes(cdr)))
+    return counts, stamps
+
+
+def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path):
+    bag = tmp_path / 'bag'
+    recorder = start('recorder', f'output:={bag}')
+    estimator = start('friction_estimator', 'wait_for_subscribers:=1')
+    valves = start('valve_command', 'wait_for_subscribers:=2')
+    plant = start('plant', 'wait_for_subscribers:=1')
+    heard = []
+    drive(0.34, 1.0, heard.append, subscribers=2)
+    for process in (plant, valves, estimator):
+        stop(process, signal.SIGTERM)
+    assert str(bag) in stop(recorder)
+    counts, stamps = contents(bag)
+    assert heard[0] < 0.1
+    assert heard[-1] == 1.0
+    assert counts['/u'] == counts['/valve_voltages'] >= 2
+    sampled = ('/position', '/velocity', '/chamber_1/pressure', '/chamber_2/pressure')
+    assert {counts[topic] for topic in sampled} == {len(stamps)}
+    assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}
+
+
+def test_one_process_holds_the_whole_rig(start, tmp_path):
+    bag = tmp_path / 'bag'
+    rig = start('rig', f'recorder:output:={bag}', 'plant:cylinder:=cylinder_1')
+    drive(0.3, 0.5, subscribers=2)
+    stop(rig)
+    counts, stamps = contents(bag)
+    assert len(stamps) > 0.5e9 / INTERVAL
+    assert counts['/friction'] == len(stamps) - 50
+    assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}
+
+
+@pytest.mark.parametrize(
+    ('node', 'parameter', 'told'),
+    [
+        ('plant', 'cylinder:=cylinder_9', 'cylinder_9'),
+        ('plant', 'load_mass:=heavy', 'load_mass'),
+        ('valve_command', 'trigger:=never', "'never', allowed command, sample"),
+        ('recorder', 'output:=/proc/none', '/proc/none'),
+        ('friction_estimator', 'load_mass:=-1.0', 'load_mass'),
+    ],
+)
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(start, node, parameter, told):
+    process = start(node, parameter)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 2
+    lines = [line for line in errors.splitlines() if line.startswith('Error: ')]
+    assert len(lines) == 1
+    assert told in lines[0]
+    assert 'Traceback' not in errors

@@ -1,0 +1,95 @@
+"""Eq. 1 over DDS, and what happens to commands that are none, late or missing."""
+
+import math
+import time
+
+import pytest
+
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.valve_command import ValveCommandNode
+from pneu_rig_ros.records.wire import (
+    FrictionMessage,
+    pack_float64,
+    unpack_valve_voltages,
+)
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+from .bystander import gather, until
+
+pytestmark = pytest.mark.live
+
+AT_REST = valve_voltages(0.0)
+
+
+@pytest.fixture
+def start(context):
+    """Start the node with parameters; return its runner."""
+    runners = []
+
+    def run(**parameters):
+        runners.append(Runner([ValveCommandNode(context, parameters)]))
+        return runners[-1]
+
+    yield run
+    for runner in runners:
+        runner.close()
+
+
+def answers(runner, voltages, count):
+    return [unpack_valve_voltages(message) for message in gather(runner, [voltages], count)[0]]
+
+
+@pytest.mark.parametrize('wrong', [math.nan, math.inf, -math.inf])
+def test_each_command_is_answered_and_a_wrong_one_leaves_the_last(start, bystander, wrong):
+    runner = start(command_timeout=0.0, wait_for_subscribers=1)
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    commands = [0.34, -0.34, 0.0, 9.0, wrong, b'', 1.0]
+    for u in commands:
+        say(u if isinstance(u, bytes) else pack_float64(u))
+    valid = [u for u in commands if not isinstance(u, bytes) and math.isfinite(u)]
+    assert answers(runner, voltages, len(valid)) == [valve_voltages(u) for u in valid]
+    assert runner.nodes[0].report().values['refused commands'] == 2
+    assert voltages.take() is None
+
+
+def test_u_falls_to_zero_once_when_no_command_comes(start, bystander):
+    runner = start(command_timeout=0.2)
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    until(lambda: runner.nodes[0].count_subscribers('valve_voltages'))
+    begin = time.monotonic()
+    say(pack_float64(0.34))
+    assert answers(runner, voltages, 2) == [valve_voltages(0.34), AT_REST]
+    assert time.monotonic() - begin > 0.2
+    for _ in range(100):
+        runner.turn()
+    assert voltages.take() is None
+
+
+def test_a_wrong_command_does_not_count_as_one(start, bystander):
+    runner = start(command_timeout=0.2)
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    say(pack_float64(0.34))
+    heard = []
+
+    def fallen():
+        say(pack_float64(math.nan))
+        runner.turn()
+        heard.extend(unpack_valve_voltages(message) for message in voltages.take_all())
+        return AT_REST in heard
+
+    until(fallen)
+
+
+def test_triggered_by_samples_it_answers_each_from_the_first_command_on(start, bystander):
+    runner = start(trigger='sample', command_timeout=0.05, wait_for_subscribers=1)
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    sample, message = bystander.speak('joint_states'), FrictionMessage()
+    for index in range(10):
+        sample(message.pack(0.0, index * 10_000_000))
+    for _ in range(20):
+        runner.turn()
+    assert voltages.take() is None
+    say(pack_float64(0.34))
+    # Samples every 10 ms of simulated time: the command is 50 ms old at the sixth sample.
+    expected = [valve_voltages(0.34)] * 6 + [AT_REST] * 4
+    assert answers(runner, voltages, 10) == expected
