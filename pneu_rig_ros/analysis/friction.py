@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import butter, filtfilt, lfilter
 
 from pneu_rig_ros.errors import RigError
 
@@ -90,12 +89,14 @@ def causal_kernel(
     half_width = delay_samples(interval) - 1 if half_width is None else half_width
     if half_width < 1:
         raise RigError(f'friction filter: half width {half_width} samples, must be 1 or more')
-    b, a = butter(1, cutoff, fs=1.0 / interval)
-    impulse = np.zeros(40 * half_width)
-    impulse[0] = 1.0
-    one_pass = lfilter(b, a, impulse)
+    # Response of one pass, first-order Butterworth by the bilinear transform; scipy would do it
+    # too, but the live node need not spend a second on loading it.
+    warped = np.tan(np.pi * cutoff * interval)
+    gain, pole = warped / (1.0 + warped), (1.0 - warped) / (1.0 + warped)
+    decay = pole ** np.arange(40 * half_width)
+    one_pass = gain * np.concatenate([[1.0], (1.0 + pole) * decay])
     both_passes = np.correlate(one_pass, one_pass, mode='full')
-    centre = impulse.size - 1
+    centre = one_pass.size - 1
     kernel = both_passes[centre - half_width : centre + half_width + 1]
     return np.asarray(kernel / kernel.sum())
 
@@ -119,6 +120,8 @@ def acceleration_zero_phase(
     Second central difference, then forward-backward first-order Butterworth; no phase shift. The
     ends of a record say little about acceleration: there it fades to 0 within ``DELAY``.
     """
+    from scipy.signal import butter, filtfilt
+
     x = np.asarray(position, dtype=np.float64)
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, filtfilt
 
 from pneu_rig_ros.analysis.friction import (
     CausalFriction,
@@ -51,6 +52,14 @@ def live(position: Floats, pressure_1: Floats, pressure_2: Floats) -> Floats:
 def test_delay_is_29_ms_at_the_sampling_interval_of_the_rig() -> None:
     assert delay_samples(INTERVAL) == 25
     assert delay_samples(INTERVAL) * INTERVAL == pytest.approx(0.029)
+
+
+def test_kernel_is_the_response_of_the_zero_phase_filter() -> None:
+    impulse = np.zeros(2001)
+    impulse[1000] = 1.0
+    response = filtfilt(*butter(1, 32.0, fs=1.0 / INTERVAL), impulse)
+    whole = causal_kernel(INTERVAL, half_width=400)
+    np.testing.assert_allclose(whole, response[600:1401], atol=1e-12)
 
 
 def test_kernel_is_symmetric_and_leaves_out_less_than_one_percent() -> None:

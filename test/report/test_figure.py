@@ -50,5 +50,5 @@ def test_title_names_the_operating_point(record: Record) -> None:
 
 
 def test_unwritable_path_is_told_in_one_line(record: Record, tmp_path: Path) -> None:
-    with pytest.raises(RigError, match='cannot write the picture .*: No such file'):
+    with pytest.raises(RigError, match=r'cannot write the picture .*: No such file'):
         draw_stroke(record, tmp_path / 'nowhere' / 'stroke.png')

@@ -1,0 +1,112 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from pneu_rig_ros.errors import RigError
+
+if TYPE_CHECKING:
+    from pneu_rig_ros.rig import RigConfiguration
+
+Command = TypeVar('Command', bound=Callable[..., Any])
+
+_RIG_OPTIONS = (
+    click.option(
+        '--cylinder',
+        default='cylinder_2',
+        show_default=True,
+        metavar='NAME|FILE',
+        help='cylinder_1, cylinder_2, cylinder_3, or a YAML file of your own',
+    ),
+    click.option(
+        '--friction',
+        metavar='MODEL',
+        help='coulomb_viscous, lugre, revised_lugre or revised_lugre_dwell',
+    ),
+    click.option('--supply-pressure', type=float, metavar='PASCAL', help='absolute [Pa]'),
+    click.option('--load-mass', type=float, metavar='KILOGRAM', help='external load [kg]'),
+    click.option('--initial-position', type=float, metavar='METRE', help='from the cap end [m]'),
+    click.option('--rest-time', type=float, metavar='SECOND', help='rest before the start [s]'),
+    click.option('--sensors', metavar='KIND', help="'rig' (noise, 12 bit) or 'ideal'"),
+    click.option('--seed', type=int, metavar='INTEGER', help='of the sensor noise'),
+)
+
+_STROKE_OPTIONS = (
+    click.option(
+        '--u',
+        type=float,
+        default=0.34,
+        show_default=True,
+        metavar='VOLT',
+        help='command of Eq. 1 [V], positive extends, -2.5 to 2.5',
+    ),
+    click.option(
+        '--duration',
+        type=float,
+        default=20.0,
+        show_default=True,
+        metavar='SECOND',
+        help='length of the stroke [s]',
+    ),
+    click.option(
+        '--out',
+        type=click.Path(path_type=Path),
+        metavar='DIRECTORY',
+        help='bag to create; must not exist  [default: runs/DATE_CYLINDER]',
+    ),
+)
+
+
+def stroke_options(function: Command) -> Command:
+    """Add the options of a stroke of a configured rig."""
+    for option in reversed((*_STROKE_OPTIONS, *_RIG_OPTIONS)):
+        function = option(function)
+    return function
+
+
+def bag_argument(function: Command) -> Command:
+    """Add the argument BAG."""
+    return click.argument('bag', type=click.Path(path_type=Path))(function)
+
+
+def check_stroke(u: float, duration: float) -> None:
+    """Raise RigError unless command [V] and duration [s] are usable."""
+    if not abs(u) <= 2.5:
+        raise RigError(f'--u {u:g}: must be between -2.5 and 2.5 V, where the valves saturate')
+    if not 0.0 < duration <= 86_400.0:
+        raise RigError(f'--duration {duration:g}: must be above 0 and at most 86400 s')
+
+
+def load(cylinder: str, settings: dict[str, Any]) -> RigConfiguration:
+    """Return the configuration that the options describe. RigError if there is none."""
+    from pneu_rig_ros.rig import load_configuration
+
+    return load_configuration(cylinder, **settings)
+
+
+def bag_path(out: Path | None, cylinder: str) -> Path:
+    """Return the directory of a new bag. RigError if the one asked for exists."""
+    if out is not None:
+        if out.exists():
+            raise RigError(f'--out {out} exists; name a directory that does not, or remove it')
+        return out
+    name = f'{datetime.now():%Y-%m-%d_%H-%M-%S}_{Path(cylinder).stem}'
+    path, number = Path('runs') / name, 2
+    while path.exists():
+        path, number = Path('runs') / f'{name}_{number}', number + 1
+    return path
+
+
+def new_file(path: Path, option: str) -> Path:
+    """Return the path of a file to write. RigError if it exists or its folder does not."""
+    if path.exists():
+        raise RigError(f'{option} {path} exists; name a file that does not, or remove it')
+    if not path.parent.is_dir():
+        raise RigError(f'{option} {path}: there is no directory {path.parent}; create it first')
+    return path

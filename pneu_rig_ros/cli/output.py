@@ -1,0 +1,91 @@
+"""What the commands print: a summary, progress, plain data."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from pneu_rig_ros.analysis.summary import Summary
+
+NOT_KNOWN = '-'
+
+NAME_WIDTH = 19
+"""Width of the first column [character]."""
+
+
+def console(stderr: bool = False) -> Console:
+    """Return a terminal that colours nothing by itself and breaks no path."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, markup=False, soft_wrap=True)
+
+
+def print_json(data: Mapping[str, Any]) -> None:
+    """Print plain data for scripts."""
+    click.echo(json.dumps(data, indent=2, allow_nan=False))
+
+
+def print_values(rows: Mapping[str, str]) -> None:
+    """Print names and values in two columns; values are never cut or wrapped."""
+    terminal = console()
+    for name, value in rows.items():
+        terminal.print(f'{name:<{NAME_WIDTH}}', style='dim', end='')
+        terminal.print(value)
+
+
+def print_summary(summary: Summary, files: Mapping[str, Path]) -> None:
+    """Print the summary of a record and where its files are."""
+    rows = {
+        'cylinder': f'{summary.cylinder}, friction {summary.friction_model}, seed {summary.seed}',
+        'recorded': f'{summary.duration:.2f} s, {summary.samples} samples',
+        'rate': f'{_number(summary.rate, "Hz", 2)} of {1 / summary.interval:.2f} Hz',
+        'jitter': f'p50 {_number(summary.jitter_p50 * 1e3, "ms", 3)}, '
+        f'p99 {_number(summary.jitter_p99 * 1e3, "ms", 3)}',
+        'lost samples': lost_text(summary.lost),
+        'travel': f'{summary.travel * 1e3:.1f} mm',
+        'stick-slip cycles': str(len(summary.cycles)),
+        'peak friction': _number(summary.peak_friction, 'N', 1),
+    }
+    rows |= {name: str(path) for name, path in files.items()}
+    print_values(rows)
+
+
+def lost_text(lost: Mapping[str, int]) -> str:
+    """Return the losses of each topic, two lines at most."""
+    texts = [f'{topic} {number}' for topic, number in lost.items()]
+    half = (len(texts) + 1) // 2
+    lines = [', '.join(texts[:half]), ', '.join(texts[half:])]
+    return f',\n{"":<{NAME_WIDTH}}'.join(line for line in lines if line)
+
+
+def _number(value: float | None, unit: str, digits: int) -> str:
+    if value is None or math.isnan(value):
+        return NOT_KNOWN
+    return f'{value:.{digits}f} {unit}'
+
+
+@contextlib.contextmanager
+def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Show a bar on stderr while the block runs; yield what to tell the time [s] to."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    bar = Progress(
+        TextColumn('{task.description}'),
+        BarColumn(),
+        TextColumn('{task.completed:5.1f} of {task.total:g} s'),
+        TimeRemainingColumn(),
+        console=console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task(title, total=total)
+        yield lambda done: bar.update(task, completed=min(done, total))

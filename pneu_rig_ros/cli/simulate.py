@@ -1,0 +1,60 @@
+"""`pneu-rig simulate`: the rig offline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pneu_rig_ros.cli import options, output
+
+
+@click.command(
+    short_help='The same offline, without ROS, many times faster',
+    epilog='\b\nExamples:\n'
+    '  pneu-rig simulate\n'
+    '  pneu-rig simulate --cylinder cylinder_3 --u 0.32 --duration 60 --out runs/c3\n'
+    '  pneu-rig simulate --sensors ideal --friction lugre --png stroke.png\n'
+    '  pneu-rig simulate --json | jq .cycle_count\n',
+)
+@options.stroke_options
+@click.option('--png', type=click.Path(path_type=Path), metavar='FILE', help='draw the stroke')
+@click.option('--json', 'as_json', is_flag=True, help='print the summary as JSON')
+def simulate(
+    u: float,
+    duration: float,
+    out: Path | None,
+    cylinder: str,
+    png: Path | None,
+    as_json: bool,
+    **settings: Any,
+) -> None:
+    """
+    Run the rig offline: the same bag as live in lock step, many times faster.
+
+    Needs no ROS. Time is simulated and starts at 0 s.
+    """
+    options.check_stroke(u, duration)
+    configuration = options.load(cylinder, settings)
+    picture = options.new_file(png, '--png') if png else None
+    path = options.bag_path(out, cylinder)
+
+    from pneu_rig_ros.analysis.summary import summarise
+    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.simulate import simulate as run
+
+    title = f'{configuration.name} at u = {u:g} V'
+    with output.progress_bar(title, duration) as progress:
+        run(configuration, u, duration, path, progress)
+    record = read_record(path)
+    files = {'bag': path}
+    if picture:
+        from pneu_rig_ros.report.figure import draw_stroke
+
+        files['picture'] = draw_stroke(record, picture)
+    if as_json:
+        paths = {name: str(file) for name, file in files.items()}
+        output.print_json({**paths, **summarise(record).to_dict()})
+    else:
+        output.print_summary(summarise(record), files)

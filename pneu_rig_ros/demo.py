@@ -1,0 +1,186 @@
+"""
+The rig live, in four processes: started, driven, stopped in order.
+
+The nodes hold their first message back until each of their topics has all its subscribers, so that
+the bag has everything from the first sample on. At the end each node stops after those that it
+listens to.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import repair
+from pneu_rig_ros.rig.configuration import configuration_folder
+
+Progress = Callable[[float], None]
+"""Told the time since the start of the stroke [s]."""
+
+Report = Callable[[str], None]
+"""Told in a few words what is going on."""
+
+Value = str | float | int | bool
+
+STOPPING_ORDER = ('plant', 'valve_command', 'friction_estimator', 'recorder')
+"""Sources first."""
+
+STOPPING_TIME = 20.0
+"""After it a node that does not stop by itself is killed [s]."""
+
+
+class NodeProcess:
+    """
+    One node in a process of its own.
+
+    :param name: module under `pneu_rig_ros.nodes`
+    :param parameters: of the node
+    :param log: file for its output
+    """
+
+    def __init__(self, name: str, parameters: Mapping[str, Value], log: Path) -> None:
+        self.name = name
+        self._log = log
+        command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{name}', '--ros-args']
+        for key, value in parameters.items():
+            # JSON is YAML, in which ROS reads parameters: names, numbers and odd paths survive.
+            command += ['-p', f'{key}:={json.dumps(value)}']
+        with log.open('w') as output:
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,  # Ctrl-C stops the nodes in order, through `stop`.
+            )
+
+    def check(self) -> None:
+        """Raise RigError if the node has ended."""
+        if self._process.poll() is not None:
+            raise RigError(f'the node {self.name} has stopped: {self._last_words()}')
+
+    def stop(self) -> bool:
+        """Stop the node; return whether it ended well and by itself."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+        try:
+            return self._process.wait(STOPPING_TIME) == 0
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+            return False
+
+    def _last_words(self) -> str:
+        lines = self._log.read_text(errors='replace').split('\n')
+        words = [line.strip() for line in lines if line.strip()]
+        told = [line.removeprefix('Error: ') for line in words if line.startswith('Error: ')]
+        code = self._process.returncode
+        return (told or words or [f'exit code {code}, without a word'])[-1]
+
+
+def _turn_to_stop(node: NodeProcess) -> int:
+    return STOPPING_ORDER.index(node.name)
+
+
+class LiveRig:
+    """
+    Plant, valve command, friction estimator and recorder over DDS; a context manager.
+
+    :param bag: directory to record to
+    :param plant: parameters of the plant
+    :param report: told what is going on
+    """
+
+    def __init__(self, bag: Path, plant: Mapping[str, Value], report: Report) -> None:
+        self._bag = bag.resolve()
+        self._plant = plant
+        self._report = report
+        self._nodes: list[NodeProcess] = []
+        self._logs = contextlib.ExitStack()
+
+    def __enter__(self) -> LiveRig:
+        try:
+            self._start()
+        except BaseException:
+            self._stop()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop()
+
+    def _start(self) -> None:
+        from pneu_rig_ros.nodes.gathering import PLANT_SUBSCRIBERS, await_first_sample
+
+        self._report('starting plant, valve_command, friction_estimator, recorder')
+        folder = self._logs.enter_context(tempfile.TemporaryDirectory(prefix='pneu_rig_'))
+        waiting = 'wait_for_subscribers'
+        self._launch('plant', {**self._plant, waiting: PLANT_SUBSCRIBERS}, folder)
+        self._launch('valve_command', {waiting: 2}, folder)
+        self._launch('friction_estimator', {waiting: 1}, folder)
+        self._launch('recorder', {'output': str(self._bag)}, folder)
+        await_first_sample(self.check)
+
+    def _launch(self, name: str, parameters: Mapping[str, Value], folder: str) -> None:
+        self._nodes.append(NodeProcess(name, parameters, Path(folder, f'{name}.log')))
+
+    def check(self) -> None:
+        """Raise RigError if a node has stopped."""
+        for node in self._nodes:
+            node.check()
+
+    def drive(self, u: float, duration: float, progress: Progress) -> None:
+        """Hold the command u [V] for a duration [s]; RigError if a node stops meanwhile."""
+        from pneu_rig_ros.nodes.drive import drive
+
+        def checked(elapsed: float) -> None:
+            self.check()
+            progress(elapsed)
+
+        drive(u, duration, checked)
+
+    def _stop(self) -> None:
+        """Stop the nodes, sources first; mend the bag if the recorder had to be killed."""
+        with _uninterrupted():
+            self._report('stopping')
+            ended = {node.name: node.stop() for node in sorted(self._nodes, key=_turn_to_stop)}
+            self._nodes.clear()
+            self._logs.close()
+            if not ended.get('recorder', True) and any(self._bag.glob('*.mcap')):
+                self._report('repairing the bag')
+                repair(self._bag)
+
+
+@contextlib.contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let a second Ctrl-C wait until all is in order."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def prepare_environment() -> None:
+    """
+    Give this process and its nodes a DDS of their own, where the user has not chosen one.
+
+    It must come before rclpy is imported. Discovery stays on this host; the domain follows from
+    the process number, so that two demonstrations do not meet.
+    """
+    profile = configuration_folder() / 'fastdds.xml'
+    if profile.exists():
+        os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(profile))
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
