@@ -21,7 +21,7 @@ from sensor_msgs.msg import JointState
 PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = {'plant', 'valve_command', 'friction_estimator', 'recorder', 'rig', 'pneu-rig'}
-DOMAIN = 93
+DOMAIN = 1 + os.getpid() % 50  # of this run alone: another test run must not be heard
 PATIENCE = 60.0  # s, for a first start, which compiles the plant
 
 # rosdep key -> name on PyPI, where it is not the key without `python3-`
