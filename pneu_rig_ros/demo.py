@@ -36,6 +36,9 @@ STOPPING_ORDER = ('plant', 'valve_command', 'friction_estimator', 'recorder')
 STOPPING_TIME = 20.0
 """After it a node that does not stop by itself is killed [s]."""
 
+LAST_DOMAIN = 232
+"""Highest ROS_DOMAIN_ID for which DDS has ports."""
+
 
 class NodeProcess:
     """
@@ -79,11 +82,13 @@ class NodeProcess:
             return False
 
     def _last_words(self) -> str:
-        lines = self._log.read_text(errors='replace').split('\n')
+        code = self._process.returncode
+        if code < 0:
+            return f'it was killed by {signal.Signals(-code).name}'
+        lines = self._log.read_text(errors='replace').splitlines()
         words = [line.strip() for line in lines if line.strip()]
         told = [line.removeprefix('Error: ') for line in words if line.startswith('Error: ')]
-        code = self._process.returncode
-        return (told or words or [f'exit code {code}, without a word'])[-1]
+        return (told or words or ['it said nothing'])[-1] + f' (exit code {code})'
 
 
 def _turn_to_stop(node: NodeProcess) -> int:
@@ -178,9 +183,13 @@ def prepare_environment() -> None:
 
     It must come before rclpy is imported. Discovery stays on this host; the domain follows from
     the process number, so that two demonstrations do not meet.
+
+    :raises RigError: when the user's ROS_DOMAIN_ID is none
     """
     profile = configuration_folder() / 'fastdds.xml'
     if profile.exists():
         os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(profile))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+    domain = os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+    if not (domain.isdecimal() and int(domain) <= LAST_DOMAIN):
+        raise RigError(f'ROS_DOMAIN_ID={domain}: must be a whole number from 0 to {LAST_DOMAIN}')

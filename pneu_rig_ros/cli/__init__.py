@@ -17,7 +17,7 @@ from pneu_rig_ros.cli.repair import repair
 from pneu_rig_ros.cli.simulate import simulate
 from pneu_rig_ros.errors import RigError
 
-ERROR, INTERRUPTED = 2, 130
+ERROR, INTERRUPTED, UNREAD = 2, 130, 1
 """Exit codes."""
 
 
@@ -65,6 +65,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     except BrokenPipeError:
         # The reader of our output, such as `head`, has seen enough.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return UNREAD
     except (RigError, click.ClickException) as error:
         return _complain(str(error))
     except Exception as error:

@@ -78,13 +78,15 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr while the block runs; yield what to tell the time [s] to."""
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+    terminal = console(stderr=True)
     bar = Progress(
         TextColumn('{task.description}'),
         BarColumn(),
         TextColumn('{task.completed:5.1f} of {task.total:g} s'),
         TimeRemainingColumn(),
-        console=console(stderr=True),
+        console=terminal,
         transient=True,
+        disable=not terminal.is_terminal,
     )
     with bar:
         task = bar.add_task(title, total=total)

@@ -1,0 +1,188 @@
+"""Each command does what its help says and answers mistakes in one line."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.analysis.friction import friction_of
+from pneu_rig_ros.cli import command
+from pneu_rig_ros.records import read_record
+
+from .conftest import COMMAND, Terminal
+
+
+def until(condition: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    """Wait for a condition while a process runs."""
+    deadline = time.monotonic() + 60.0
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+
+
+@pytest.mark.parametrize('name', ['', *command.commands])
+def test_help_has_examples(terminal: Terminal, name: str) -> None:
+    outcome = terminal.run(*([name] if name else []), '--help')
+    assert outcome.code == 0
+    assert 'Examples:\n' in outcome.out
+    assert f'pneu-rig {name}'.strip() in outcome.out.split('Examples:')[1]
+    assert max(map(len, outcome.out.splitlines())) < 100
+
+
+@pytest.mark.parametrize('name', ['demo', 'simulate'])
+def test_options_name_their_units(terminal: Terminal, name: str) -> None:
+    text = terminal.run(name, '--help').out
+    for unit in ('--u VOLT', '--duration SECOND', 'PASCAL', 'KILOGRAM', 'METRE'):
+        assert unit in text
+
+
+def test_without_arguments_the_help_is_shown(terminal: Terminal) -> None:
+    assert terminal.run() == terminal.run('--help')
+
+
+def test_import_is_light() -> None:
+    heavy = 'rclpy numba matplotlib numpy scipy rich rosbags mcap yaml'
+    code = f'import sys, pneu_rig_ros.cli; print([n for n in {heavy.split()} if n in sys.modules])'
+    run = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert run.stdout == '[]\n'
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'told'),
+    [
+        (['simulate', '--u', 'fast'], "'fast' is not a valid float; see: pneu-rig simulate"),
+        (['simulate', '--u', '3'], '--u 3: must be between -2.5 and 2.5 V'),
+        (['simulate', '--u', 'nan'], '--u nan: must be between'),
+        (['simulate', '--duration', '0'], '--duration 0: must be above 0'),
+        (['simulate', '--duration', 'inf'], '--duration inf: must be above 0'),
+        (['simulate', '--cylinder', 'cylindr_2'], "did you mean 'cylinder_2'"),
+        (['simulate', '--supply-pressure', '4'], 'supply_pressure: 4 Pa is not within'),
+        (['simulate', '--friction', 'coulomb'], 'friction'),
+        (['simulate', '--sensors', 'good'], 'sensors'),
+        (['simulate', '--out', '/proc/bag'], 'cannot write the bag /proc/bag'),
+        (['simulate', '--png', 'no/where.png'], 'there is no directory no; create it first'),
+        (['demo', '--u', '-9'], '--u -9: must be between'),
+        (['demo', '--load-mass', '-1'], 'load_mass'),
+        (['info'], "Missing argument 'BAG'; see: pneu-rig info --help"),
+        (['info', 'nowhere'], 'nowhere does not exist'),
+        (['friction', '.'], 'holds no .mcap file'),
+        (['repair', 'nowhere'], 'nowhere does not exist'),
+        (['simulat'], "No such command 'simulat'"),
+    ],
+    ids=lambda value: ' '.join(value) if isinstance(value, list) else '',
+)
+def test_mistake_is_told_in_one_line(terminal: Terminal, arguments: list[str], told: str) -> None:
+    outcome = terminal.run(*arguments)
+    assert outcome.code == 2
+    assert outcome.out == ''
+    assert outcome.err.startswith('pneu-rig: error: ')
+    assert told in outcome.err
+    assert outcome.err.count('\n') == 1
+    assert list(terminal.directory.iterdir()) == []
+
+
+def test_simulate_records_and_summarises(terminal: Terminal) -> None:
+    outcome = terminal.run('simulate', '--duration', 2, '--cylinder', 'cylinder_1', '--u', 0.3,
+                           '--seed', 4, '--png', 'p.png')  # fmt: skip
+    assert outcome.code == 0
+    (bag,) = Path('runs').iterdir()
+    assert bag.name.endswith('_cylinder_1')
+    assert f'bag                {bag}\n' in outcome.out
+    assert 'picture            p.png\n' in outcome.out
+    assert Path('p.png').stat().st_size < 200_000
+    record = read_record(bag)
+    assert record.position.size == 1725
+    assert record.metadata['seed'] == '4'
+
+
+def test_simulate_never_overwrites(terminal: Terminal) -> None:
+    assert terminal.run('simulate', '--duration', 0.1, '--out', 'bag').code == 0
+    before = Path('bag/bag.mcap').read_bytes()
+    again = terminal.run('simulate', '--duration', 0.1, '--out', 'bag')
+    assert again.code == 2
+    assert '--out bag exists; name a directory that does not' in again.err
+    assert Path('bag/bag.mcap').read_bytes() == before
+    for _ in range(2):
+        assert terminal.run('simulate', '--duration', 0.01).code == 0
+    assert len(list(Path('runs').iterdir())) == 2
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_simulation_leaves_a_whole_bag(terminal: Terminal, number: int) -> None:
+    with terminal.start('simulate', '--duration', 80_000, '--out', 'bag') as process:
+        file = terminal.directory / 'bag' / 'bag.mcap'
+        until(lambda: file.exists() and file.stat().st_size > 100_000, process)
+        os.kill(process.pid, number)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert out == ''
+    assert err.strip().endswith('pneu-rig: interrupted')
+    assert 'Traceback' not in err
+    assert read_record(terminal.directory / 'bag').position.size > 100
+
+
+def test_info_as_json_is_plain_data(terminal: Terminal, bag: Path) -> None:
+    data = json.loads(terminal.run('info', bag, '--json').out)
+    assert data['cylinder'] == 'cylinder_2'
+    assert data['samples'] == data['messages']['joint_states'] == 2587
+    assert set(data['lost'].values()) == {0}
+    assert data['cycle_count'] == len(data['cycles'])
+
+
+def test_info_lists_topics_and_origin(terminal: Terminal, bag: Path) -> None:
+    text = terminal.run('info', bag).out
+    assert 'lost samples       joint_states 0' in text
+    assert 'written by         pneu_rig_ros ' in text
+    row = next(line for line in text.splitlines() if line.startswith('chamber_1/pressure'))
+    assert row.split() == ['chamber_1/pressure', 'sensor_msgs/msg/FluidPressure', '2587', '0']
+
+
+@pytest.mark.parametrize('option', ['', '--json'])
+def test_output_stops_quietly_when_its_reader_does(bag: Path, option: str) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [*COMMAND, 'info', str(bag), *([option] if option else [])]
+    with os.fdopen(writing, 'w') as pipe:
+        run = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, text=True, check=False)
+    assert run.returncode == 1
+    assert run.stderr == ''
+
+
+def test_friction_csv_has_the_offline_estimate(terminal: Terminal, bag: Path) -> None:
+    outcome = terminal.run('friction', bag, '--csv', 'f.csv', '--png', 'f.png')
+    assert outcome.code == 0
+    assert 'peak friction [N]' in outcome.out
+    record = read_record(bag)
+    table = np.genfromtxt('f.csv', delimiter=',', names=True)
+    assert table.dtype.names == ('time_s', 'position_m', 'velocity_m_per_s', 'pressure_1_Pa',
+                                 'pressure_2_Pa', 'friction_N')  # fmt: skip
+    np.testing.assert_allclose(table['friction_N'], friction_of(record), rtol=1e-8)
+    np.testing.assert_allclose(table['time_s'], record.time, atol=1e-9)
+    assert Path('f.png').exists()
+    assert terminal.run('friction', bag, '--csv', 'f.csv').code == 2
+
+
+def test_friction_as_json(terminal: Terminal, bag: Path) -> None:
+    data = json.loads(terminal.run('friction', bag, '--json').out)
+    assert data['peak_friction'] == max(cycle['peak_friction'] for cycle in data['cycles'])
+
+
+def test_repair_mends_and_then_has_nothing_to_do(terminal: Terminal, bag: Path) -> None:
+    Path('cut').mkdir()
+    Path('cut/cut.mcap').write_bytes((bag / 'stroke.mcap').read_bytes()[:1_200_000])
+    told = terminal.run('info', 'cut')
+    assert told.code == 2
+    assert 'run: pneu-rig repair cut' in told.err
+    assert 'cut is repaired: ' in terminal.run('repair', 'cut').out
+    assert terminal.run('info', 'cut').code == 0
+    assert 'cut is healthy' in terminal.run('repair', 'cut').out
+    assert sorted(file.name for file in Path('cut').iterdir()) == [
+        'cut.mcap', 'cut.mcap.cut', 'metadata.yaml',
+    ]  # fmt: skip
