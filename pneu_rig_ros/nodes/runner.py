@@ -70,11 +70,10 @@ class Runner:
             diagnostics.publish_if_due(now)
 
     def close(self) -> None:
-        """Report for the last time, finish and destroy the nodes."""
-        for diagnostics in self._diagnostics:
-            diagnostics.publish()
-        for node in self.nodes:
+        """Let each node finish, report for the last time and be heard; then destroy them."""
+        for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
             node.close()
+            diagnostics.publish()
             node.await_delivery()
         self._executor.shutdown()
         for node in self.nodes:
