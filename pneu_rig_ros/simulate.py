@@ -111,7 +111,7 @@ class _Recording:
         force = self._estimator.push(sample.position, sample.pressure_1, sample.pressure_2)
         if force is not None:
             stamp_ns = now_ns - self._estimator.delay_samples * self._interval_ns
-            self._put('friction', now_ns, self._friction.pack(force, stamp_ns))
+            self._put('friction', stamp_ns, self._friction.pack(force, stamp_ns))
 
     def _put(self, topic: str, now_ns: int, cdr: bytes) -> None:
         self._write(self._names[topic], TOPICS[topic].type, now_ns, cdr)
