@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import click
 
+from pneu_rig_ros.cli.claims import claims
 from pneu_rig_ros.cli.demo import demo
 from pneu_rig_ros.cli.friction import friction
 from pneu_rig_ros.cli.info import info
@@ -29,7 +30,8 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     '  pneu-rig simulate --duration 60     the same bag offline, many times faster\n'
     '  pneu-rig info runs/BAG              what a bag holds\n'
     '  pneu-rig friction runs/BAG --csv f.csv\n'
-    '  pneu-rig repair runs/BAG            after a crash\n',
+    '  pneu-rig repair runs/BAG            after a crash\n'
+    "  pneu-rig claims                     the paper's statements, each measured\n",
 )
 @click.pass_context
 def command(context: click.Context) -> None:
@@ -38,7 +40,7 @@ def command(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _subcommand in (demo, simulate, info, friction, repair):
+for _subcommand in (demo, simulate, info, friction, repair, claims):
     command.add_command(_subcommand)
 
 

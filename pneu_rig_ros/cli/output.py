@@ -13,6 +13,7 @@ import click
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from pneu_rig_ros.analysis.summary import Summary
 
@@ -21,12 +22,23 @@ NOT_KNOWN = '-'
 NAME_WIDTH = 19
 """Width of the first column [character]."""
 
+PIPE_WIDTH = 110
+"""Width of a table that is printed into a pipe or file [character]."""
+
 
 def console(stderr: bool = False) -> Console:
     """Return a terminal that colours nothing by itself and breaks no path."""
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False, markup=False, soft_wrap=True)
+
+
+def print_table(table: Table) -> None:
+    """Print a table with lines broken inside its cells, as wide as the terminal."""
+    from rich.console import Console
+
+    width = None if console().is_terminal else PIPE_WIDTH
+    Console(highlight=False, markup=False, width=width).print(table)
 
 
 def print_json(data: Mapping[str, Any]) -> None:
@@ -76,13 +88,26 @@ def _number(value: float | None, unit: str, digits: int) -> str:
 @contextlib.contextmanager
 def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr while the block runs; yield what to tell the time [s] to."""
+    with _bar(title, total, '{task.completed:5.1f} of {task.total:g} s') as tell:
+        yield lambda done: tell(min(done, total))
+
+
+@contextlib.contextmanager
+def step_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
+    """Show a bar on stderr while the block runs; yield what to tell the steps done to."""
+    with _bar(title, total, '{task.completed:g} of {task.total:g}') as tell:
+        yield tell
+
+
+@contextlib.contextmanager
+def _bar(title: str, total: float, count: str) -> Iterator[Callable[[float], None]]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     terminal = console(stderr=True)
     bar = Progress(
         TextColumn('{task.description}'),
         BarColumn(),
-        TextColumn('{task.completed:5.1f} of {task.total:g} s'),
+        TextColumn(count),
         TimeRemainingColumn(),
         console=terminal,
         transient=True,
@@ -90,4 +115,4 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
     )
     with bar:
         task = bar.add_task(title, total=total)
-        yield lambda done: bar.update(task, completed=min(done, total))
+        yield lambda done: bar.update(task, completed=done)

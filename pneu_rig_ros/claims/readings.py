@@ -1,0 +1,165 @@
+"""
+Readings of the paper by name or from a file: read strictly, written back.
+
+A file says only what differs from the shipped cylinders, for all of them::
+
+    friction:
+      stop_velocity: 0.001 m/s
+      static_friction_reading: follows_clock
+    rest_time: 900.0 s
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pneu_rig_ros.claims.experiments import CYLINDERS, Reading
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.quantity import (
+    Quantity,
+    QuantityList,
+    Specification,
+    specifications,
+    unknown,
+)
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.configuration import (
+    OVERRIDES,
+    configuration_folder,
+    configuration_from_yaml,
+)
+
+DEFAULT = 'default'
+"""The reading of the shipped cylinder files, and its name."""
+NOT_PRINTED = (
+    'element_stiffness',
+    'element_limit',
+    'fluid_time_constant',
+    'stop_velocity',
+    'start_velocity',
+    'static_friction_reading',
+    'film_reading',
+)
+"""Fields of ``Friction`` that the paper leaves open; Table 2 prints the others."""
+SPECIFICATIONS = {k: v for k, v in specifications(Friction).items() if k != 'model'}
+"""Fields that a reading may give: all but the friction law, which each experiment chooses."""
+LONGEST_NAME = 60
+"""[character]"""
+
+
+def shipped_readings() -> list[str]:
+    """Return the names of the readings that come with the package."""
+    folder = configuration_folder() / 'readings'
+    return sorted(path.stem for path in folder.glob('*.yaml'))
+
+
+def load_reading(source: str | Path) -> Reading:
+    """
+    Return a reading.
+
+    :param source: 'default', the name of a shipped reading, or the path of a YAML file
+    :raises RigError: for anything unknown, of a wrong unit, out of range or contradictory
+    """
+    if str(source) == DEFAULT:
+        return Reading()
+    path = _locate(source)
+    reading = _read(_parsed(path), str(path), path.stem)
+    _check_with_cylinders(reading, str(path))
+    return reading
+
+
+def reading_values(reading: Reading) -> dict[str, Any]:
+    """Return the mapping that, as YAML or JSON, reads back to the same reading."""
+    friction = {key: SPECIFICATIONS[key].format(v) for key, v in reading.friction.items()}
+    values: dict[str, Any] = {'name': reading.name, 'friction': friction}
+    if reading.rest_time is not None:
+        values['rest_time'] = OVERRIDES['rest_time'].format(reading.rest_time)
+    return values
+
+
+def short_text(specification: Specification, value: Any) -> str:
+    """Return a value to be read by people, in six digits."""
+    if isinstance(specification, QuantityList):
+        return ' + '.join(short_text(specification.item, item) for item in value) or 'none'
+    if isinstance(specification, Quantity):
+        return f'{value:.6g} {specification.unit}'
+    return specification.format(value).replace('_', ' ')
+
+
+def printed_values_changed(reading: Reading) -> list[str]:
+    """Return the fields in which the reading departs from what Table 2 prints."""
+    return [
+        key
+        for key, value in reading.friction.items()
+        if key not in NOT_PRINTED
+        and any(getattr(_friction(name), key) != value for name in CYLINDERS)
+    ]
+
+
+def _friction(cylinder: str) -> Friction:
+    return load_configuration(cylinder).model.friction
+
+
+def _locate(source: str | Path) -> Path:
+    path, names = Path(source), shipped_readings()
+    if path.suffix in ('.yaml', '.yml'):
+        return path
+    if str(source) in names:
+        return configuration_folder() / 'readings' / f'{source}.yaml'
+    if path.exists():
+        return path
+    raise RigError(f'reading: {unknown(str(source), [DEFAULT, *names])}, or a YAML file')
+
+
+def _parsed(path: Path) -> object:
+    try:
+        return yaml.safe_load(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise RigError(f'{path}: cannot be read: {reason}') from None
+    except yaml.YAMLError as error:
+        raise RigError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
+
+
+def _read(data: object, origin: str, stem: str) -> Reading:
+    values = _mapping(data, ('name', 'friction', 'rest_time'), origin)
+    friction = _mapping(values.get('friction', {}), SPECIFICATIONS, f'{origin}: friction')
+    rest = values.get('rest_time')
+    return Reading(
+        _name(values.get('name', stem), origin),
+        {
+            key: SPECIFICATIONS[key].parse(value, f'{origin}: friction.{key}')
+            for key, value in friction.items()
+        },
+        None if rest is None else OVERRIDES['rest_time'].parse(rest, f'{origin}: rest_time'),
+    )
+
+
+def _mapping(data: object, allowed: Iterable[str], where: str) -> dict[str, Any]:
+    """Return a YAML mapping of allowed keys."""
+    allowed = list(allowed)
+    if not isinstance(data, dict):
+        raise RigError(f'{where}: expected a mapping with some of {", ".join(allowed)}')
+    for key in data:
+        if key not in allowed:
+            raise RigError(f'{where}: {unknown(str(key), allowed)}')
+    return data
+
+
+def _name(name: object, origin: str) -> str:
+    if isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) <= LONGEST_NAME:
+        return name
+    raise RigError(f'{origin}: name: {name!r} is not a line of 1 to {LONGEST_NAME} characters')
+
+
+def _check_with_cylinders(reading: Reading, origin: str) -> None:
+    """Refuse what contradicts itself once it is put into the shipped cylinders."""
+    for name in CYLINDERS:
+        shipped = load_configuration(name)
+        friction = shipped.model.friction._replace(**reading.friction)
+        changed = replace(shipped, model=shipped.model._replace(friction=friction))
+        configuration_from_yaml(changed.to_yaml(), f'{origin}: with {name}')

@@ -1,0 +1,34 @@
+"""One laboratory for all tests: the default reading, measured once."""
+
+from collections.abc import Callable
+
+import pytest
+
+from pneu_rig_ros.claims.experiments import Laboratory
+from pneu_rig_ros.claims.statements import STATEMENTS, Row, measure
+from pneu_rig_ros.cli import main
+
+
+@pytest.fixture(scope='session')
+def laboratory() -> Laboratory:
+    return Laboratory()
+
+
+@pytest.fixture(scope='session')
+def rows(laboratory: Laboratory) -> list[Row]:
+    return [measure(laboratory, statement) for statement in STATEMENTS]
+
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return what runs `pneu-rig claims` here and returns exit code, output and errors."""
+
+    def run_claims(*arguments: object) -> tuple[int, str, str]:
+        code = main(['claims', *(str(argument) for argument in arguments)])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run_claims

@@ -1,0 +1,77 @@
+"""`pneu-rig claims` prints a row for each statement and writes what it is asked for."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from pneu_rig_ros.claims.statements import STATEMENTS, Finding, Row, Statement
+from pneu_rig_ros.cli.claims import _measured
+
+from .conftest import Run
+
+
+def test_prints_a_row_for_each_statement_and_writes_files(run: Run, tmp_path: Path) -> None:
+    page, data = tmp_path / 'page.html', tmp_path / 'data.json'
+    code, out, err = run('--html', page, '--json', data)
+    assert (code, err) == (0, '')
+    verdicts = re.findall(r'^ {0,2}(\d+)   .* (holds|does not) *$', out, re.MULTILINE)
+    assert [int(number) for number, _ in verdicts] == [s.number for s in STATEMENTS]
+    written = json.loads(data.read_text())
+    assert [entry['holds'] for entry in written] == [word == 'holds' for _, word in verdicts]
+    held = sum(entry['holds'] for entry in written)
+    assert f"{held} of {len(STATEMENTS)} statements hold under the reading 'default'" in out
+    assert str(page) in out
+    assert page.stat().st_size > 100_000
+
+
+def test_json_alone_is_the_whole_output(run: Run, tmp_path: Path) -> None:
+    reading = tmp_path / 'stiff.yaml'
+    reading.write_text('friction: {element_stiffness: [1e6 N/m]}')
+    code, out, _ = run('--reading', reading, '--json')
+    assert code == 0
+    entries = json.loads(out)
+    assert [entry['statement'] for entry in entries] == [s.number for s in STATEMENTS]
+    for entry, statement in zip(entries, STATEMENTS, strict=True):
+        assert set(entry) == {'statement', 'expected', 'measured', 'holds'}
+        assert entry['expected'] == statement.text
+        findings = entry['measured']
+        assert {type(finding['holds']) for finding in findings} == {bool}
+        assert entry['holds'] == all(finding['holds'] for finding in findings)
+
+
+def test_row_tells_in_full_what_does_not_hold() -> None:
+    findings = (
+        Finding('cylinder_1: shorter', '3, 2 s', True),
+        Finding('cylinder_1: fewer', '9, 2', True),
+        Finding('larger', '1, 1 mm', False),
+    )
+    row = Row(Statement(1, 'text', lambda _: findings), findings)
+    assert _measured(row) == 'cylinder_1: 3, 2 s; 9, 2\nNOT larger: 1, 1 mm'
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'complaint'),
+    [
+        (['--reading', 'nope'], "unknown name 'nope'"),
+        (['--reading', 'nope.yaml'], 'nope.yaml: cannot be read'),
+        (['--seed', '3'], '--seed needs --search'),
+        (['--workers', '1'], '--workers needs --search'),
+        (['--out', 'x.json'], '--out needs --search'),
+        (['--search', '3', '--html', 'x.html'], '--html does not go with --search'),
+        (['--search', '3', '--json'], '--json does not go with --search'),
+        (['--search', '0'], "'--search': 0 is not in the range"),
+        (['--search', '2', '--workers', '0'], "'--workers': 0 is not in the range"),
+        (['--html', '/nowhere/x.html'], 'there is no directory /nowhere'),
+        (['--json', '/nowhere/x.json'], 'there is no directory /nowhere'),
+        (['--search', '2', '--out', '/nowhere/x.json'], 'there is no directory /nowhere'),
+        (['--html', 'x', '--json', 'x'], '--html and --json both name x'),
+        (['--html', '/'], '--html / exists'),
+    ],
+)
+def test_mistake_is_told_in_one_line(run: Run, arguments: list[str], complaint: str) -> None:
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, '')
+    assert complaint in err
+    assert err.count('\n') == 1
