@@ -17,6 +17,7 @@ from pneu_rig_ros.claims.statements import (
     COMMANDS,
     DWELL,
     LOADS,
+    PAUSES,
     RLG,
     STARTS,
     SUPPLIES,
@@ -25,6 +26,8 @@ from pneu_rig_ros.claims.statements import (
 from pneu_rig_ros.report.figure import BAR, BLUE, GREY, ORANGE, STYLE
 
 LETTERS = 'abcd'
+LOAD_COMMAND = 0.30
+"""u of Fig. 9 [V]."""
 WIDTH = 9.6
 """Width of every figure [inch]."""
 
@@ -53,8 +56,9 @@ def pictures() -> Iterator[Picture]:
         'fig-3',
         'Fig. 3b: static friction against dwell time',
         'Each friction peak at a breakaway against the dwell before it: in the strokes of '
-        'Fig. 4-6, and when the piston is pushed, shut in for 1 to 30 s and pushed again. The '
-        'line is Eq. 16 with the values of Table 2. (Fig. 3a is panel (d) of Fig. 5.)',
+        'Fig. 4-6, and when the piston is pushed, shut in for '
+        f'{min(PAUSES):g} to {max(PAUSES):g} s and pushed again. The line is Eq. 16 with '
+        'the values of Table 2. (Fig. 3a is panel (d) of Fig. 5.)',
         _static_friction,
     )
     yield from _sweep_pictures()
@@ -71,12 +75,14 @@ def _sweep_pictures() -> Iterator[Picture]:
     )  # fmt: skip
     yield Picture(
         'fig-8', 'Fig. 8: effect of the supply pressure',
-        'Position against time from 3 to 7 bar (gauge), at the u of Fig. 4-6 and 0.2 kg.',
+        f'Position against time from {min(SUPPLIES) / BAR - 1.0:g} to '
+        f'{max(SUPPLIES) / BAR - 1.0:g} bar (gauge), at the u of Fig. 4-6 and 0.2 kg.',
         lambda laboratory: _sweep(laboratory, _supplies),
     )  # fmt: skip
     yield Picture(
         'fig-9', 'Fig. 9: effect of the external load',
-        'Position of cylinder 1 against time for loads of 0.2 to 5.3 kg, at 0.30 V and 4 bar.',
+        f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
+        f'at {LOAD_COMMAND:.2f} V and 4 bar.',
         lambda laboratory: _sweep(laboratory, _loads, CYLINDERS[:1]),
     )  # fmt: skip
     yield Picture(
@@ -209,7 +215,7 @@ def _supplies(name: str, _: float) -> Iterator[tuple[str, Experiment]]:
 
 def _loads(name: str, _: float) -> Iterator[tuple[str, Experiment]]:
     for mass in LOADS:
-        yield f'{mass:g} kg', replace(CAPTIONS[name], u=0.30, load_mass=mass)
+        yield f'{mass:g} kg', replace(CAPTIONS[name], u=LOAD_COMMAND, load_mass=mass)
 
 
 def _starts(name: str, stroke: float) -> Iterator[tuple[str, Experiment]]:
@@ -257,7 +263,7 @@ def _static_friction(laboratory: Laboratory) -> Figure:
             panel.set_xlabel('dwell time [s]')
             panel.set_ylim(bottom=0.0)
         axes[0].set_ylabel('friction peak [N]')
-        axes[0].legend(loc='upper left', frameon=False)
+        axes[0].legend(loc='lower right', frameon=False)
         figure.draw_without_rendering()
     return figure
 

@@ -13,7 +13,7 @@ import jinja2
 import matplotlib
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.claims.experiments import CYLINDERS, Laboratory
+from pneu_rig_ros.claims.experiments import CYLINDERS, END_SHARE, LONGEST_STROKE, Laboratory
 from pneu_rig_ros.claims.readings import (
     NOT_PRINTED,
     SPECIFICATIONS,
@@ -76,6 +76,8 @@ def write_page(
         values=list(reading_table(laboratory)),
         changed=printed_values_changed(laboratory.reading),
         cylinders=[name.replace('_', ' ') for name in CYLINDERS],
+        end_share=END_SHARE,
+        longest_stroke=LONGEST_STROKE,
         version=version('pneu_rig_ros'),
         revision=git_revision(),
     )
