@@ -1,0 +1,153 @@
+"""Outstrokes under the conditions of the paper's figures, simulated under one reading of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+
+from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
+from pneu_rig_ros.model.plant import Plant, Trajectory
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+CYLINDERS = ('cylinder_1', 'cylinder_2', 'cylinder_3')
+INTERVAL = 1.16e-3
+"""Sampling interval [s], section 2.1 of the paper."""
+LONGEST_STROKE = 100.0
+"""A stroke is given up after this time [s]."""
+END_SHARE = 0.98
+"""A stroke counts as done at this share of the way to the end stop [-]."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """
+    One choice of everything that the paper does not print.
+
+    :param name: of the reading
+    :param friction: fields of ``Friction`` that differ from the shipped file
+    :param rest_time: rest before the stroke [s], None for the shipped one
+    """
+
+    name: str = 'default'
+    friction: Mapping[str, Any] = field(default_factory=dict)
+    rest_time: float | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """
+    One outstroke from rest.
+
+    :param cylinder: name of a shipped cylinder
+    :param u: command of Eq. 1 [V]
+    :param supply_pressure: absolute [Pa]
+    :param load_mass: external load [kg]
+    :param initial_position: [m]
+    :param law: name of the friction law
+    """
+
+    cylinder: str
+    u: float
+    supply_pressure: float = 5e5
+    load_mass: float = 0.2
+    initial_position: float = 0.0
+    law: str = 'revised_lugre_dwell'
+
+
+CAPTIONS = {
+    'cylinder_1': Experiment('cylinder_1', 0.29),
+    'cylinder_2': Experiment('cylinder_2', 0.34),
+    'cylinder_3': Experiment('cylinder_3', 0.32),
+}
+"""Operating points of Fig. 4-6."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """An experiment carried out, up to the end of the stroke."""
+
+    experiment: Experiment
+    run: Trajectory
+    plant: Plant
+
+    @cached_property
+    def cycles(self) -> list[Cycle]:
+        """Stick-slip cycles, from the position as the segmentation of a record finds them."""
+        return find_cycles(self.run.position, INTERVAL, self.run.friction_force)
+
+    @property
+    def count(self) -> int:
+        """Number of stick-slip cycles."""
+        return len(self.cycles)
+
+    @property
+    def time(self) -> float:
+        """Time to the end of the stroke [s], infinite if it was not reached."""
+        return float(self.run.time[-1]) if self.finished else np.inf
+
+    @property
+    def finished(self) -> bool:
+        """Whether the end of the stroke was reached."""
+        stroke = self.plant.model.cylinder.stroke
+        return bool(self.run.position[-1] >= END_SHARE * stroke)
+
+    def column(self, name: str, first: int = 0) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return a field of all cycles from number ``first`` on, shape (n,)."""
+        return np.array([getattr(cycle, name) for cycle in self.cycles[first:]])
+
+
+class Laboratory:
+    """
+    Carries out experiments under one reading, each only once.
+
+    :param reading: what the paper does not print
+    :param tolerance: of the integration [-]
+    """
+
+    def __init__(self, reading: Reading | None = None, tolerance: float = 1e-5) -> None:
+        self.reading = reading or Reading()
+        self._tolerance = tolerance
+        self._strokes: dict[Experiment, Stroke] = {}
+
+    def perform(self, experiment: Experiment) -> Stroke:
+        """Return the stroke of an experiment."""
+        if experiment not in self._strokes:
+            self._strokes[experiment] = self._simulate(experiment)
+        return self._strokes[experiment]
+
+    def captions(self, law: str = 'revised_lugre_dwell') -> list[Stroke]:
+        """Return the strokes of Fig. 4-6 under a friction law."""
+        return [self.perform(replace(point, law=law)) for point in CAPTIONS.values()]
+
+    def plant(self, experiment: Experiment) -> Plant:
+        """Return the plant of an experiment, at rest at its start."""
+        model = _shipped(experiment.cylinder)
+        rest = self.reading.rest_time
+        operation = model.operation._replace(
+            supply_pressure=experiment.supply_pressure,
+            load_mass=experiment.load_mass,
+            initial_position=experiment.initial_position,
+            rest_time=model.operation.rest_time if rest is None else rest,
+        )
+        law = FRICTION_MODELS.index(experiment.law)
+        friction = model.friction._replace(**self.reading.friction, model=law)
+        changed = model._replace(operation=operation, friction=friction)
+        return Plant(changed, tolerance=self._tolerance)
+
+    def _simulate(self, experiment: Experiment) -> Stroke:
+        plant = self.plant(experiment)
+        voltages = np.tile(valve_voltages(experiment.u), (round(LONGEST_STROKE / INTERVAL), 1))
+        run = plant.run(voltages, INTERVAL)
+        done = run.position >= END_SHARE * plant.model.cylinder.stroke
+        end = int(np.argmax(done)) + 1 if done.any() else len(done)
+        columns = {name: column[:end] for name, column in run._asdict().items()}
+        return Stroke(experiment, Trajectory(**columns), plant)
+
+
+@cache
+def _shipped(cylinder: str) -> Model:
+    return load_configuration(cylinder).model

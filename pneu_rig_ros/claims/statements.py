@@ -1,0 +1,482 @@
+"""
+The paper's ten statements, each measured on simulated strokes.
+
+A statement holds when each of its findings does. What the text gives in words ("nearly
+unchanged", "extremely small") is put into a number in the finding itself, so that it can be read.
+"""
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
+from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, INTERVAL, Laboratory, Stroke
+from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.plant import Plant, PlantState
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.sensors import SensorSet
+
+RLG, DWELL = 'revised_lugre', 'revised_lugre_dwell'
+
+COMMANDS = {
+    'cylinder_1': (0.28, 0.29, 0.32, 0.38),
+    'cylinder_2': (0.34, 0.42, 0.60, 0.80),
+    'cylinder_3': (0.32, 0.40, 0.45, 0.50),
+}
+"""
+Commands of Fig. 7 [V]. The text prints only 0.28-0.29 V for cylinder 1 and those of the captions;
+the largest ones here shorten the stroke to a half (cylinder 1 and 3) and a third (cylinder 2).
+"""
+SUPPLIES = (4e5, 5e5, 6e5, 7e5, 8e5)
+"""3 to 7 bar gauge, as absolute pressures [Pa] (Fig. 8)."""
+LOADS = (0.2, 1.9, 3.6, 5.3)
+"""[kg] (Fig. 9)."""
+LOAD_COMMAND = 0.30
+"""[V] (caption of Fig. 9)."""
+STARTS = (0.0, 0.05, 0.1)
+"""Initial positions as a share of the stroke [-]; the text prints none (Fig. 10)."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a statement says: what, the number measured, and whether it is so."""
+
+    says: str
+    measured: str
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Statement:
+    """
+    One statement of the paper.
+
+    :param number: 1-10, as in the notes on the model
+    :param text: what the paper says, in a sentence
+    :param measure: carries out the experiments and returns the findings
+    """
+
+    number: int
+    text: str
+    measure: Callable[[Laboratory], Sequence[Finding]]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A statement measured under one reading."""
+
+    statement: Statement
+    findings: tuple[Finding, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether all findings hold."""
+        return all(finding.holds for finding in self.findings)
+
+    @property
+    def share(self) -> float:
+        """Share of the findings that hold [-]."""
+        return sum(finding.holds for finding in self.findings) / len(self.findings)
+
+
+def numbers(values: Sequence[float] | np.ndarray[Any, Any], pattern: str = '.2f') -> str:
+    """Return values in a line, a dash for each that is none."""
+    return ', '.join('-' if value != value else format(value, pattern) for value in values)
+
+
+def middle(values: np.ndarray[Any, Any]) -> float:
+    """Return the median, NaN of nothing."""
+    return float(np.median(values)) if len(values) else np.nan
+
+
+def falls(values: np.ndarray[Any, Any]) -> bool:
+    """Return whether a straight line through at least three values goes down."""
+    return len(values) >= 3 and float(np.polyfit(np.arange(len(values)), values, 1)[0]) < 0.0
+
+
+def rises_throughout(values: Sequence[float], slack: float = 0.0) -> bool:
+    """Return whether each value is above the one before, but for a share of slack."""
+    return all(b > a * (1.0 - slack) for a, b in itertools.pairwise(values))
+
+
+def falls_throughout(values: Sequence[float], slack: float = 0.0) -> bool:
+    """Return whether each value is below the one before, but for a share of slack."""
+    return all(b < a * (1.0 + slack) for a, b in itertools.pairwise(values))
+
+
+def dwells(stroke: Stroke) -> np.ndarray[Any, Any]:
+    """Return the dwell times between slips [s]: all but the rest before the first."""
+    return stroke.column('dwell', 1)
+
+
+def slips(stroke: Stroke) -> np.ndarray[Any, Any]:
+    """Return the slip lengths [m] but for the first, from rest, and the last, into the end."""
+    return stroke.column('slip', 1)[:-1]
+
+
+def grows(values: Sequence[float]) -> bool:
+    """Return whether the last finite value is above the first of at least two."""
+    finite = [value for value in values if np.isfinite(value)]
+    return len(finite) >= 2 and finite[-1] > finite[0]
+
+
+def unchanged(values: Sequence[float], share: float) -> bool:
+    """Return whether all values are finite and the largest is within a share of the smallest."""
+    return bool(np.all(np.isfinite(values))) and max(values) <= (1.0 + share) * min(values)
+
+
+def cylinder_1(laboratory: Laboratory) -> list[Finding]:
+    """Statement 1 (Fig. 4)."""
+    stroke = laboratory.captions()[0]
+    peaks, waits = stroke.column('peak_friction'), dwells(stroke)
+    first = float(peaks[0]) if len(peaks) else np.nan
+    longest = float(waits.max()) if len(waits) else 0.0
+    drops = pressure_drops(stroke)
+    return [
+        Finding('first friction peak 15 N within 10 %', f'{first:.1f} N', abs(first - 15) <= 1.5),
+        Finding('at least four cycles', f'{stroke.count}', stroke.count >= 4),
+        Finding('dwell of several seconds (at least 2 s)', f'{longest:.2f} s', longest >= 2.0),
+        Finding(
+            'driving pressure drops in at least 90 % of the slips',
+            f'{drops:.0%}', drops >= 0.9,
+        ),
+        Finding('later dwells shorter', numbers(waits) + ' s', falls(waits)),
+        Finding('later peaks smaller', numbers(peaks, '.1f') + ' N', falls(peaks[1:])),
+    ]  # fmt: skip
+
+
+def pressure_drops(stroke: Stroke) -> float:
+    """Return the share of slips in which p1 falls by a tenth of its rise before [-]."""
+    pressure, time = stroke.run.pressure_1, stroke.run.time
+    begins = np.searchsorted(time, stroke.column('breakaway_time'))
+    if len(begins) < 2:
+        return 0.0
+    spans = zip(begins, [*begins[1:], len(time)], strict=True)
+    lows = np.array([pressure[a:b].min() for a, b in spans])
+    rise = pressure[begins] - stroke.plant.model.operation.initial_pressure_1
+    return float(np.mean(pressure[begins] - lows > 0.1 * rise))
+
+
+def cylinder_2(laboratory: Laboratory) -> list[Finding]:
+    """Statement 2 (Fig. 5)."""
+    one, two, _ = laboratory.captions()
+    waits = [middle(dwells(stroke)) for stroke in (one, two)]
+    steps = [1e3 * middle(slips(stroke)) for stroke in (one, two)]
+    creep = creep_while_sticking(two)
+    return [
+        Finding('stick-slip, at least five cycles', f'{two.count}', two.count >= 5),
+        Finding('dwells shorter than of cylinder 1', numbers(waits) + ' s', waits[1] < waits[0]),
+        Finding('slips smaller than of cylinder 1', numbers(steps) + ' mm', steps[1] < steps[0]),
+        Finding('creep while sticking, over 0.1 mm', f'{1e3 * creep:.2f} mm', creep > 1e-4),
+    ]
+
+
+def creep_while_sticking(stroke: Stroke) -> float:
+    """Return the median way from the end of a slip to the next breakaway [m]."""
+    time, position = stroke.run.time, stroke.run.position
+    starts = stroke.column('breakaway_time', 1)
+    rests = starts - dwells(stroke)
+    ways = np.interp(starts, time, position) - np.interp(rests, time, position)
+    return middle(ways)
+
+
+def cylinder_3(laboratory: Laboratory) -> list[Finding]:
+    """Statement 3 (Fig. 6)."""
+    one, two, three = laboratory.captions()
+    counts = [stroke.count for stroke in (one, two, three)]
+    waits = [middle(dwells(stroke)) for stroke in (two, three)]
+    steps = [1e3 * middle(slips(stroke)) for stroke in (two, three)]
+    return [
+        Finding(
+            'at least twice the cycles of cylinder 1 and 2',
+            numbers(counts, 'd'), counts[2] >= 2 * max(counts[:2]),
+        ),
+        Finding(
+            'dwells very short (under half of cylinder 2)',
+            numbers(waits) + ' s', waits[1] < 0.5 * waits[0],
+        ),
+        Finding(
+            'slips extremely small (under a quarter of cylinder 2)',
+            numbers(steps) + ' mm', steps[1] < 0.25 * steps[0],
+        ),
+    ]  # fmt: skip
+
+
+def stuck_share(stroke: Stroke) -> float:
+    """Return the share of the time after the first breakaway spent in dwells [-]."""
+    if not stroke.cycles:
+        return 0.0
+    moving = stroke.run.time[-1] - stroke.cycles[0].breakaway_time
+    return float(dwells(stroke).sum() / moving)
+
+
+def airflow(laboratory: Laboratory) -> list[Finding]:
+    """Statement 4 (Fig. 7)."""
+    findings = []
+    for name in CYLINDERS:
+        runs = [laboratory.perform(replace(CAPTIONS[name], u=u)) for u in COMMANDS[name]]
+        counts, times = [run.count for run in runs], [run.time for run in runs]
+        findings += [
+            Finding(f'{name}: fewer events', numbers(counts, 'd'), counts[-1] < counts[0]),
+            Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times)),
+        ]
+        top = runs[-1]
+        if name == 'cylinder_3':
+            steps = Finding(f'{name}: small steps remain', f'{top.count}', top.count >= 5)
+        else:
+            stuck = stuck_share(top)
+            steps = Finding(
+                f'{name}: nearly continuous (stuck under 10 % of the time)',
+                f'{stuck:.0%}', stuck < 0.1,
+            )  # fmt: skip
+        findings.append(steps)
+    return findings
+
+
+def supply(laboratory: Laboratory) -> list[Finding]:
+    """Statement 5 (Fig. 8)."""
+    findings = []
+    for name in CYLINDERS:
+        runs = [laboratory.perform(replace(CAPTIONS[name], supply_pressure=p)) for p in SUPPLIES]
+        times, waits = [run.time for run in runs], [middle(dwells(run)) for run in runs]
+        steps = [1e3 * middle(slips(run)) for run in runs]
+        # nothing may stick any more at the highest pressure, but something must at the lowest
+        shorter = bool(np.isfinite(waits[0])) and not waits[-1] >= waits[0]
+        findings += [
+            Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times)),
+            Finding(f'{name}: shorter dwells', numbers(waits) + ' s', shorter),
+            Finding(f'{name}: larger steps', numbers(steps) + ' mm', grows(steps)),
+        ]
+    kept = [run.count for run in runs[-2:]]
+    says = 'cylinder_3: steps remain at 6 and 7 bar'
+    return [*findings, Finding(says, numbers(kept, 'd'), min(kept) >= 5)]
+
+
+def load(laboratory: Laboratory) -> list[Finding]:
+    """Statement 6 (Fig. 9): cylinder 1 at 0.30 V."""
+    point = replace(CAPTIONS['cylinder_1'], u=LOAD_COMMAND)
+    runs = [laboratory.perform(replace(point, load_mass=mass)) for mass in LOADS]
+    counts, times = [run.count for run in runs], [run.time for run in runs]
+    steps = [1e3 * middle(slips(run)) for run in runs]
+    few = max(1, round(0.25 * counts[0]))
+    change = times[-1] / times[0] - 1.0
+    return [
+        Finding(
+            f'cycles nearly unchanged (within {few})',
+            numbers(counts, 'd'), max(counts) - min(counts) <= few and min(counts) >= 2,
+        ),
+        Finding('larger slips', numbers(steps, '.1f') + ' mm', steps[-1] > steps[0]),
+        Finding(
+            'stroke slightly shorter (by at most 20 %)',
+            numbers(times, '.2f') + ' s', -0.2 <= change <= 0.0,
+        ),
+    ]  # fmt: skip
+
+
+def initial_position(laboratory: Laboratory) -> list[Finding]:
+    """Statement 7 (Fig. 10)."""
+    findings = []
+    for name in CYLINDERS:
+        length = laboratory.perform(CAPTIONS[name]).plant.model.cylinder.stroke
+        points = [replace(CAPTIONS[name], initial_position=s * length) for s in STARTS]
+        runs = [laboratory.perform(point) for point in points]
+        firsts = [run.cycles[0].dwell if run.cycles else np.nan for run in runs]
+        later = {
+            'cycles': ([float(run.count) for run in runs], ''),
+            'dwells': ([middle(dwells(run)) for run in runs], ' s'),
+            'slips': ([1e3 * middle(slips(run)) for run in runs], ' mm'),
+        }
+        longer = rises_throughout(firsts)
+        findings.append(Finding(f'{name}: longer first dwell', numbers(firsts) + ' s', longer))
+        findings += [
+            Finding(
+                f'{name}: {what} about unchanged (within 30 %)',
+                numbers(values, '.3g') + unit,
+                unchanged(values, 0.3),
+            )
+            for what, (values, unit) in later.items()
+        ]
+    return findings
+
+
+def constant_static_friction(laboratory: Laboratory) -> list[Finding]:
+    """Statement 8 (Fig. 11-13): RLG against dwell-dependent static friction."""
+    findings = []
+    constant, dwelling = laboratory.captions(RLG), laboratory.captions(DWELL)
+    for old, new in zip(constant, dwelling, strict=True):
+        name = old.experiment.cylinder
+        gap = abs(old.count - new.count) / max(new.count, 1)
+        persists = stick_slip_reach(new)
+        findings += [
+            Finding(
+                f'{name}: RLG has another number of cycles (by over a quarter)',
+                f'{old.count} against {new.count}', gap > 0.25,
+            ),
+            Finding(
+                f'{name}: with Eq. 16 stick-slip persists to 80 % of the stroke',
+                f'{persists:.0%}', persists >= 0.8,
+            ),
+            Finding(
+                f'{name}: and attenuates (falling peaks)',
+                numbers(new.column('peak_friction')[:8], '.1f') + ' N',
+                falls(new.column('peak_friction')),
+            ),
+        ]  # fmt: skip
+    return findings
+
+
+def stick_slip_reach(stroke: Stroke) -> float:
+    """Return the share of the way covered at which the last slip begins [-]."""
+    if not stroke.cycles:
+        return 0.0
+    last = np.interp(stroke.cycles[-1].breakaway_time, stroke.run.time, stroke.run.position)
+    return float(last / stroke.run.position[-1])
+
+
+def dwell_law(laboratory: Laboratory) -> list[Finding]:
+    """Statement 9 (Fig. 3): Eq. 16 recovered from the strokes, and from rests of chosen length."""
+    findings = []
+    for name in CYLINDERS:
+        own = laboratory.perform(CAPTIONS[name])
+        waits, peaks = own.column('dwell', 1), own.column('peak_friction', 1)
+        findings.append(along_equation_16(own, f'{name}, in the stroke', waits, peaks))
+        waits, peaks = pauses(laboratory, name)
+        findings.append(along_equation_16(own, f'{name}, after pauses', waits, peaks))
+        says = f'{name}, after pauses: peaks grow with the dwell'
+        told = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
+        findings.append(Finding(says, told, rises_throughout(peaks.tolist())))
+    return findings
+
+
+def along_equation_16(
+    stroke: Stroke, where: str, waits: np.ndarray[Any, Any], peaks: np.ndarray[Any, Any]
+) -> Finding:
+    """Compare peaks [N] after dwells [s] with Eq. 16."""
+    law = stroke.plant.model.friction
+    span = law.breakaway_force - law.coulomb_force
+    says = f'{where}: peaks along Eq. 16 (RMS within 20 % of F_smax - F_c)'
+    if not (len(peaks) and span > 0.0):
+        return Finding(says, 'no cycles' if span > 0.0 else 'F_smax = F_c', False)
+    error = float(np.sqrt(np.mean((peaks - equation_16(waits, law)) ** 2)))
+    return Finding(says, f'{error:.2f} N, {error / span:.0%}', error <= 0.2 * span)
+
+
+def equation_16(waits: np.ndarray[Any, Any], law: Friction) -> np.ndarray[Any, Any]:
+    """Return F_s(t_D) [N] of Eq. 16 for dwell times [s]."""
+    span = law.breakaway_force - law.coulomb_force
+    left: np.ndarray[Any, Any] = np.exp(-law.dwell_coefficient * waits**law.dwell_exponent)
+    return law.breakaway_force - span * left
+
+
+PAUSES = (1.0, 3.0, 10.0, 30.0)
+"""Rests between pushes in the experiment with pauses [s]."""
+
+
+def pauses(laboratory: Laboratory, name: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Return dwell times [s] and the friction peaks [N] that end them: push, shut, wait, push."""
+    waits, peaks = [], []
+    for pause in PAUSES:
+        wait, peak = push_after(laboratory.plant(replace(CAPTIONS[name], u=0.0)), pause)
+        waits.append(wait)
+        peaks.append(peak)
+    return np.array(waits), np.array(peaks)
+
+
+def push_after(plant: Plant, pause: float) -> tuple[float, float]:
+    """Return the dwell [s] and the friction peak [N] of a breakaway after a pause [s]."""
+    far = 0.25 * plant.model.cylinder.stroke
+    push, shut = (CENTRE_VOLTAGE + 0.35, CENTRE_VOLTAGE - 0.35), (CENTRE_VOLTAGE,) * 2
+    advance(plant, push, 30.0, lambda state: state.position > far)
+    advance(plant, shut, 10.0, lambda state: abs(state.velocity) < RESTING_SPEED)
+    rest_begins, here = plant.state.time, plant.state.position
+    advance(plant, shut, pause)
+    peak = advance(plant, push, 30.0, lambda state: state.position > here + SLID)
+    return plant.state.time - rest_begins, peak
+
+
+RESTING_SPEED = 2e-4
+"""A piston slower than this has come to rest [m/s]."""
+SLID = 1.5e-3
+"""A piston that went this far is sliding: more than any presliding [m]."""
+BLOCK = 40
+"""Samples between two looks at the piston."""
+
+
+def advance(
+    plant: Plant,
+    voltages: tuple[float, ...],
+    longest: float,
+    until: Callable[[PlantState], bool] = lambda _: False,
+) -> float:
+    """
+    Hold the voltages [V] until something is so, but no longer than ``longest`` [s].
+
+    :returns: the largest friction force on the way [N]
+    """
+    peak, block = 0.0, np.tile(voltages, (BLOCK, 1))
+    for _ in range(round(longest / INTERVAL / BLOCK)):
+        peak = max(peak, float(plant.run(block, INTERVAL).friction_force.max()))
+        if until(plant.state):
+            break
+    return peak
+
+
+def estimated_friction(laboratory: Laboratory) -> list[Finding]:
+    """Statement 10: Eq. 2 from the emulated sensors against the model's own friction."""
+    findings = []
+    for stroke in laboratory.captions():
+        name, law = stroke.experiment.cylinder, stroke.plant.model.friction
+        error = estimation_error(stroke)
+        share = error / law.breakaway_force
+        findings.append(
+            Finding(
+                f'{name}: RMS error within 5 % of F_smax',
+                f'{error:.2f} N, {share:.1%}',
+                share <= 0.05,
+            )
+        )
+    return findings
+
+
+ESTIMATED = round(20.0 / INTERVAL)
+"""Samples of a stroke on which Eq. 2 is tried."""
+
+
+def estimation_error(stroke: Stroke) -> float:
+    """Return the RMS difference [N] of Eq. 2 on measured signals and the true friction."""
+    configuration = load_configuration(stroke.experiment.cylinder)
+    gas = configuration.model.gas
+    sensors = SensorSet(configuration.sensors, gas.atmospheric_pressure, INTERVAL, seed=1)
+    run = stroke.run
+    columns = (run.position, run.velocity, run.pressure_1, run.pressure_2)
+    truth = zip(*(column[:ESTIMATED] for column in columns), strict=True)
+    position, _, pressure_1, pressure_2 = np.array([sensors.read(*row) for row in truth]).T
+    balance = ForceBalance.of(configuration)
+    estimate = friction_zero_phase(position, pressure_1, pressure_2, INTERVAL, balance)
+    return float(np.sqrt(np.mean((estimate - run.friction_force[:ESTIMATED]) ** 2)))
+
+
+STATEMENTS = (
+    Statement(1, 'cylinder 1 sticks for seconds and slips; dwells and peaks decrease', cylinder_1),
+    Statement(2, 'cylinder 2 has shorter dwells, smaller slips, some creep', cylinder_2),
+    Statement(3, 'cylinder 3 has many more, very short, very small cycles', cylinder_3),
+    Statement(4, 'more airflow: fewer events, shorter stroke', airflow),
+    Statement(5, 'more supply pressure: shorter stroke and dwells, larger steps', supply),
+    Statement(6, 'more load: as many cycles, larger slips, slightly shorter stroke', load),
+    Statement(7, 'further start: longer first dwell, later cycles unchanged', initial_position),
+    Statement(
+        8, 'RLG misses the cycles; Eq. 16 persists and attenuates', constant_static_friction
+    ),
+    Statement(9, 'static friction grows with dwell time along Eq. 16', dwell_law),
+    Statement(10, 'Eq. 2 gives back the friction of the model', estimated_friction),
+)
+"""All statements, in the order of the notes."""
+
+
+def measure(laboratory: Laboratory, statement: Statement) -> Row:
+    """Measure one statement."""
+    return Row(statement, tuple(statement.measure(laboratory)))
