@@ -1,0 +1,199 @@
+"""The modes seen by the rig's sensors are those of the plant's true states, on varied runs."""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pneu_rig_ros.analysis.friction import Floats, ForceBalance
+from pneu_rig_ros.analysis.segmentation import Mode, Segmentation, segment, segment_record
+from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.plant import Plant, Trajectory
+from pneu_rig_ros.records import read_record
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig.sensors import SensorSet
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.simulate import simulate
+
+from .true_modes import Truth, true_modes
+
+INTERVAL = 1.16e-3
+LAWS = ('revised_lugre_dwell', 'revised_lugre', 'revised_lugre_dwell', 'revised_lugre', 'lugre')
+NAMES = [mode.name for mode in Mode]
+PEAKS = ('friction_force', 'deflection')
+"""States of the plant that have their peak at breakaway."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A run as the plant knows it and as the rig's sensors see it."""
+
+    configuration: RigConfiguration
+    u: float
+    run: Trajectory
+    readings: Floats
+
+    def segment(self) -> Segmentation:
+        x, _, p1, p2 = self.readings.T
+        stroke = self.configuration.model.cylinder.stroke
+        return segment(x, p1, p2, INTERVAL, ForceBalance.of(self.configuration), stroke)
+
+    def truth(self, peak: str) -> Truth:
+        return true_modes(self.run, getattr(self.run, peak))
+
+    def confusion(self, peak: str) -> NDArray[np.int64]:
+        """Return how many samples of each true mode (row) are seen as each mode (column)."""
+        table = np.zeros((len(Mode), len(Mode)), dtype=np.int64)
+        np.add.at(table, (self.truth(peak).mode, self.segment().mode), 1)
+        return table
+
+
+def measure(configuration: RigConfiguration, *commands: tuple[float, float]) -> Measured:
+    """Run the plant through (u, duration) and read its sensors."""
+    model = configuration.model
+    volts = [np.tile(valve_voltages(u), (round(time / INTERVAL), 1)) for u, time in commands]
+    run = Plant(model, configuration.effects).run(np.concatenate(volts), INTERVAL)
+    sensors = SensorSet(
+        configuration.sensors, model.gas.atmospheric_pressure, INTERVAL, configuration.seed
+    )
+    states = np.stack([run.position, run.velocity, run.pressure_1, run.pressure_2], axis=1)
+    return Measured(
+        configuration, commands[0][0], run, np.array([sensors.read(*s) for s in states.tolist()])
+    )
+
+
+def varied(index: int) -> Measured:
+    """Return a run whose conditions are drawn at random, 60 % of them in stick-slip's range."""
+    rng = np.random.default_rng([2024, index])
+    cylinder = f'cylinder_{1 + index % 3}'
+    stroke = load_configuration(cylinder).model.cylinder.stroke
+    start = rng.choice([0.0, rng.uniform(0.0, 0.5)]) * stroke
+    u = rng.uniform(*((0.26, 0.36) if rng.random() < 0.6 else (0.36, 0.6)))
+    retracts = rng.random() < 0.4
+    configuration = load_configuration(
+        cylinder,
+        friction=LAWS[index // 3 % len(LAWS)],
+        supply_pressure=rng.uniform(4e5, 8e5),
+        load_mass=rng.uniform(0.0, 5.3),
+        initial_position=stroke - start if retracts else start,
+        seed=index,
+    )
+    return measure(configuration, (-u if retracts else u, 25.0))
+
+
+@pytest.fixture(scope='module')
+def runs() -> list[Measured]:
+    return [varied(index) for index in range(30)]
+
+
+def agreement(table: NDArray[np.int64]) -> float:
+    return float(np.trace(table) / table.sum())
+
+
+def test_runs_are_varied(runs: list[Measured]) -> None:
+    slips = [run.truth('friction_force').slips for run in runs]
+    assert sum(count >= 5 for count in slips) >= 8, 'stick-slip'
+    assert sum(count <= 1 for count in slips) >= 8, 'smooth'
+    assert sum(run.u < 0 for run in runs) >= 8, 'retracting'
+    assert sum(bool((run.run.contact == side).any()) for run in runs for side in (-1, 1)) >= 8
+
+
+@pytest.mark.parametrize('peak', PEAKS)
+def test_modes_are_the_true_ones_in_95_percent_of_samples(runs: list[Measured], peak: str) -> None:
+    table = np.sum([run.confusion(peak) for run in runs], axis=0)
+    print(f'\n{peak}: {agreement(table):.4f}', *zip(NAMES, table.tolist(), strict=True), sep='\n')
+    assert agreement(table) >= 0.95
+    # Without the end stops, where nothing happens; then without the smooth runs as well.
+    assert agreement(table[: Mode.END_STOP]) >= 0.95
+    rough = [run for run in runs if run.truth(peak).slips >= 5]
+    assert agreement(np.sum([run.confusion(peak)[:4] for run in rough], axis=0)) >= 0.94
+
+
+@pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_2', 'cylinder_3'])
+def test_modes_are_the_true_ones_for_every_cylinder(runs: list[Measured], cylinder: str) -> None:
+    of_it = [run for run in runs if run.configuration.name == cylinder]
+    table = np.sum([run.confusion('friction_force')[: Mode.END_STOP] for run in of_it], axis=0)
+    assert agreement(table) >= 0.95
+
+
+def test_no_mode_is_lost_in_the_average(runs: list[Measured]) -> None:
+    table = np.sum([run.confusion('friction_force') for run in runs], axis=0)
+    seen, right = table.sum(axis=0), np.diag(table)
+    recall, precision = right / table.sum(axis=1), right / seen
+    least = {'STICK': 0.93, 'PRESLIDING': 0.7, 'BREAKAWAY': 0.7, 'SLIP': 0.97, 'END_STOP': 0.97}
+    for name, share in least.items():
+        assert recall[Mode[name]] >= share, name
+        assert precision[Mode[name]] >= share - 0.05, name
+
+
+def test_cycles_are_within_one_of_the_truth_in_every_run(runs: list[Measured]) -> None:
+    counts = [(len(run.segment().cycles), run.truth('friction_force').slips) for run in runs]
+    assert max(abs(seen - true) for seen, true in counts) <= 1, counts
+
+
+def test_bristles_wind_up_until_breakaway_and_let_go_in_it(runs: list[Measured]) -> None:
+    mode = np.concatenate([run.segment().mode for run in runs])
+    winds = np.concatenate([np.gradient(np.abs(run.run.deflection)) > 0 for run in runs])
+    assert winds[mode == Mode.PRESLIDING].mean() > 0.75
+    assert winds[mode == Mode.BREAKAWAY].mean() < 0.2
+
+
+def test_modes_come_in_the_order_of_a_cycle(runs: list[Measured]) -> None:
+    allowed = {
+        Mode.STICK: {Mode.PRESLIDING, Mode.BREAKAWAY, Mode.SLIP, Mode.END_STOP},
+        Mode.PRESLIDING: {Mode.BREAKAWAY, Mode.SLIP},
+        Mode.BREAKAWAY: {Mode.SLIP},
+        Mode.SLIP: {Mode.STICK, Mode.END_STOP},
+    }
+    for run in runs:
+        mode = run.segment().mode
+        for before, after in pairwise(mode):
+            if before != after and before != Mode.END_STOP:
+                assert Mode(after) in allowed[Mode(before)]
+
+
+def test_out_and_back_meets_both_stops() -> None:
+    configuration = load_configuration('cylinder_1', friction='revised_lugre')
+    back_and_forth = measure(configuration, (0.5, 15.0), (-0.5, 15.0), (0.0, 2.0))
+    assert set(back_and_forth.run.contact.tolist()) == {-1, 0, 1}
+    assert agreement(back_and_forth.confusion('friction_force')) >= 0.95
+    held = back_and_forth.segment().mode == Mode.END_STOP
+    contact = back_and_forth.run.contact
+    assert np.mean(held == (contact != 0)) > 0.99
+
+
+def test_resting_piston_sticks_or_is_held() -> None:
+    configuration = load_configuration('cylinder_2')
+    at_rest, pushed_in = measure(configuration, (0.0, 2.0)), measure(configuration, (-0.5, 2.0))
+    assert np.all(at_rest.segment().mode == Mode.STICK)
+    assert np.mean(pushed_in.segment().mode == Mode.END_STOP) > 0.9
+    assert at_rest.segment().cycles == pushed_in.segment().cycles == []
+
+
+def test_a_bag_is_segmented_with_the_cycles_of_its_positions(tmp_path: Path) -> None:
+    bag = simulate(load_configuration('cylinder_2'), 0.34, 6.0, tmp_path / 'bag')
+    record = read_record(bag)
+    result = segment_record(record)
+    assert result.mode.shape == record.position.shape
+    assert len(result.cycles) >= 3
+    plain = find_cycles(record.position, record.interval)
+    assert [cycle[:3] for cycle in result.cycles] == [cycle[:3] for cycle in plain]
+    onsets = [round(cycle.breakaway_time / record.interval) for cycle in result.cycles]
+    assert np.all(result.mode[onsets] == Mode.SLIP)
+    with pytest.raises(RigError, match='rig_description'):
+        segment_record(replace(record, configuration=None))
+
+
+def test_a_record_of_25_seconds_takes_less_than_50_milliseconds(runs: list[Measured]) -> None:
+    runs[0].segment()
+    times = []
+    for _ in range(5):
+        begin = process_time()
+        runs[0].segment()
+        times.append(process_time() - begin)
+    assert min(times) < 0.05

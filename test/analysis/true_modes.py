@@ -1,0 +1,58 @@
+"""
+The true modes of a simulated run, from states that no sensor sees.
+
+The definitions of ``segmentation``, sample by sample, with the plant's own velocity, friction
+force or bristle deflection, and contact. Nothing is smoothed, nothing of the analysis is used.
+"""
+
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.plant import Trajectory
+
+STICK, PRESLIDING, BREAKAWAY, SLIP, END_STOP = range(5)
+
+
+class Truth(NamedTuple):
+    mode: NDArray[np.int64]
+    slips: int
+
+
+def true_feed(run: Trajectory) -> float:
+    """Return the mean speed [m/s] farther than 0.5 mm from both ends of the travel."""
+    x = run.position
+    under_way = (x > x.min() + 5e-4) & (x < x.max() - 5e-4)
+    return float(np.abs(run.velocity[under_way]).mean()) if np.ptp(x) > 1e-3 else np.inf
+
+
+def true_modes(run: Trajectory, load: NDArray[np.float64]) -> Truth:
+    """
+    Return the true modes and the number of slips.
+
+    :param load: what has its peak at breakaway: the plant's friction force, or the deflection of
+        the bristles, which let go then
+    """
+    feed, load = true_feed(run), np.abs(load)
+    mode = np.where(run.contact != 0, END_STOP, STICK)
+    speed = np.abs(run.velocity)
+    moves = (speed > feed / 2) & (run.contact == 0)
+    slips = 0
+    for moving, samples in groupby(range(moves.size), key=moves.__getitem__):
+        stretch = np.array(list(samples))
+        if not moving or speed[stretch].max() <= feed:
+            continue  # creep that never gets as fast as the feed is part of the dwell
+        fast = stretch[speed[stretch] > 2 * feed]
+        slips += bool(fast.size)
+        onset = fast[0] if fast.size else stretch[0]
+        way = np.cumsum(speed[stretch])
+        if way[onset - stretch[0]] > way[-1] / 2:
+            onset = stretch[0]  # it glides farther than it slips
+        before = stretch[stretch <= onset]
+        peak = before[load[before].argmax()]
+        mode[stretch] = np.select(
+            [stretch >= onset, stretch >= peak], [SLIP, BREAKAWAY], PRESLIDING
+        )
+    return Truth(mode, slips)
