@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from benchmarks import live, offline
+from benchmarks import live, offline, readme
 
 RESULTS = Path(__file__).with_name('results.json')
 
@@ -33,7 +33,9 @@ def main() -> None:
         results['live'] = live.run(seconds=arguments.seconds)
     report(results, console)
     RESULTS.write_text(json.dumps(results, indent=2) + '\n')
-    console.print(f'figures are in {RESULTS}')
+    if 'live' in results and 'strokes' in results:
+        readme.update(results)
+    console.print(f'figures are in {RESULTS} and in the README')
 
 
 def machine() -> str:
@@ -60,8 +62,15 @@ def report(results: dict[str, Any], console: Console) -> None:
     if 'live' in results:
         table = Table('live figure', 'value', title='Live over DDS')
         for key, value in results['live'].items():
-            table.add_row(key, f'{value:.4g}' if isinstance(value, float) else str(value))
+            table.add_row(key, in_words(value))
         console.print(table)
+
+
+def in_words(value: object) -> str:
+    """Return a figure as text."""
+    if isinstance(value, dict):
+        return ', '.join(f'{name} {in_words(figure)}' for name, figure in value.items())
+    return f'{value:.4g}' if isinstance(value, float) else str(value)
 
 
 def report_strokes(results: dict[str, Any], console: Console) -> None:

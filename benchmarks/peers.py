@@ -141,10 +141,12 @@ def scipy_solver(method: str, tolerance: float) -> Solve:
             value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
             return value
 
-        solution = solve_ivp(
-            task.rates, (t, samples[-1]), y, method=method, t_eval=samples, rtol=tolerance,
-            atol=tolerance * task.scale, events=[guard(int(i)) for i in range(4)],
-        )  # fmt: skip
+        # SciPy's step for the numerical Jacobian overflows harmlessly where a column is zero
+        with np.errstate(over='ignore'):
+            solution = solve_ivp(
+                task.rates, (t, samples[-1]), y, method=method, t_eval=samples, rtol=tolerance,
+                atol=tolerance * task.scale, events=[guard(i) for i in range(4)],
+            )  # fmt: skip
         for index, times in enumerate(solution.t_events or ()):
             if len(times):
                 return solution.t, solution.y.T, times[0], solution.y_events[index][0], index

@@ -1,0 +1,57 @@
+"""What the README promises is so: topics, figures, links, picture."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from benchmarks import readme
+from benchmarks.__main__ import RESULTS
+from pneu_rig_ros.model import effects
+from pneu_rig_ros.records.topics import TOPICS
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / 'README.md').read_text()
+
+
+def test_every_topic_is_in_the_table_with_its_type() -> None:
+    rows = [line for line in README.splitlines() if line.startswith('| `')]
+    for topic in TOPICS.values():
+        kind = topic.type.replace('/msg/', '/')
+        assert any(f'`{topic.name}`' in row and kind in row for row in rows), topic.name
+
+
+def test_figures_are_those_of_the_last_bench() -> None:
+    assert readme.table(json.loads(RESULTS.read_text())) in README
+
+
+def test_effects_named_in_the_readme_exist() -> None:
+    for name in re.findall(r'^  (\w+): \{', README, re.MULTILINE):
+        assert name in effects.names()
+
+
+@pytest.mark.parametrize(
+    'page', ['README.md', *(f'docs/{p.name}' for p in ROOT.glob('docs/*.md'))]
+)
+def test_links_lead_somewhere(page: str) -> None:
+    path = ROOT / page
+    for target in re.findall(r'\]\((?!http)([^)#]+)', path.read_text()):
+        assert (path.parent / target).exists(), target
+
+
+def test_pictures_stay_small() -> None:
+    pictures = list((ROOT / 'docs').rglob('*.png'))
+    assert pictures
+    for picture in pictures:
+        assert picture.stat().st_size < 200_000, picture
+
+
+def test_functions_named_in_the_equations_page_exist() -> None:
+    rows = (ROOT / 'docs' / 'equations.md').read_text()
+    named = re.findall(r'`(\w+/\w+\.py): ((?:\w+`?, `?)*\w+)`', rows)
+    pairs = [(file, name) for file, names in named for name in re.findall(r'\w+', names)]
+    assert len(pairs) > 20
+    for file, name in pairs:
+        source = (ROOT / 'pneu_rig_ros' / file).read_text()
+        assert re.search(rf'^(def|class) {name}\b', source, re.MULTILINE), f'{file}: {name}'
