@@ -5,20 +5,27 @@ A statement holds when each of its findings does. What the text gives in words (
 unchanged", "extremely small") is put into a number in the finding itself, so that it can be read.
 """
 
-import itertools
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
-from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, INTERVAL, Laboratory, Stroke
-from pneu_rig_ros.model.parameters import Friction
-from pneu_rig_ros.model.plant import Plant, PlantState
-from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
-from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.sensors import SensorSet
+from pneu_rig_ros.claims.dwell_law import dwell_law
+from pneu_rig_ros.claims.estimation import estimated_friction
+from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Laboratory, Stroke
+from pneu_rig_ros.claims.findings import (
+    Finding,
+    Row,
+    Statement,
+    dwells,
+    falls,
+    falls_throughout,
+    grows,
+    middle,
+    numbers,
+    rises_throughout,
+    slips,
+    unchanged,
+)
 
 RLG, DWELL = 'revised_lugre', 'revised_lugre_dwell'
 
@@ -39,94 +46,6 @@ LOAD_COMMAND = 0.30
 """[V] (caption of Fig. 9)."""
 STARTS = (0.0, 0.05, 0.1)
 """Initial positions as a share of the stroke [-]; the text prints none (Fig. 10)."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that a statement says: what, the number measured, and whether it is so."""
-
-    says: str
-    measured: str
-    holds: bool
-
-
-@dataclass(frozen=True)
-class Statement:
-    """
-    One statement of the paper.
-
-    :param number: 1-10, as in the notes on the model
-    :param text: what the paper says, in a sentence
-    :param measure: carries out the experiments and returns the findings
-    """
-
-    number: int
-    text: str
-    measure: Callable[[Laboratory], Sequence[Finding]]
-
-
-@dataclass(frozen=True)
-class Row:
-    """A statement measured under one reading."""
-
-    statement: Statement
-    findings: tuple[Finding, ...]
-
-    @property
-    def holds(self) -> bool:
-        """Whether all findings hold."""
-        return all(finding.holds for finding in self.findings)
-
-    @property
-    def share(self) -> float:
-        """Share of the findings that hold [-]."""
-        return sum(finding.holds for finding in self.findings) / len(self.findings)
-
-
-def numbers(values: Sequence[float] | np.ndarray[Any, Any], pattern: str = '.2f') -> str:
-    """Return values in a line, a dash for each that is none."""
-    return ', '.join('-' if value != value else format(value, pattern) for value in values)
-
-
-def middle(values: np.ndarray[Any, Any]) -> float:
-    """Return the median, NaN of nothing."""
-    return float(np.median(values)) if len(values) else np.nan
-
-
-def falls(values: np.ndarray[Any, Any]) -> bool:
-    """Return whether a straight line through at least three values goes down."""
-    return len(values) >= 3 and float(np.polyfit(np.arange(len(values)), values, 1)[0]) < 0.0
-
-
-def rises_throughout(values: Sequence[float], slack: float = 0.0) -> bool:
-    """Return whether each value is above the one before, but for a share of slack."""
-    return all(b > a * (1.0 - slack) for a, b in itertools.pairwise(values))
-
-
-def falls_throughout(values: Sequence[float], slack: float = 0.0) -> bool:
-    """Return whether each value is below the one before, but for a share of slack."""
-    return all(b < a * (1.0 + slack) for a, b in itertools.pairwise(values))
-
-
-def dwells(stroke: Stroke) -> np.ndarray[Any, Any]:
-    """Return the dwell times between slips [s]: all but the rest before the first."""
-    return stroke.column('dwell', 1)
-
-
-def slips(stroke: Stroke) -> np.ndarray[Any, Any]:
-    """Return the slip lengths [m] but for the first, from rest, and the last, into the end."""
-    return stroke.column('slip', 1)[:-1]
-
-
-def grows(values: Sequence[float]) -> bool:
-    """Return whether the last finite value is above the first of at least two."""
-    finite = [value for value in values if np.isfinite(value)]
-    return len(finite) >= 2 and finite[-1] > finite[0]
-
-
-def unchanged(values: Sequence[float], share: float) -> bool:
-    """Return whether all values are finite and the largest is within a share of the smallest."""
-    return bool(np.all(np.isfinite(values))) and max(values) <= (1.0 + share) * min(values)
 
 
 def cylinder_1(laboratory: Laboratory) -> list[Finding]:
@@ -335,129 +254,6 @@ def stick_slip_reach(stroke: Stroke) -> float:
         return 0.0
     last = np.interp(stroke.cycles[-1].breakaway_time, stroke.run.time, stroke.run.position)
     return float(last / stroke.run.position[-1])
-
-
-def dwell_law(laboratory: Laboratory) -> list[Finding]:
-    """Statement 9 (Fig. 3): Eq. 16 recovered from the strokes, and from rests of chosen length."""
-    findings = []
-    for name in CYLINDERS:
-        own = laboratory.perform(CAPTIONS[name])
-        waits, peaks = own.column('dwell', 1), own.column('peak_friction', 1)
-        findings.append(along_equation_16(own, f'{name}, in the stroke', waits, peaks))
-        waits, peaks = pauses(laboratory, name)
-        findings.append(along_equation_16(own, f'{name}, after pauses', waits, peaks))
-        says = f'{name}, after pauses: peaks grow with the dwell'
-        told = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
-        findings.append(Finding(says, told, rises_throughout(peaks.tolist())))
-    return findings
-
-
-def along_equation_16(
-    stroke: Stroke, where: str, waits: np.ndarray[Any, Any], peaks: np.ndarray[Any, Any]
-) -> Finding:
-    """Compare peaks [N] after dwells [s] with Eq. 16."""
-    law = stroke.plant.model.friction
-    span = law.breakaway_force - law.coulomb_force
-    says = f'{where}: peaks along Eq. 16 (RMS within 20 % of F_smax - F_c)'
-    if not (len(peaks) and span > 0.0):
-        return Finding(says, 'no cycles' if span > 0.0 else 'F_smax = F_c', False)
-    error = float(np.sqrt(np.mean((peaks - equation_16(waits, law)) ** 2)))
-    return Finding(says, f'{error:.2f} N, {error / span:.0%}', error <= 0.2 * span)
-
-
-def equation_16(waits: np.ndarray[Any, Any], law: Friction) -> np.ndarray[Any, Any]:
-    """Return F_s(t_D) [N] of Eq. 16 for dwell times [s]."""
-    span = law.breakaway_force - law.coulomb_force
-    left: np.ndarray[Any, Any] = np.exp(-law.dwell_coefficient * waits**law.dwell_exponent)
-    return law.breakaway_force - span * left
-
-
-PAUSES = (1.0, 3.0, 10.0, 30.0)
-"""Rests between pushes in the experiment with pauses [s]."""
-
-
-def pauses(laboratory: Laboratory, name: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return dwell times [s] and the friction peaks [N] that end them: push, shut, wait, push."""
-    waits, peaks = [], []
-    for pause in PAUSES:
-        wait, peak = push_after(laboratory.plant(replace(CAPTIONS[name], u=0.0)), pause)
-        waits.append(wait)
-        peaks.append(peak)
-    return np.array(waits), np.array(peaks)
-
-
-def push_after(plant: Plant, pause: float) -> tuple[float, float]:
-    """Return the dwell [s] and the friction peak [N] of a breakaway after a pause [s]."""
-    far = 0.25 * plant.model.cylinder.stroke
-    push, shut = (CENTRE_VOLTAGE + 0.35, CENTRE_VOLTAGE - 0.35), (CENTRE_VOLTAGE,) * 2
-    advance(plant, push, 30.0, lambda state: state.position > far)
-    advance(plant, shut, 10.0, lambda state: abs(state.velocity) < RESTING_SPEED)
-    rest_begins, here = plant.state.time, plant.state.position
-    advance(plant, shut, pause)
-    peak = advance(plant, push, 30.0, lambda state: state.position > here + SLID)
-    return plant.state.time - rest_begins, peak
-
-
-RESTING_SPEED = 2e-4
-"""A piston slower than this has come to rest [m/s]."""
-SLID = 1.5e-3
-"""A piston that went this far is sliding: more than any presliding [m]."""
-BLOCK = 40
-"""Samples between two looks at the piston."""
-
-
-def advance(
-    plant: Plant,
-    voltages: tuple[float, ...],
-    longest: float,
-    until: Callable[[PlantState], bool] = lambda _: False,
-) -> float:
-    """
-    Hold the voltages [V] until something is so, but no longer than ``longest`` [s].
-
-    :returns: the largest friction force on the way [N]
-    """
-    peak, block = 0.0, np.tile(voltages, (BLOCK, 1))
-    for _ in range(round(longest / INTERVAL / BLOCK)):
-        peak = max(peak, float(plant.run(block, INTERVAL).friction_force.max()))
-        if until(plant.state):
-            break
-    return peak
-
-
-def estimated_friction(laboratory: Laboratory) -> list[Finding]:
-    """Statement 10: Eq. 2 from the emulated sensors against the model's own friction."""
-    findings = []
-    for stroke in laboratory.captions():
-        name, law = stroke.experiment.cylinder, stroke.plant.model.friction
-        error = estimation_error(stroke)
-        share = error / law.breakaway_force
-        findings.append(
-            Finding(
-                f'{name}: RMS error within 5 % of F_smax',
-                f'{error:.2f} N, {share:.1%}',
-                share <= 0.05,
-            )
-        )
-    return findings
-
-
-ESTIMATED = round(20.0 / INTERVAL)
-"""Samples of a stroke on which Eq. 2 is tried."""
-
-
-def estimation_error(stroke: Stroke) -> float:
-    """Return the RMS difference [N] of Eq. 2 on measured signals and the true friction."""
-    configuration = load_configuration(stroke.experiment.cylinder)
-    gas = configuration.model.gas
-    sensors = SensorSet(configuration.sensors, gas.atmospheric_pressure, INTERVAL, seed=1)
-    run = stroke.run
-    columns = (run.position, run.velocity, run.pressure_1, run.pressure_2)
-    truth = zip(*(column[:ESTIMATED] for column in columns), strict=True)
-    position, _, pressure_1, pressure_2 = np.array([sensors.read(*row) for row in truth]).T
-    balance = ForceBalance.of(configuration)
-    estimate = friction_zero_phase(position, pressure_1, pressure_2, INTERVAL, balance)
-    return float(np.sqrt(np.mean((estimate - run.friction_force[:ESTIMATED]) ** 2)))
 
 
 STATEMENTS = (

@@ -15,7 +15,7 @@ from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
     from pneu_rig_ros.claims.experiments import Laboratory, Reading
-    from pneu_rig_ros.claims.statements import Row
+    from pneu_rig_ros.claims.findings import Row
 
 STDOUT = '-'
 SEARCH_OPTIONS = ('seed', 'workers', 'out')

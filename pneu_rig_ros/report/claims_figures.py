@@ -12,22 +12,20 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from pneu_rig_ros.claims.dwell_law import PAUSES, pauses
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Experiment, Laboratory, Stroke
 from pneu_rig_ros.claims.statements import (
     COMMANDS,
     DWELL,
+    LOAD_COMMAND,
     LOADS,
-    PAUSES,
     RLG,
     STARTS,
     SUPPLIES,
-    pauses,
 )
 from pneu_rig_ros.report.figure import BAR, BLUE, GREY, ORANGE, STYLE
 
 LETTERS = 'abcd'
-LOAD_COMMAND = 0.30
-"""u of Fig. 9 [V]."""
 WIDTH = 9.6
 """Width of every figure [inch]."""
 

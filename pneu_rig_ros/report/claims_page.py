@@ -14,13 +14,13 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.claims.experiments import CYLINDERS, END_SHARE, LONGEST_STROKE, Laboratory
+from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.readings import (
     NOT_PRINTED,
     SPECIFICATIONS,
     printed_values_changed,
     short_text,
 )
-from pneu_rig_ros.claims.statements import Row
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report.claims_figures import Picture, pictures

@@ -5,7 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from pneu_rig_ros.claims.experiments import Laboratory
-from pneu_rig_ros.claims.statements import STATEMENTS, Row, measure
+from pneu_rig_ros.claims.findings import Row
+from pneu_rig_ros.claims.statements import STATEMENTS, measure
 from pneu_rig_ros.cli import main
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.claims.statements import STATEMENTS, Finding, Row, Statement
+from pneu_rig_ros.claims.findings import Finding, Row, Statement
+from pneu_rig_ros.claims.statements import STATEMENTS
 from pneu_rig_ros.cli.claims import _measured
 
 from .conftest import Run

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.claims.experiments import Laboratory, Reading
-from pneu_rig_ros.claims.statements import Finding, Row
+from pneu_rig_ros.claims.findings import Finding, Row
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report import claims_page
 from pneu_rig_ros.report.claims_figures import Picture, pictures

@@ -1,0 +1,101 @@
+"""Statement 9: static friction against dwell time, in the strokes and after chosen pauses."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, INTERVAL, Laboratory, Stroke
+from pneu_rig_ros.claims.findings import Finding, numbers, rises_throughout
+from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.plant import Plant, PlantState
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+
+
+def dwell_law(laboratory: Laboratory) -> list[Finding]:
+    """Statement 9 (Fig. 3): Eq. 16 recovered from the strokes, and from rests of chosen length."""
+    findings = []
+    for name in CYLINDERS:
+        own = laboratory.perform(CAPTIONS[name])
+        waits, peaks = own.column('dwell', 1), own.column('peak_friction', 1)
+        findings.append(along_equation_16(own, f'{name}, in the stroke', waits, peaks))
+        waits, peaks = pauses(laboratory, name)
+        findings.append(along_equation_16(own, f'{name}, after pauses', waits, peaks))
+        says = f'{name}, after pauses: peaks grow with the dwell'
+        told = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
+        findings.append(Finding(says, told, rises_throughout(peaks.tolist())))
+    return findings
+
+
+def along_equation_16(
+    stroke: Stroke, where: str, waits: np.ndarray[Any, Any], peaks: np.ndarray[Any, Any]
+) -> Finding:
+    """Compare peaks [N] after dwells [s] with Eq. 16."""
+    law = stroke.plant.model.friction
+    span = law.breakaway_force - law.coulomb_force
+    says = f'{where}: peaks along Eq. 16 (RMS within 20 % of F_smax - F_c)'
+    if not (len(peaks) and span > 0.0):
+        return Finding(says, 'no cycles' if span > 0.0 else 'F_smax = F_c', False)
+    error = float(np.sqrt(np.mean((peaks - equation_16(waits, law)) ** 2)))
+    return Finding(says, f'{error:.2f} N, {error / span:.0%}', error <= 0.2 * span)
+
+
+def equation_16(waits: np.ndarray[Any, Any], law: Friction) -> np.ndarray[Any, Any]:
+    """Return F_s(t_D) [N] of Eq. 16 for dwell times [s]."""
+    span = law.breakaway_force - law.coulomb_force
+    left: np.ndarray[Any, Any] = np.exp(-law.dwell_coefficient * waits**law.dwell_exponent)
+    return law.breakaway_force - span * left
+
+
+PAUSES = (1.0, 3.0, 10.0, 30.0)
+"""Rests between pushes in the experiment with pauses [s]."""
+
+
+def pauses(laboratory: Laboratory, name: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Return dwell times [s] and the friction peaks [N] that end them: push, shut, wait, push."""
+    waits, peaks = [], []
+    for pause in PAUSES:
+        wait, peak = push_after(laboratory.plant(replace(CAPTIONS[name], u=0.0)), pause)
+        waits.append(wait)
+        peaks.append(peak)
+    return np.array(waits), np.array(peaks)
+
+
+def push_after(plant: Plant, pause: float) -> tuple[float, float]:
+    """Return the dwell [s] and the friction peak [N] of a breakaway after a pause [s]."""
+    far = 0.25 * plant.model.cylinder.stroke
+    push, shut = (CENTRE_VOLTAGE + 0.35, CENTRE_VOLTAGE - 0.35), (CENTRE_VOLTAGE,) * 2
+    advance(plant, push, 30.0, lambda state: state.position > far)
+    advance(plant, shut, 10.0, lambda state: abs(state.velocity) < RESTING_SPEED)
+    rest_begins, here = plant.state.time, plant.state.position
+    advance(plant, shut, pause)
+    peak = advance(plant, push, 30.0, lambda state: state.position > here + SLID)
+    return plant.state.time - rest_begins, peak
+
+
+RESTING_SPEED = 2e-4
+"""A piston slower than this has come to rest [m/s]."""
+SLID = 1.5e-3
+"""A piston that went this far is sliding: more than any presliding [m]."""
+BLOCK = 40
+"""Samples between two looks at the piston."""
+
+
+def advance(
+    plant: Plant,
+    voltages: tuple[float, ...],
+    longest: float,
+    until: Callable[[PlantState], bool] = lambda _: False,
+) -> float:
+    """
+    Hold the voltages [V] until something is so, but no longer than ``longest`` [s].
+
+    :returns: the largest friction force on the way [N]
+    """
+    peak, block = 0.0, np.tile(voltages, (BLOCK, 1))
+    for _ in range(round(longest / INTERVAL / BLOCK)):
+        peak = max(peak, float(plant.run(block, INTERVAL).friction_force.max()))
+        if until(plant.state):
+            break
+    return peak
