@@ -17,6 +17,7 @@ from types import ModuleType
 
 import numba
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
@@ -72,10 +73,7 @@ def _module(effects: tuple[str, ...]) -> ModuleType:
     name = f'plant_{_fingerprint(effects)}'
     path = cache_folder() / f'{name}.py'
     if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_suffix(f'.{os.getpid()}')
-        partial.write_text(_TEMPLATE.format(effects=effects))
-        partial.replace(path)  # whole or not at all, whoever else starts now
+        _write(path, _TEMPLATE.format(effects=effects))
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f'{path} cannot be imported')
@@ -83,6 +81,20 @@ def _module(effects: tuple[str, ...]) -> ModuleType:
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file whole or not at all, whoever else starts now."""
+    partial = path.with_suffix(f'.{os.getpid()}')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text(text)
+        partial.replace(path)
+    except OSError as error:
+        raise RigError(
+            f'{path.parent}: the compiled plant cannot be kept there ({error.strerror}); '
+            f'set XDG_CACHE_HOME to a folder that can be written'
+        ) from None
 
 
 def _fingerprint(effects: tuple[str, ...]) -> str:

@@ -2,7 +2,8 @@
 
 import math
 
-from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
+from pneu_rig_ros.model.compiled import plain
+from pneu_rig_ros.model.valve import FULL_VOLTAGE, control_voltages
 
 DAC_STEP = FULL_VOLTAGE / 4095
 """Step of the 12-bit DAC [V]."""
@@ -16,7 +17,8 @@ def valve_voltages(u: float) -> tuple[float, float]:
     """
     if not math.isfinite(u):
         raise ValueError(f'u is {u}, allowed are finite voltages')
-    return _dac(CENTRE_VOLTAGE + u), _dac(CENTRE_VOLTAGE - u)
+    voltage_1, voltage_2 = plain(control_voltages)(u)
+    return _dac(voltage_1), _dac(voltage_2)
 
 
 def _dac(voltage: float) -> float:
