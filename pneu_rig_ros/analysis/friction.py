@@ -108,7 +108,8 @@ def acceleration_kernel(interval: float, cutoff: float = CUTOFF) -> Floats:
     Low-pass and second central difference in one, shape (2 delay_samples + 1,); the acceleration
     is that of the middle sample.
     """
-    return np.convolve(causal_kernel(interval, cutoff), [1.0, -2.0, 1.0]) / interval**2
+    weights = np.convolve(causal_kernel(interval, cutoff), [1.0, -2.0, 1.0]) / interval**2
+    return np.asarray(weights, dtype=np.float64)
 
 
 def acceleration_zero_phase(
