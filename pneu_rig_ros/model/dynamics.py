@@ -16,7 +16,7 @@ from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
-from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.effect import Signals, with_voltages
 from pneu_rig_ros.model.parameters import (
     HELD_TO_NEXT_BREAKAWAY,
     LATCHED_AT_BREAKAWAY,
@@ -45,6 +45,8 @@ ARROW_SIZE = 12
 
 REST_SPEED = 1e-5
 """Speed below which the Jacobian, and only that, leaves out the sign of the velocity [m/s]."""
+LEAST_SHARE = 0.01
+"""Share of F_c and F_smax that remains whatever the effects take away: friction never drives."""
 
 
 @compiled
@@ -106,13 +108,15 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
     ) -> None:
         gas, a1, a2 = model.gas, model.cylinder.cap_area, model.cylinder.rod_area
         spool_1, spool_2 = add_spool(s, model, effects, state, rate)
-        supply_1, supply_2 = add_supply(s, model, effects, state, rate)
-        leak_1, leak_2 = add_mass(s, model, effects, state, rate)
+        u1, u2 = s.voltage_1 + spool_1, s.voltage_2 + spool_2
+        at_spool = with_voltages(s, u1, u2)
+        supply_1, supply_2 = add_supply(at_spool, model, effects, state, rate)
+        leak_1, leak_2 = add_mass(at_spool, model, effects, state, rate)
         heat_1, heat_2 = add_heat(s, model, effects, state, rate)
         p1, p2, supply = s.pressure_1, s.pressure_2, model.operation.supply_pressure
         ps1, ps2 = supply + supply_1, supply + supply_2
-        flow_1 = valve.mass_flow(s.voltage_1 + spool_1, p1, ps1, model.valve, gas)
-        flow_2 = valve.mass_flow(s.voltage_2 + spool_2, p2, ps2, model.valve, gas)
+        flow_1 = valve.mass_flow(u1, p1, ps1, model.valve, gas)
+        flow_2 = valve.mass_flow(u2, p2, ps2, model.valve, gas)
         total_1, total_2 = flow_1 + leak_1, flow_2 + leak_2
         swept_1, swept_2 = a1 * s.velocity, -a2 * s.velocity
         rate[PRESSURE_1] = chambers.pressure_rate(p1, s.volume_1, swept_1, total_1, heat_1, gas)
@@ -146,7 +150,8 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
     ) -> None:
         law, v, film, bristles = model.friction, s.velocity, state[FILM], s.bristle_force
         level_c, level_s = add_level(s, model, effects, state, rate)
-        coulomb, breakaway = law.coulomb_force + level_c, law.breakaway_force + level_s
+        coulomb = max(law.coulomb_force + level_c, LEAST_SHARE * law.coulomb_force)
+        breakaway = max(law.breakaway_force + level_s, LEAST_SHARE * law.breakaway_force)
         static, grown = static_forces(s.time, memory, breakaway, coulomb, law)
         at_rest = friction.static_level(film, static, coulomb, law)
         power = friction.stribeck_power(v, law)

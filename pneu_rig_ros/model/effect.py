@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
+from pneu_rig_ros.model.compiled import compiled
+
 
 class Balance(Enum):
     """
@@ -31,7 +33,12 @@ class Balance(Enum):
 
 
 class Signals(NamedTuple):
-    """What a contribution may look at besides the parameters; all scalars, SI units."""
+    """
+    What a contribution may look at besides the parameters; all scalars, SI units.
+
+    The voltages are the commanded ones, but for ``SUPPLY`` and ``MASS`` those at which the spools
+    stand: the contributions to ``SPOOL`` are already in them.
+    """
 
     time: float
     position: float
@@ -46,6 +53,16 @@ class Signals(NamedTuple):
     voltage_2: float
     bristle_force: float
     sticking: bool
+
+
+@compiled
+def with_voltages(signals: Signals, voltage_1: float, voltage_2: float) -> Signals:
+    """Return the signals with other voltages u1, u2 [V]."""
+    s = signals
+    return Signals(
+        s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
+        s.gas_mass_1, s.gas_mass_2, voltage_1, voltage_2, s.bristle_force, s.sticking,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

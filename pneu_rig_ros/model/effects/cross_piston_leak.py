@@ -1,0 +1,44 @@
+"""Leakage past the piston seal, from one chamber into the other."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.valve import port_flow
+
+
+class Parameters(NamedTuple):
+    """Effective area of the leak."""
+
+    area: Annotated[float, Quantity('m^2', 0.0, 1e-6, 'effective leak area past the piston')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the mass flows [kg/s] into chamber 1 and 2, equal and opposite: Eq. 3."""
+    p1, p2 = signals.pressure_1, signals.pressure_2
+    leak = port_flow(p1, p2, parameters.area, model.valve, model.gas)
+    return -leak, leak
+
+
+EFFECT = Effect(
+    title='the piston seal leaks',
+    balance=Balance.MASS,
+    regimes=('dwell', 'sliding', 'end stop'),
+    source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
+    'J. Dyn. Sys., Meas., Control 122 (2000)',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+)

@@ -1,0 +1,55 @@
+"""Seal friction that differs between outstroke and instroke."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Asymmetry of the friction level."""
+
+    asymmetry: Annotated[
+        float, Quantity('-', -0.5, 0.5, 'share more on the outstroke and less on the instroke')
+    ]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return what is added to F_c and to F_smax [N]: their share on the outstroke, less it else.
+
+    At rest the direction is that in which the bristles are bent; it turns within half of F_c,
+    so that the level has no jump.
+    """
+    law = model.friction
+    if signals.sticking:
+        direction = min(max(2.0 * signals.bristle_force / law.coulomb_force, -1.0), 1.0)
+    else:
+        direction = 1.0 if signals.velocity > 0.0 else -1.0
+    share = parameters.asymmetry * direction
+    return share * law.coulomb_force, share * law.breakaway_force
+
+
+EFFECT = Effect(
+    title='friction differs between outstroke and instroke',
+    balance=Balance.LEVEL,
+    regimes=('breakaway', 'sliding'),
+    source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
+    'tools and compensation methods for the control of machines with friction, Automatica 30 '
+    '(1994)',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+)

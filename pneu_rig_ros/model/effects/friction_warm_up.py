@@ -1,0 +1,59 @@
+"""Seal friction that falls as the seals are run in and warm after a rest."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """How far the friction level falls, and after how much work."""
+
+    drop: Annotated[float, Quantity('-', 0.0, 0.9, 'share by which F_c and F_smax fall')]
+    work: Annotated[
+        float, Quantity('J', 1e-3, 1e3, 'work of friction after which 63 % of the fall is done')
+    ]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return what is added to F_c and to F_smax [N].
+
+    The state is the warmth w, from 0 to 1, that the power of friction P drives::
+
+        dw/dt = (1 - w) P / E,  level = (1 - drop w) level at the start
+    """
+    if parameters.drop <= 0.0:
+        rate[:] = 0.0
+        return 0.0, 0.0
+    law, v = model.friction, signals.velocity
+    power = abs(signals.bristle_force * v) + law.viscous_coefficient * v * v
+    rate[0] = (1.0 - state[0]) * power / parameters.work
+    share = -parameters.drop * state[0]
+    return share * law.coulomb_force, share * law.breakaway_force
+
+
+EFFECT = Effect(
+    title='friction falls as the seals warm up',
+    balance=Balance.LEVEL,
+    regimes=('breakaway', 'sliding'),
+    source='A. C. Bittencourt, E. Wernholt, S. Sander-Tavallaey, T. Brogårdh, An Extended '
+    'Friction Model to capture Load and Temperature effects in Robot Joints, IROS 2010; here '
+    'exponential in the work',
+    parameters=Parameters,
+    null=Parameters(0.0, 1.0),
+    contribution=contribution,
+    states=('warmth',),
+)

@@ -1,0 +1,60 @@
+"""Lines between valves and chambers: the flow reaches the chamber with a lag."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.valve import mass_flow
+
+FLOW_UNIT = 1e-4
+"""Unit of the states [kg/s], so that the integrator's tolerance is a small flow."""
+
+
+class Parameters(NamedTuple):
+    """Time constant of both lines."""
+
+    time_constant: Annotated[float, Quantity('s', 0.0, 0.1, 'time constant of the lines')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return what the flows into chamber 1 and 2 lack of the flows through the valves [kg/s].
+
+    The states are the flows out of the lines. No gas is lost: the lines hold the time constant
+    times the flow.
+    """
+    if parameters.time_constant <= 0.0:
+        rate[:] = 0.0
+        return 0.0, 0.0
+    supply, valve, gas = model.operation.supply_pressure, model.valve, model.gas
+    flow_1 = mass_flow(signals.voltage_1, signals.pressure_1, supply, valve, gas)
+    flow_2 = mass_flow(signals.voltage_2, signals.pressure_2, supply, valve, gas)
+    lack_1, lack_2 = FLOW_UNIT * state[0] - flow_1, FLOW_UNIT * state[1] - flow_2
+    rate[0] = -lack_1 / (FLOW_UNIT * parameters.time_constant)
+    rate[1] = -lack_2 / (FLOW_UNIT * parameters.time_constant)
+    return lack_1, lack_2
+
+
+EFFECT = Effect(
+    title='lines delay the flow between valve and chamber',
+    balance=Balance.MASS,
+    regimes=('dwell', 'breakaway', 'sliding', 'end stop'),
+    source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
+    'J. Dyn. Sys., Meas., Control 122 (2000) (delay in the lines), here of first order',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+    states=('line_flow_1', 'line_flow_2'),
+)

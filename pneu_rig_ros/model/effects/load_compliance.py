@@ -1,0 +1,57 @@
+"""A load that is not rigidly fixed to the rod: a second mass on a spring and a damper."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+STRETCH_UNIT = 1e-3
+"""Unit of the state `stretch` [m], so that the integrator's tolerance is a small way."""
+
+
+class Parameters(NamedTuple):
+    """Joint between rod and load."""
+
+    compliance: Annotated[float, Quantity('m/N', 0.0, 1e-3, 'compliance of the joint')]
+    damping: Annotated[float, Quantity('N*s/m', 0.0, 1e3, 'damping of the joint')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return the force of the joint on the rod [N], and the mass [kg] that it no longer moves.
+
+    The states are the stretch of the joint and the velocity of the load [m/s].
+    """
+    mass, load_velocity = model.operation.load_mass, state[1]
+    if parameters.compliance <= 0.0 or mass <= 0.0:
+        rate[:] = 0.0
+        return 0.0, 0.0
+    stretching = load_velocity - signals.velocity
+    force = STRETCH_UNIT * state[0] / parameters.compliance + parameters.damping * stretching
+    rate[0] = stretching / STRETCH_UNIT
+    rate[1] = -force / mass
+    return force, -mass
+
+
+EFFECT = Effect(
+    title='the load hangs on the rod by a spring and a damper',
+    balance=Balance.FORCE,
+    regimes=('breakaway', 'sliding', 'end stop'),
+    source='Newton, two masses joined by a linear spring and damper',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.0),
+    contribution=contribution,
+    states=('stretch', 'load_velocity'),
+)

@@ -1,0 +1,41 @@
+"""A spring that acts on the rod, as in a single-acting cylinder or a clamped load."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Linear spring that pushes towards the cap end."""
+
+    stiffness: Annotated[float, Quantity('N/m', 0.0, 1e4, 'stiffness of the spring')]
+    compression: Annotated[float, Quantity('m', 0.0, 0.2, 'compression of the spring at x = 0')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the force of the spring along the outstroke [N] and no added mass."""
+    return -parameters.stiffness * (signals.position + parameters.compression), 0.0
+
+
+EFFECT = Effect(
+    title='a spring loads the rod',
+    balance=Balance.FORCE,
+    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    source='R. Hooke, De Potentia Restitutiva 1678 (linear spring)',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.0),
+    contribution=contribution,
+)

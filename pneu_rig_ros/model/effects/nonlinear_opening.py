@@ -1,0 +1,66 @@
+"""Port areas that are not proportional to the way of the spool."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.valve import FULL_VOLTAGE
+
+
+class Parameters(NamedTuple):
+    """Shape of the opening, the same for all ports."""
+
+    exponent: Annotated[
+        float, Quantity('-', 0.5, 3.0, 'opening grows with this power of the way of the spool')
+    ]
+
+
+@compiled
+def bend(voltage: float, exponent: float, model: CompiledModel) -> float:
+    """
+    Return the voltage [V] that a linear opening would need in addition.
+
+    Way w of the spool from the edge and its full way W give the opening K_V W (w / W)^n: the
+    fully open port is that of Eq. 3.
+    """
+    valve = model.valve
+    if voltage > valve.intake_voltage:
+        way = voltage - valve.intake_voltage
+        full = FULL_VOLTAGE - valve.intake_voltage
+        return way * (math.pow(way / full, exponent - 1.0) - 1.0)
+    if voltage < valve.exhaust_voltage:
+        way = valve.exhaust_voltage - voltage
+        return -way * (math.pow(way / valve.exhaust_voltage, exponent - 1.0) - 1.0)
+    return 0.0
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the voltages [V] to add to u1 and u2, so that Eq. 3 gives the bent opening."""
+    bend_1 = bend(signals.voltage_1, parameters.exponent, model)
+    bend_2 = bend(signals.voltage_2, parameters.exponent, model)
+    return bend_1, bend_2
+
+
+EFFECT = Effect(
+    title='valve ports open nonlinearly',
+    balance=Balance.SPOOL,
+    regimes=('dwell', 'sliding', 'end stop'),
+    source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
+    'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law',
+    parameters=Parameters,
+    null=Parameters(1.0),
+    contribution=contribution,
+)

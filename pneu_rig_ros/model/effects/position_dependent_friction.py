@@ -1,0 +1,46 @@
+"""Seal friction that changes along the stroke: a barrel that is not cylindrical, a bent rod."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Change of the friction level along the stroke."""
+
+    gradient: Annotated[
+        float, Quantity('-', -1.0, 1.0, 'share by which F_c and F_smax grow from x = 0 to x = L')
+    ]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return what is added to F_c and to F_smax [N]: nothing at mid-stroke, linear in x."""
+    law = model.friction
+    share = parameters.gradient * (signals.position / model.cylinder.stroke - 0.5)
+    return share * law.coulomb_force, share * law.breakaway_force
+
+
+EFFECT = Effect(
+    title='friction changes along the stroke',
+    balance=Balance.LEVEL,
+    regimes=('breakaway', 'sliding'),
+    source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
+    'tools and compensation methods for the control of machines with friction, Automatica 30 '
+    '(1994)',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+)

@@ -1,0 +1,86 @@
+"""Regulator and supply line: the supply pressure falls with the flow that is drawn."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.valve import mass_flow
+
+ACCURACY = 1e-10
+"""Of the droop, as a share of the supply pressure [-]."""
+MOST_ROUNDS = 60
+"""Rounds of the solution at most; some six are needed."""
+
+
+class Parameters(NamedTuple):
+    """Resistance of regulator and supply line together."""
+
+    resistance: Annotated[
+        float, Quantity('Pa*s/kg', 0.0, 1e10, 'fall of the supply pressure with the mass flow')
+    ]
+
+
+@compiled
+def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
+    """Return the mass flow [kg/s] drawn by both valves at a supply pressure [Pa]."""
+    p1, p2, valve, gas = signals.pressure_1, signals.pressure_2, model.valve, model.gas
+    flow_1 = mass_flow(signals.voltage_1, p1, supply, valve, gas)
+    flow_2 = mass_flow(signals.voltage_2, p2, supply, valve, gas)
+    filling_1 = signals.voltage_1 > valve.intake_voltage and p1 < supply
+    filling_2 = signals.voltage_2 > valve.intake_voltage and p2 < supply
+    return (flow_1 if filling_1 else 0.0) + (flow_2 if filling_2 else 0.0)
+
+
+@compiled
+def droop(signals: Signals, model: CompiledModel, resistance: float) -> float:
+    """
+    Return the droop d [Pa] that solves d = R m'(p_s - d), by false position (Illinois).
+
+    The flow falls with the droop, so there is one solution, between none and R m'(p_s).
+    """
+    supply = model.operation.supply_pressure
+    low, high = 0.0, min(resistance * drawn(signals, model, supply), supply)
+    excess_low, excess_high = -high, high - resistance * drawn(signals, model, supply - high)
+    for _ in range(MOST_ROUNDS):
+        if high - low <= ACCURACY * supply or excess_high <= 0.0:
+            break
+        middle = (low * excess_high - high * excess_low) / (excess_high - excess_low)
+        excess = middle - resistance * drawn(signals, model, supply - middle)
+        if abs(excess) <= ACCURACY * supply:
+            return middle
+        if excess < 0.0:
+            low, excess_low, excess_high = middle, excess, 0.5 * excess_high
+        else:
+            high, excess_high, excess_low = middle, excess, 0.5 * excess_low
+    return high
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return what both valves lack of the supply pressure [Pa]."""
+    if parameters.resistance <= 0.0:
+        return 0.0, 0.0
+    lack = droop(signals, model, parameters.resistance)
+    return -lack, -lack
+
+
+EFFECT = Effect(
+    title='supply pressure falls with the flow drawn',
+    balance=Balance.SUPPLY,
+    regimes=('dwell', 'sliding'),
+    source='ISO 6953-2 (flow-pressure characteristic of regulators), taken as linear',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+)
