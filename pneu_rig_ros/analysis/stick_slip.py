@@ -132,7 +132,7 @@ def cycles_of(
     motion: Motion, position: Floats, interval: float, friction: Floats | None = None
 ) -> list[Cycle]:
     """Return the cycles of a motion; parameters as of :func:`find_cycles`."""
-    force = np.full(position.size, np.nan)
+    force: Floats = np.full(position.size, np.nan)
     if friction is not None:
         force = np.abs(running_mean(friction, interval, PEAK_WINDOW))
     cycles = []

@@ -24,7 +24,7 @@ def dwell_law(laboratory: Laboratory) -> list[Finding]:
         findings.append(along_equation_16(own, f'{name}, after pauses', waits, peaks))
         says = f'{name}, after pauses: peaks grow with the dwell'
         told = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
-        findings.append(Finding(says, told, rises_throughout(peaks.tolist())))
+        findings.append(Finding(says, told, rises_throughout([float(peak) for peak in peaks])))
     return findings
 
 

@@ -34,16 +34,18 @@ def drive(
     """
     Hold the command u [V] for `duration` [s], then set it to 0, also when interrupted.
 
-    :param progress: called with the elapsed time [s] at every command
+    :param progress: called with the elapsed time [s] at every command, and with 0 while the rig
+        is looked for; what it raises ends the drive
     :param subscribers: of `u` to wait for first: valve command and recorder
     :param namespace: of the rig
     :raises RigError: when the rig is not found
     """
     with _node(namespace) as node:
         publisher = wiring.outlet(node, 'u')
-        _await(publisher, subscribers)
+        told = progress or (lambda _: None)
+        _await(publisher, subscribers, told)
         try:
-            _hold(publisher, u, duration, progress or (lambda _: None))
+            _hold(publisher, u, duration, told)
         finally:
             publisher.publish(pack_float64(0.0))
             # Not sent is not said: let the middleware confirm the last command.
@@ -61,7 +63,7 @@ def _hold(publisher: Publisher, u: float, duration: float, progress: Progress) -
     progress(duration)
 
 
-def _await(publisher: Publisher, subscribers: int) -> None:
+def _await(publisher: Publisher, subscribers: int, progress: Progress) -> None:
     deadline = time.monotonic() + DISCOVERY_TIMEOUT
     pause = Metronome(PERIOD_NS)
     while publisher.get_subscription_count() < subscribers:
@@ -70,6 +72,7 @@ def _await(publisher: Publisher, subscribers: int) -> None:
                 f'{publisher.topic_name}: {publisher.get_subscription_count()} of {subscribers} '
                 f'subscribers after {DISCOVERY_TIMEOUT:g} s; start valve_command and recorder'
             )
+        progress(0.0)
         pause.wait()
 
 
