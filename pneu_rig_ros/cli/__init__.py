@@ -12,6 +12,7 @@ import click
 
 from pneu_rig_ros.cli.claims import claims
 from pneu_rig_ros.cli.demo import demo
+from pneu_rig_ros.cli.effects import effects
 from pneu_rig_ros.cli.friction import friction
 from pneu_rig_ros.cli.info import info
 from pneu_rig_ros.cli.repair import repair
@@ -31,7 +32,8 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     '  pneu-rig info runs/BAG              what a bag holds\n'
     '  pneu-rig friction runs/BAG --csv f.csv\n'
     '  pneu-rig repair runs/BAG            after a crash\n'
-    "  pneu-rig claims                     the paper's statements, each measured\n",
+    "  pneu-rig claims                     the paper's statements, each measured\n"
+    '  pneu-rig effects                    the effects that the model can add\n',
 )
 @click.pass_context
 def command(context: click.Context) -> None:
@@ -40,7 +42,7 @@ def command(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _subcommand in (demo, simulate, info, friction, repair, claims):
+for _subcommand in (demo, simulate, info, friction, repair, claims, effects):
     command.add_command(_subcommand)
 
 

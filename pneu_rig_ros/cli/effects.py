@@ -1,0 +1,86 @@
+"""`pneu-rig effects`: the library of optional physical effects."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pneu_rig_ros.cli import output
+
+if TYPE_CHECKING:
+    from pneu_rig_ros.model.effect import Effect
+
+
+@click.command(
+    short_help='The optional physical effects and their parameters',
+    epilog='\b\nExamples:\n'
+    '  pneu-rig effects\n'
+    '  pneu-rig effects --json | jq .supply_droop.parameters\n'
+    '\b\nAn effect is switched on in the YAML file of a rig:\n'
+    '  effects: {supply_droop: {resistance: 2e9 Pa*s/kg}}\n',
+)
+@click.option('--json', 'as_json', is_flag=True, help='print plain data for scripts')
+def effects(as_json: bool) -> None:
+    """
+    List what the model can add to the paper's equations.
+
+    Each effect with the balance it enters, the regimes of motion in which it shows, its source,
+    and its parameters: unit, range, and the null value with which it vanishes.
+    """
+    from pneu_rig_ros.model import effects as library
+
+    data = {name: plain(library.load(name)) for name in library.names()}
+    if as_json:
+        output.print_json(data)
+    else:
+        _print(data)
+
+
+def plain(effect: Effect) -> dict[str, Any]:
+    """Return what an effect declares, as plain data."""
+    from pneu_rig_ros.model.quantity import Quantity, specifications
+
+    parameters = {
+        name: {
+            'unit': spec.unit,
+            'low': spec.low,
+            'high': spec.high,
+            'null': getattr(effect.null, name),
+            'description': spec.description,
+        }
+        for name, spec in specifications(effect.parameters).items()
+        if isinstance(spec, Quantity)
+    }
+    return {
+        'title': effect.title,
+        'balance': effect.balance.name.lower(),
+        'regimes': list(effect.regimes),
+        'source': effect.source,
+        'states': list(effect.states),
+        'parameters': parameters,
+    }
+
+
+def _print(data: dict[str, dict[str, Any]]) -> None:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_lines=True)
+    table.add_column('effect', no_wrap=True)
+    table.add_column('balance', no_wrap=True)
+    table.add_column('what it is')
+    for name, effect in data.items():
+        regimes, source = ', '.join(effect['regimes']), effect['source']
+        parameters = ''.join(f'\n{_line(*item)}' for item in effect['parameters'].items())
+        about = Text(f'{effect["title"]}{parameters}\nshows in: {regimes}\n')
+        table.add_row(name, effect['balance'], about.append(source, 'dim'))
+    output.print_table(table)
+
+
+def _line(name: str, parameter: dict[str, Any]) -> str:
+    """Return one parameter as a line."""
+    low, high, null = (f'{parameter[key]:g}' for key in ('low', 'high', 'null'))
+    unit = '' if parameter['unit'] == '-' else f' {parameter["unit"]}'
+    return f'{name}: {parameter["description"]}; {low} to {high}{unit}, null {null}'
