@@ -1,0 +1,270 @@
+"""Each effect against a closed form or a limiting case."""
+
+import math
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from pneu_rig_ros.model import effects, valve
+from pneu_rig_ros.model.compiled_model import compiled_model
+from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.plant import Plant
+
+from .rigs import SHUT, changed, drive, stroke
+
+MODEL = changed('cylinder_2')
+COMPILED = compiled_model(MODEL)
+LAW, VALVE, GAS = COMPILED.friction, COMPILED.valve, COMPILED.gas
+STROKE, SUPPLY = MODEL.cylinder.stroke, MODEL.operation.supply_pressure
+AT_REST = Signals(
+    0.0, 0.1, 0.0, 2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4, 2.5, 2.5, 0.0, False
+)  # fmt: skip
+
+
+def contribute(name: str, values: tuple[float, ...], state: Any = (), **signals: Any) -> Any:
+    """Return the pair of contributions of an effect and the rates of its states."""
+    effect = effects.load(name)
+    rate = np.zeros(len(effect.states))
+    given = np.array(state if len(state) else np.zeros(len(rate)), dtype=np.float64)
+    seen = AT_REST._replace(**signals)
+    pair = effect.contribution(seen, COMPILED, effect.parameters(*values), given, rate)
+    return *pair, rate
+
+
+def settle(
+    name: str,
+    values: tuple[float, ...],
+    duration: float,
+    state: Any = (),
+    **signals: Any,
+) -> NDArray[np.float64]:
+    """Return the states of an effect after holding its signals for the duration [s]."""
+    start = np.array(state if len(state) else np.zeros(len(effects.load(name).states)))
+    solution = solve_ivp(
+        lambda _, y: contribute(name, values, y, **signals)[2],
+        (0.0, duration), start, rtol=1e-9, atol=1e-12,
+    )  # fmt: skip
+    return cast(NDArray[np.float64], solution.y[:, -1])
+
+
+def plant_with(name: str, *values: float, **sections: dict[str, Any]) -> Plant:
+    """Return the plant that all effects share, one of them switched on."""
+    chosen = {other: effects.load(other).null for other in effects.names()}
+    chosen[name] = effects.load(name).parameters(*values)
+    return Plant(changed('cylinder_2', **sections), chosen)
+
+
+def test_supply_droop_is_resistance_times_flow() -> None:
+    resistance = 2e9
+    opening = VALVE.intake_coefficient * (3.0 - VALVE.intake_voltage)
+    conductance = GAS.choked_coefficient * GAS.flow_scale * opening  # choked: flow = C p_s
+    expected = SUPPLY * resistance * conductance / (1.0 + resistance * conductance)
+    lack, same, _ = contribute('supply_droop', (resistance,), voltage_1=3.0, voltage_2=2.0)
+    assert lack == same == pytest.approx(-expected, rel=1e-8)
+    assert 0.05 * SUPPLY < expected < 0.5 * SUPPLY
+    assert contribute('supply_droop', (resistance,))[0] == 0.0
+
+
+@pytest.mark.parametrize('pressure', [1e5, 3e5, 4e5, 4.99e5, 5e5, 6e5])
+@pytest.mark.parametrize('resistance', [1e8, 2e9, 1e10])
+def test_supply_droop_solves_its_equation_at_any_pressure(
+    pressure: float, resistance: float
+) -> None:
+    signals = {'voltage_1': 5.0, 'voltage_2': 0.0, 'pressure_1': pressure}
+    lack = contribute('supply_droop', (resistance,), **signals)[0]
+    flow = valve.mass_flow(5.0, pressure, SUPPLY + lack, VALVE, GAS)
+    assert lack == pytest.approx(-resistance * max(flow, 0.0), abs=1e-2)
+
+
+def test_cross_piston_leak_keeps_the_gas_and_equalises_the_pressures() -> None:
+    plant = plant_with(
+        'cross_piston_leak', 1e-6,
+        operation={'initial_pressure_1': 1.05e5, 'initial_position': 0.1},
+    )  # fmt: skip
+    before = plant.state
+    run = drive(plant, SHUT, 3.0)
+    mass = run.gas_mass_1 + run.gas_mass_2
+    assert mass == pytest.approx(before.gas_mass_1 + before.gas_mass_2, rel=1e-9)
+    assert run.gas_mass_1[-1] < before.gas_mass_1
+    assert run.pressure_1[-1] == pytest.approx(run.pressure_2[-1], abs=2.0)
+
+
+def test_valve_null_leak_halves_at_the_centre_and_fades_beyond() -> None:
+    def leak(voltage: float) -> float:
+        pair = contribute('valve_null_leak', (1e-9, 0.0), voltage_1=voltage)
+        return cast(float, pair[0])
+
+    edge = valve.port_flow(SUPPLY, AT_REST.pressure_1, 1e-9, VALVE, GAS)
+    assert leak(VALVE.intake_voltage) == pytest.approx(edge)
+    assert leak(2.5) == pytest.approx(0.5 * edge)
+    assert leak(0.0) < 0.06 * edge
+
+
+def test_valve_null_leak_settles_where_intake_equals_exhaust() -> None:
+    areas = (2e-9, 4e-9)  # choked intake, subsonic exhaust
+    pressures = np.linspace(1.01e5, 4.9e5, 4000)
+    flows = [contribute('valve_null_leak', areas, pressure_1=p)[0] for p in pressures]
+    blocked = float(pressures[np.argmin(np.abs(flows))])
+    exhaust = valve.port_flow(blocked, GAS.atmospheric_pressure, 2e-9, VALVE, GAS)
+    intake = GAS.choked_coefficient * GAS.flow_scale * SUPPLY * 1e-9
+    assert exhaust == pytest.approx(intake, rel=1e-3)
+    assert np.all(np.diff(flows) <= 0.0)
+
+
+def test_nonlinear_opening_is_a_power_of_the_way() -> None:
+    full = 5.0 - VALVE.intake_voltage
+    way = 0.25 * full
+    bend, back, _ = contribute(
+        'nonlinear_opening', (2.0,),
+        voltage_1=VALVE.intake_voltage + way, voltage_2=0.5 * VALVE.exhaust_voltage,
+    )  # fmt: skip
+    assert way + bend == pytest.approx(full * 0.25**2)
+    assert back == pytest.approx(VALVE.exhaust_voltage * (0.5 - 0.5**2))
+    assert contribute('nonlinear_opening', (2.0,), voltage_1=5.0, voltage_2=0.0)[:2] == (0.0, 0.0)
+    assert contribute('nonlinear_opening', (0.5,))[:2] == (0.0, 0.0)
+
+
+def test_spool_hysteresis_is_a_loop_of_its_width() -> None:
+    width, spools, loop = 0.1, np.zeros(2), []
+    for voltage in (3.0, 2.95, 2.5, 2.0, 2.05):
+        signals = {'voltage_1': voltage, 'voltage_2': 2.5}
+        spools = settle('spool_hysteresis', (width,), 0.05, spools, **signals)
+        loop.append(2.5 + spools[0])
+    assert loop == pytest.approx([2.95, 2.95, 2.55, 2.05, 2.05], abs=1e-6)
+    assert spools[1] == 0.0
+
+
+@pytest.mark.parametrize('name', ['valve_lag', 'line_lag'])
+def test_lag_has_its_time_constant(name: str) -> None:
+    signals = {'voltage_1': 3.0, 'voltage_2': 2.5}
+    target = settle(name, (0.02,), 1.0, **signals)
+    after = settle(name, (0.02,), 0.02, **signals)
+    assert after[0] == pytest.approx((1.0 - math.exp(-1.0)) * target[0], rel=1e-6)
+    if name == 'line_lag':
+        flow = valve.mass_flow(3.0, AT_REST.pressure_1, SUPPLY, VALVE, GAS)
+        lack = contribute(name, (0.02,), **signals)[0]
+        assert (lack, target[0]) == pytest.approx((-flow, flow / 1e-4))
+
+
+def test_line_lag_ends_with_the_gas_of_an_immediate_flow() -> None:
+    at_rest = {'friction': {'breakaway_force': 1e4, 'coulomb_force': 1e4}}
+    masses = []
+    for time_constant in (0.0, 0.02):
+        plant = plant_with('line_lag', time_constant, **at_rest)
+        stroke(plant, 1.0, 0.5)
+        masses.append(drive(plant, SHUT, 0.5).gas_mass_1[-1])
+    assert masses[1] == pytest.approx(masses[0], rel=1e-5)
+
+
+def test_friction_differs_by_direction() -> None:
+    def level(velocity: float, bristles: float, sticking: bool) -> tuple[float, float]:
+        return cast(
+            tuple[float, float],
+            contribute(
+                'direction_dependent_friction', (0.2,),
+                velocity=velocity, bristle_force=bristles, sticking=sticking,
+            )[:2],
+        )  # fmt: skip
+
+    more = (0.2 * LAW.coulomb_force, 0.2 * LAW.breakaway_force)
+    less = tuple(-value for value in more)
+    assert level(0.01, 1.0, False) == pytest.approx(more)
+    assert level(-0.01, -1.0, False) == pytest.approx(less)
+    assert level(0.0, LAW.breakaway_force, True) == pytest.approx(more)
+    assert level(0.0, -LAW.breakaway_force, True) == pytest.approx(less)
+    assert level(0.0, 0.0, True) == (0.0, 0.0)
+
+
+def test_friction_changes_linearly_along_the_stroke() -> None:
+    levels = [
+        contribute('position_dependent_friction', (0.4,), position=x)[1]
+        for x in (0.0, 0.5 * STROKE, STROKE)
+    ]
+    assert levels == pytest.approx(np.array([-0.2, 0.0, 0.2]) * LAW.breakaway_force)
+
+
+def test_friction_warms_up_with_the_work() -> None:
+    velocity, force, work = 0.02, 3.0, 0.5
+    power = force * velocity + LAW.viscous_coefficient * velocity**2
+    values, signals = (0.3, work), {'velocity': velocity, 'bristle_force': force}
+    warmth = settle('friction_warm_up', values, work / power, **signals)
+    assert warmth[0] == pytest.approx(1.0 - math.exp(-1.0), rel=1e-6)
+    level = contribute('friction_warm_up', values, warmth, **signals)[0]
+    assert level == pytest.approx(-0.3 * warmth[0] * LAW.coulomb_force)
+    assert contribute('friction_warm_up', values, warmth)[2] == 0.0  # nothing happens at rest
+
+
+def test_spring_is_balanced_by_pressure() -> None:
+    """At a frictionless rest the spring carries the force of the gas."""
+    stiffness, compression = 2e3, 0.05
+    plant = plant_with(
+        'load_spring', stiffness, compression,
+        friction={'model': 0, 'coulomb_force': 1e-3, 'breakaway_force': 1e-3},
+    )  # fmt: skip
+    stroke(plant, 0.6, 3.0)
+    drive(plant, SHUT, 5.0)
+    state, cylinder = plant.state, MODEL.cylinder
+    gauge_1, gauge_2 = state.pressure_1 - 1e5, state.pressure_2 - 1e5
+    gas = gauge_1 * cylinder.cap_area - gauge_2 * cylinder.rod_area
+    assert 0.01 < state.position < 0.19
+    assert abs(state.velocity) < 1e-5
+    assert gas == pytest.approx(stiffness * (state.position + compression), rel=1e-4)
+
+
+def test_cushion_never_pulls_and_gives_no_energy() -> None:
+    values = (0.02, 1e4, 500.0)
+
+    def force(depth: float, speed: float) -> float:
+        pair = contribute('end_cushion', values, position=STROKE - 0.02 + depth, velocity=speed)
+        return cast(float, -pair[0])
+
+    assert force(-1e-3, 1.0) == 0.0
+    for depth in (0.001, 0.01, 0.02):
+        assert force(depth, 0.0) == pytest.approx(1e4 * depth)
+        for speed in (0.01, 0.3, 3.0):
+            assert force(depth, speed) > force(depth, 0.0) > force(depth, -speed) >= 0.0
+    cap = contribute('end_cushion', values, position=0.005, velocity=-0.1)[0]
+    assert cap == pytest.approx(force(0.015, 0.1))
+
+
+def test_loose_load_swings_at_its_frequency_and_keeps_its_momentum() -> None:
+    compliance, mass = 1e-5, MODEL.operation.load_mass
+    omega = math.sqrt(1.0 / (compliance * mass))
+    # held rod, load let go at one unit of stretch: half a period later it is at the other side
+    end = settle('load_compliance', (compliance, 0.0), math.pi / omega, (1.0, 0.0))
+    assert end == pytest.approx([-1.0, 0.0], abs=1e-6)
+    force, added, rate = contribute('load_compliance', (compliance, 5.0), (1.0, 0.1))
+    assert force == pytest.approx(1e-3 / compliance + 5.0 * 0.1)
+    assert (added, mass * rate[1]) == pytest.approx((-mass, -force))
+
+
+def test_stiff_joint_moves_the_load_like_a_rigid_one() -> None:
+    rigid = stroke(plant_with('load_compliance', 0.0, 0.0), 0.34, 3.0)
+    stiff = stroke(plant_with('load_compliance', 1e-6, 50.0), 0.34, 3.0)
+    assert stiff.position == pytest.approx(rigid.position, abs=2e-4)
+    assert np.ptp(rigid.position) > 0.01
+
+
+def test_flow_effects_see_the_spool_not_the_command() -> None:
+    chosen = {name: effects.load(name).null for name in effects.names()}
+    chosen['valve_lag'] = effects.load('valve_lag').parameters(1.0)
+    chosen['line_lag'] = effects.load('line_lag').parameters(1e-3)
+    run = stroke(Plant(MODEL, chosen), 2.5, 0.05)  # the spool still stands in the overlap
+    assert np.all(np.diff(run.gas_mass_1) == 0.0)
+
+
+def test_levels_together_leave_some_friction() -> None:
+    chosen = {name: effects.load(name).null for name in effects.names()}
+    for name, values in {
+        'direction_dependent_friction': (-0.5,),
+        'position_dependent_friction': (1.0,),
+        'friction_warm_up': (0.9, 1e-3),
+    }.items():
+        chosen[name] = effects.load(name).parameters(*values)
+    run = stroke(Plant(MODEL, chosen), 0.34, 5.0)
+    bent = LAW.breakaway_force / LAW.element_stiffness[0]
+    assert (run.velocity > 1e-3).sum() > 100
+    assert 0.0 < np.abs(run.deflection).max() <= bent  # a negative level has no end
