@@ -60,11 +60,7 @@ def test_rig_sensors_are_quantised_noisy_and_within_their_class() -> None:
 
 def test_pressure_variance_is_that_of_the_readings() -> None:
     rig = Rig(load_configuration('cylinder_1', initial_position=0.1))
-    readings = np.array([rig.step(2.5, 2.5).pressure_1 for _ in range(5000)])
-    inside = readings[readings > 1e5]
-    assert len(inside) > 0
-    rig = Rig(load_configuration('cylinder_1', initial_position=0.1))
-    while rig.state.pressure_1 < 1.2e5:
+    while rig.state.pressure_1 < 1.2e5:  # at the sensor's zero the ADC would cut the noise
         rig.step(2.8, 2.5)
     rig.step(2.5, 2.5)
     readings = np.array([rig.step(2.5, 2.5).pressure_1 for _ in range(5000)][1000:])
