@@ -21,7 +21,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
-from pneu_rig_ros.model.integrator import Solver, build_solver
+from pneu_rig_ros.model.solver import Solver, build_solver
 
 _TEMPLATE = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
 
@@ -30,7 +30,7 @@ from numba import njit
 from pneu_rig_ros.model import assembly
 
 _rhs, _solver = assembly.build({effects!r})
-_start, _run = _solver.start, _solver.run
+_start, _run, _follow = _solver
 
 
 @njit(cache=True, error_model='numpy', nogil=True)
@@ -46,6 +46,17 @@ def start(carry, model, effects):
 @njit(cache=True, error_model='numpy', nogil=True)
 def run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects):
     _run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects)
+
+
+@njit(cache=True, error_model='numpy', nogil=True)
+def follow(
+    carry, interval, voltages, actions, measured, rests, states, extras, tolerance, longest,
+    model, effects,
+):
+    _follow(
+        carry, interval, voltages, actions, measured, rests, states, extras, tolerance, longest,
+        model, effects,
+    )
 '''
 
 
@@ -60,7 +71,7 @@ def build(effects: Sequence[str]) -> tuple[RightHandSide, Solver]:
 def assemble(effects: tuple[str, ...]) -> tuple[RightHandSide, Solver]:
     """Return the compiled, disk-cached right-hand side and solver with the named effects."""
     module = _module(effects)
-    return module.right_hand_side, Solver(module.start, module.run)
+    return module.right_hand_side, Solver(module.start, module.run, module.follow)
 
 
 def cache_folder() -> Path:

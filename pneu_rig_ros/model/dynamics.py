@@ -36,6 +36,8 @@ STATE_NAMES = (
 
 STICKING, CONTACT, REST_START, HELD_STATIC, ANCHORS = range(5)
 """Memory: at rest (0, 1), end stop touched (-1 at 0, +1 at L), time rest began [s], F_s [N]."""
+HELD = 2.0
+"""In place of a contact: the motion is imposed from outside, see ``follow``."""
 
 (
     V_V, V_Z, V_P1, V_P2, Z_V, Z_Z, P1_V, P1_P1, P2_V, P2_P2, FREE_ACCELERATION, GROWN_STATIC
@@ -158,7 +160,8 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         level = friction.sliding_level(power, at_rest, coulomb)
         steady = friction.film_steady_state(v, static, coulomb, law)
         rate[DEFLECTION] = friction.bristle_deflection_rate(v, bristles, level)
-        rate[FILM] = friction.film_rate(film, steady, s.sticking, law)
+        resting = friction.film_rests(v, s.sticking, law)
+        rate[FILM] = friction.film_rate(film, steady, resting, law)
 
         # near rest the slope of |v| is taken as zero: between its two sides, a stiff step settles
         share = bristles / level * v / (abs(v) + REST_SPEED)
@@ -202,9 +205,10 @@ def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
         arrow[V_Z] = -(stiffness + sigma_1 * arrow[Z_Z]) / inertia
         arrow[V_P1], arrow[V_P2] = cylinder.cap_area / inertia, -cylinder.rod_area / inertia
         if memory[CONTACT] != 0.0:  # the stop holds the piston, whatever pushes it there
-            rate[VELOCITY] = rate[DEFLECTION] = 0.0
+            rate[VELOCITY] = 0.0
             arrow[V_V] = arrow[V_Z] = arrow[V_P1] = arrow[V_P2] = 0.0
-            arrow[Z_V] = arrow[Z_Z] = 0.0
+            if memory[CONTACT] != HELD:
+                rate[DEFLECTION] = arrow[Z_V] = arrow[Z_Z] = 0.0
 
     return piston_rates
 

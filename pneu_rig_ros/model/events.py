@@ -15,6 +15,7 @@ from pneu_rig_ros.model.dynamics import (
     DEFLECTION,
     FREE_ACCELERATION,
     GROWN_STATIC,
+    HELD,
     HELD_STATIC,
     POSITION,
     REST_START,
@@ -81,7 +82,8 @@ def find(
     a0, a1 = step * f0[VELOCITY], step * f1[VELOCITY]
     if memory[CONTACT] != 0.0:
         pull = -memory[CONTACT] * arrow[FREE_ACCELERATION]
-        return (RELEASE, 1.0, True) if pull > 0.0 else (NONE, 1.0, False)
+        free = pull > 0.0 and memory[CONTACT] != HELD
+        return (RELEASE, 1.0, True) if free else (NONE, 1.0, False)
 
     code, share, met = NONE, 1.0, False
     if memory[STICKING] != 0.0:

@@ -14,6 +14,7 @@ from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.parameters import (
     COULOMB_VISCOUS,
     FILM_PRINTED,
+    FILM_RESTS_BY_SPEED,
     REVISED_LUGRE,
     REVISED_LUGRE_DWELL,
     Friction,
@@ -141,6 +142,21 @@ def film_rate(film: float, steady: float, sticking: bool, friction: Friction) ->
     else:
         time = friction.film_time_deceleration
     return (steady - film) / time
+
+
+@compiled
+def film_rests(velocity: float, sticking: bool, friction: Friction) -> bool:
+    """
+    Return whether v counts as zero in Eq. 13.
+
+    While the dwell clock of Eq. 16 runs, or whenever the piston is slower than the stop velocity.
+
+    :param velocity: v [m/s]
+    :param sticking: whether the dwell clock runs
+    """
+    if friction.film_rest_reading == FILM_RESTS_BY_SPEED:
+        return abs(velocity) < friction.stop_velocity
+    return sticking
 
 
 @compiled

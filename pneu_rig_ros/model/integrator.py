@@ -73,13 +73,6 @@ class Carry(NamedTuple):
     work_arrow: Array
 
 
-class Solver(NamedTuple):
-    """The compiled entry points."""
-
-    start: Callable[..., None]
-    run: Callable[..., None]
-
-
 @compiled
 def interpolate(carry: Carry, time: float, out: Array) -> None:
     """Write the state at ``time`` [s] within the present step into ``out``, shape (n,)."""
@@ -160,10 +153,11 @@ def build_cut(start: Callable[..., None]) -> Callable[..., None]:
     return cut
 
 
-def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
+def build_advance(
+    right_hand_side: RightHandSide, start: Callable[..., None]
+) -> Callable[..., None]:
     """Return the compiled step that is accepted: short enough, and not beyond an event."""
     try_step = build_step(right_hand_side)
-    start = build_start(right_hand_side)
 
     @compiled
     def jump(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
@@ -223,7 +217,17 @@ def build_advance(right_hand_side: RightHandSide) -> Callable[..., None]:
     return advance
 
 
-def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
+@compiled
+def sample(carry: Carry, time: float, state: Array, extra: Array) -> None:
+    """Write the state and its extras at ``time`` [s] within the present step."""
+    interpolate(carry, time, state)
+    extra[0] = interpolate_acceleration(carry, time)
+    extra[1] = carry.memory[STICKING]
+    extra[2] = carry.memory[CONTACT]
+    extra[3] = carry.memory[REST_START]
+
+
+def build_run(cut: Callable[..., None], advance: Callable[..., None]) -> Callable[..., None]:
     """
     Return the compiled run over many sampling intervals.
 
@@ -232,8 +236,6 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
     ``first + i + 1`` is at exactly that multiple of the interval; it goes to ``states[i]``, shape
     (m, n), and ``extras[i]``, shape (m, 4), see ``EXTRA_NAMES``.
     """
-    advance = build_advance(right_hand_side)
-    cut = build_cut(build_start(right_hand_side))
 
     @compiled
     def run(
@@ -248,7 +250,7 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        clock, memory, held = carry.clock, carry.memory, carry.voltages
+        clock, held = carry.clock, carry.voltages
         for i in range(len(voltages)):
             if voltages[i, 0] != held[0] or voltages[i, 1] != held[1]:
                 cut(carry, voltages[i], model, effects)
@@ -256,15 +258,6 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
             while clock[END] < target:
                 advance(carry, tolerance, longest, model, effects)
             clock[NOW] = target
-            interpolate(carry, target, states[i])
-            extras[i, 0] = interpolate_acceleration(carry, target)
-            extras[i, 1] = memory[STICKING]
-            extras[i, 2] = memory[CONTACT]
-            extras[i, 3] = memory[REST_START]
+            sample(carry, target, states[i], extras[i])
 
     return run
-
-
-def build_solver(right_hand_side: RightHandSide) -> Solver:
-    """Return the compiled entry points for a right-hand side."""
-    return Solver(build_start(right_hand_side), build_run(right_hand_side))

@@ -19,6 +19,9 @@ STATIC_FRICTION_READINGS = ('follows_clock', 'latched_at_breakaway', 'held_to_ne
 FILM_PRINTED, FILM_NORMALISED = range(2)
 FILM_READINGS = ('printed', 'normalised')
 
+FILM_RESTS_WITH_CLOCK, FILM_RESTS_BY_SPEED = range(2)
+FILM_REST_READINGS = ('with_dwell_clock', 'below_stop_velocity')
+
 
 class Cylinder(NamedTuple):
     """Double-acting cylinder: Table 1 (documentation) and Table 2 (used)."""
@@ -74,6 +77,7 @@ class Friction(NamedTuple):
         int, Choice(STATIC_FRICTION_READINGS, 'what F_s of Eq. 16 does during the slip')
     ]
     film_reading: Annotated[int, Choice(FILM_READINGS, 'h of Eq. 12-15 with a varying F_s')]
+    film_rest_reading: Annotated[int, Choice(FILM_REST_READINGS, 'when v = 0 in Eq. 13')]
 
 
 class Valve(NamedTuple):

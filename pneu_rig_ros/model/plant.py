@@ -12,6 +12,7 @@ from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
+from pneu_rig_ros.model.follow import Actions
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
 
@@ -139,6 +140,29 @@ class Plant:
         )  # fmt: skip
         self._index += 1
         return self.state
+
+    def follow(
+        self, voltages: Array, interval: float, actions: Actions, measured: Array, rests: Array
+    ) -> Trajectory:
+        """
+        Run from a reset along a measured run; return the states after each interval.
+
+        :param voltages: u1, u2 [V], shape (m, 2)
+        :param interval: [s]
+        :param actions: what to do before each interval, see ``follow``, shape (m,)
+        :param measured: x, v, p1, p2 [SI] that the actions use, shape (m, 4)
+        :param rests: when the rest began [s], shape (m,)
+        """
+        count = len(voltages)
+        states = np.empty((count, self.state_size))
+        extras = np.empty((count, len(integrator.EXTRA_NAMES)))
+        self._solver.follow(
+            self._carry, interval, np.clip(voltages, 0.0, FULL_VOLTAGE), actions, measured,
+            rests, states, extras, self.tolerance, self.longest_step, self._arguments,
+            self.effects,
+        )  # fmt: skip
+        time = (1.0 + np.arange(count, dtype=np.float64)) * interval
+        return self._trajectory(time, states, extras)
 
     @property
     def state(self) -> PlantState:

@@ -1,0 +1,156 @@
+"""
+A run that keeps to a measured one: restarted from it, or with its motion or pressures imposed.
+
+What a measured signal imposes is no longer predicted, so that the other balances can be looked at
+alone; what is restarted at every rest is predicted over one stick-slip cycle only. All that
+cannot be measured - film, dwell clock, states of the effects - is carried on.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model import chambers
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.dynamics import (
+    CONTACT,
+    DEFLECTION,
+    GAS_MASS_1,
+    GAS_MASS_2,
+    GROWN_STATIC,
+    HELD,
+    HELD_STATIC,
+    POSITION,
+    PRESSURE_1,
+    PRESSURE_2,
+    REST_START,
+    STICKING,
+    V_Z,
+    VELOCITY,
+    Array,
+)
+from pneu_rig_ros.model.integrator import END, NOW, Carry
+
+RESTART, MOTION, PRESSURES, REST, BREAK = 1, 2, 4, 8, 16
+"""
+What to do at a sample, to be added up: restart from the measured position and pressures at rest;
+impose the measured motion, or the measured pressures, until the next sample; the piston has come
+to rest; the piston has broken away.
+"""
+BALANCING_ROUNDS = 3
+"""Newton steps towards the bristle deflection that holds the driving force."""
+LEAST_STIFFNESS = 1e-3
+"""Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
+
+Actions = NDArray[np.int64]
+
+
+@compiled
+def set_pressures(state: Array, p1: float, p2: float, model: CompiledModel) -> None:
+    """Set the absolute pressures [Pa] at unchanged gas temperatures; changes ``state``."""
+    state[GAS_MASS_1] *= p1 / state[PRESSURE_1]
+    state[GAS_MASS_2] *= p2 / state[PRESSURE_2]
+    state[PRESSURE_1], state[PRESSURE_2] = p1, p2
+
+
+@compiled
+def set_position(state: Array, position: float, model: CompiledModel) -> None:
+    """Move the piston to a position [m] at unchanged pressures; changes ``state``."""
+    inside = min(max(position, 0.0), model.cylinder.stroke)
+    old_1, old_2 = chambers.volumes(state[POSITION], model.cylinder)
+    new_1, new_2 = chambers.volumes(inside, model.cylinder)
+    state[GAS_MASS_1] *= new_1 / old_1
+    state[GAS_MASS_2] *= new_2 / old_2
+    state[POSITION] = inside
+
+
+def build_restart(start: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled restart from rest at a measured position and pressures."""
+
+    @compiled
+    def restart(
+        carry: Carry, measured: Array, rest: float, model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:  # fmt: skip
+        set_position(carry.y1, measured[0], model)
+        set_pressures(carry.y1, measured[2], measured[3], model)
+        carry.y1[VELOCITY] = 0.0
+        carry.memory[CONTACT], carry.memory[STICKING] = 0.0, 1.0
+        carry.memory[REST_START] = rest
+        for _ in range(BALANCING_ROUNDS):
+            start(carry, model, effects)
+            if carry.arrow[V_Z] < -LEAST_STIFFNESS:
+                carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
+
+    return restart
+
+
+@compiled
+def switch(memory: Array, action: int, grown: float, rest: float) -> None:
+    """Let the piston break away or come to rest, with Eq. 16 ``grown`` [N]; changes ``memory``."""
+    if action & BREAK and memory[STICKING] != 0.0:
+        memory[HELD_STATIC], memory[STICKING] = grown, 0.0
+    if action & REST and memory[STICKING] == 0.0:
+        memory[STICKING], memory[REST_START] = 1.0, rest
+
+
+def build_act(start: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled changes of state before an interval."""
+    restart = build_restart(start)
+
+    @compiled
+    def act(
+        carry: Carry, action: int, measured: Array, rest: float, model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:  # fmt: skip
+        switch(carry.memory, action, carry.arrow[GROWN_STATIC], rest)
+        if action & RESTART:
+            restart(carry, measured, rest, model, effects)
+        if action & MOTION:
+            set_position(carry.y1, measured[0], model)
+            carry.y1[VELOCITY], carry.memory[CONTACT] = measured[1], HELD
+        elif carry.memory[CONTACT] == HELD:
+            carry.memory[CONTACT] = 0.0
+        if action & PRESSURES:
+            set_pressures(carry.y1, measured[2], measured[3], model)
+        start(carry, model, effects)
+
+    return act
+
+
+def build_follow(
+    start: Callable[..., None], cut: Callable[..., None], record: Callable[..., None],
+    advance: Callable[..., None],
+) -> Callable[..., None]:  # fmt: skip
+    """
+    Return the compiled run along a measured one.
+
+    ``follow(carry, interval, voltages, actions, measured, rests, states, extras, tolerance,
+    longest, model, effects)`` is ``run`` with, for the interval after sample i, ``actions[i]``
+    done with ``measured[i]``, (x, v, p1, p2) in SI units and corrected for the sensors, and
+    ``rests[i]``, the time at which the rest began [s].
+    """
+    act = build_act(start)
+
+    @compiled
+    def follow(
+        carry: Carry, interval: float, voltages: Array, actions: Actions, measured: Array,
+        rests: Array, states: Array, extras: Array, tolerance: float, longest: float,
+        model: CompiledModel, effects: tuple[object, ...],
+    ) -> None:  # fmt: skip
+        held = carry.voltages
+        for i in range(len(voltages)):
+            changed = voltages[i, 0] != held[0] or voltages[i, 1] != held[1]
+            if changed or actions[i] != 0:
+                cut(carry, voltages[i], model, effects)
+            if actions[i] != 0:
+                act(carry, actions[i], measured[i], rests[i], model, effects)
+            target = (i + 1) * interval
+            while carry.clock[END] < target:
+                advance(carry, tolerance, longest, model, effects)
+            carry.clock[NOW] = target
+            record(carry, target, states[i], extras[i])
+
+    return follow
