@@ -43,6 +43,7 @@ NOT_PRINTED = (
     'start_velocity',
     'static_friction_reading',
     'film_reading',
+    'film_rest_reading',
 )
 """Fields of ``Friction`` that the paper leaves open; Table 2 prints the others."""
 SPECIFICATIONS = {k: v for k, v in specifications(Friction).items() if k != 'model'}

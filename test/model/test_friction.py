@@ -10,6 +10,8 @@ from pneu_rig_ros.model.parameters import (
     FILM_NORMALISED,
     FILM_PRINTED,
     FILM_READINGS,
+    FILM_RESTS_BY_SPEED,
+    FILM_RESTS_WITH_CLOCK,
     FRICTION_MODELS,
     REVISED_LUGRE_DWELL,
     STATIC_FRICTION_READINGS,
@@ -109,6 +111,23 @@ def test_film_time_constants_are_those_of_equation_13(
 ) -> None:
     law = compiled_model(changed('cylinder_1')).friction
     assert friction.film_rate(film, steady, sticking, law) == pytest.approx((steady - film) / time)
+
+
+@pytest.mark.parametrize(
+    ('reading', 'velocity', 'sticking', 'rests'),
+    [
+        (FILM_RESTS_WITH_CLOCK, 1.0, True, True),
+        (FILM_RESTS_WITH_CLOCK, 0.0, False, False),
+        (FILM_RESTS_BY_SPEED, -2e-3, True, False),
+        (FILM_RESTS_BY_SPEED, -5e-4, False, True),
+    ],
+)
+def test_film_rests_with_the_clock_or_by_speed(
+    reading: int, velocity: float, sticking: bool, rests: bool
+) -> None:
+    law = compiled_model(changed('cylinder_1')).friction
+    law = law._replace(film_rest_reading=reading, stop_velocity=1e-3)
+    assert friction.film_rests(velocity, sticking, law) == rests
 
 
 @pytest.mark.parametrize('name', FRICTION_MODELS)
