@@ -17,6 +17,7 @@ from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
     DEFLECTION,
+    FREE_ACCELERATION,
     GAS_MASS_1,
     GAS_MASS_2,
     GROWN_STATIC,
@@ -31,7 +32,7 @@ from pneu_rig_ros.model.dynamics import (
     VELOCITY,
     Array,
 )
-from pneu_rig_ros.model.integrator import END, NOW, Carry
+from pneu_rig_ros.model.integrator import ACCELERATION, END, NOW, Carry
 
 RESTART, MOTION, PRESSURES, REST, BREAK = 1, 2, 4, 8, 16
 """
@@ -130,7 +131,8 @@ def build_follow(
     ``follow(carry, interval, voltages, actions, measured, rests, states, extras, tolerance,
     longest, model, effects)`` is ``run`` with, for the interval after sample i, ``actions[i]``
     done with ``measured[i]``, (x, v, p1, p2) in SI units and corrected for the sensors, and
-    ``rests[i]``, the time at which the rest began [s].
+    ``rests[i]``, the time at which the rest began [s]. Where the motion is imposed, the
+    acceleration in ``extras`` is the one that the forces would give a free piston.
     """
     act = build_act(start)
 
@@ -152,5 +154,7 @@ def build_follow(
                 advance(carry, tolerance, longest, model, effects)
             carry.clock[NOW] = target
             record(carry, target, states[i], extras[i])
+            if carry.memory[CONTACT] == HELD:
+                extras[i, ACCELERATION] = carry.arrow[FREE_ACCELERATION]
 
     return follow

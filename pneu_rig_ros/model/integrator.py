@@ -43,6 +43,7 @@ MOST_AIMS = 4
 """How often a step is aimed at an event before it is halved instead."""
 
 EXTRA_NAMES = ('acceleration', 'sticking', 'contact', 'rest_start')
+ACCELERATION = 0
 
 
 class Carry(NamedTuple):
