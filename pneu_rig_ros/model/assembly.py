@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import NamedTuple
 
 import numba
 
@@ -21,6 +22,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
+from pneu_rig_ros.model.readings import Readings, build_readings
 from pneu_rig_ros.model.solver import Solver, build_solver
 
 _TEMPLATE = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
@@ -29,7 +31,7 @@ from numba import njit
 
 from pneu_rig_ros.model import assembly
 
-_rhs, _solver = assembly.build({effects!r})
+_rhs, _solver, _readings = assembly.build({effects!r})
 _start, _run, _follow = _solver
 
 
@@ -57,21 +59,35 @@ def follow(
         carry, interval, voltages, actions, measured, rests, states, extras, tolerance, longest,
         model, effects,
     )
+
+
+@njit(cache=True, error_model='numpy', nogil=True)
+def readings(states, out, model, effects):
+    _readings(states, out, model, effects)
 '''
 
 
-def build(effects: Sequence[str]) -> tuple[RightHandSide, Solver]:
-    """Return the right-hand side and the solver with the named effects, not yet cached."""
+class Assembly(NamedTuple):
+    """The compiled functions of one plant."""
+
+    right_hand_side: RightHandSide
+    solver: Solver
+    readings: Readings
+
+
+def build(effects: Sequence[str]) -> Assembly:
+    """Return the functions with the named effects, not yet cached."""
     contributions = collect([library.load(name) for name in effects], STATE_SIZE)
     right_hand_side = build_right_hand_side(contributions)
-    return right_hand_side, build_solver(right_hand_side)
+    return Assembly(right_hand_side, build_solver(right_hand_side), build_readings(contributions))
 
 
 @cache
-def assemble(effects: tuple[str, ...]) -> tuple[RightHandSide, Solver]:
-    """Return the compiled, disk-cached right-hand side and solver with the named effects."""
+def assemble(effects: tuple[str, ...]) -> Assembly:
+    """Return the compiled, disk-cached functions with the named effects."""
     module = _module(effects)
-    return module.right_hand_side, Solver(module.start, module.run, module.follow)
+    solver = Solver(module.start, module.run, module.follow)
+    return Assembly(module.right_hand_side, solver, module.readings)
 
 
 def cache_folder() -> Path:

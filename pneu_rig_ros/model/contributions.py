@@ -23,8 +23,12 @@ class Contributions:
     supply: Pair
     mass: Pair
     heat: Pair
+    bristle: Pair
     level: Pair
+    film: Pair
     force: Pair
+    motion_reading: Pair
+    pressure_reading: Pair
 
 
 def collect(effects: Sequence[Effect], first_state: int) -> Contributions:

@@ -16,7 +16,7 @@ from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
-from pneu_rig_ros.model.effect import Signals, with_voltages
+from pneu_rig_ros.model.effect import Signals, at_ports, with_bristles
 from pneu_rig_ros.model.parameters import (
     HELD_TO_NEXT_BREAKAWAY,
     LATCHED_AT_BREAKAWAY,
@@ -34,8 +34,11 @@ STATE_NAMES = (
     'gas_mass_2',
 )  # fmt: skip
 
-STICKING, CONTACT, REST_START, HELD_STATIC, ANCHORS = range(5)
-"""Memory: at rest (0, 1), end stop touched (-1 at 0, +1 at L), time rest began [s], F_s [N]."""
+STICKING, CONTACT, REST_START, HELD_STATIC, HELD_DWELL, ANCHORS = range(6)
+"""
+Memory: at rest (0, 1), end stop touched (-1 at 0, +1 at L), time rest began [s]; F_s [N] and dwell
+[s] at the last breakaway; the anchors of F(z) [m].
+"""
 HELD = 2.0
 """In place of a contact: the motion is imposed from outside, see ``follow``."""
 
@@ -111,12 +114,12 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
         gas, a1, a2 = model.gas, model.cylinder.cap_area, model.cylinder.rod_area
         spool_1, spool_2 = add_spool(s, model, effects, state, rate)
         u1, u2 = s.voltage_1 + spool_1, s.voltage_2 + spool_2
-        at_spool = with_voltages(s, u1, u2)
-        supply_1, supply_2 = add_supply(at_spool, model, effects, state, rate)
-        leak_1, leak_2 = add_mass(at_spool, model, effects, state, rate)
+        at_spools = at_ports(s, u1, u2, s.supply_1, s.supply_2)
+        supply_1, supply_2 = add_supply(at_spools, model, effects, state, rate)
+        ps1, ps2 = s.supply_1 + supply_1, s.supply_2 + supply_2
+        leak_1, leak_2 = add_mass(at_ports(s, u1, u2, ps1, ps2), model, effects, state, rate)
         heat_1, heat_2 = add_heat(s, model, effects, state, rate)
-        p1, p2, supply = s.pressure_1, s.pressure_2, model.operation.supply_pressure
-        ps1, ps2 = supply + supply_1, supply + supply_2
+        p1, p2 = s.pressure_1, s.pressure_2
         flow_1 = valve.mass_flow(u1, p1, ps1, model.valve, gas)
         flow_2 = valve.mass_flow(u2, p2, ps2, model.valve, gas)
         total_1, total_2 = flow_1 + leak_1, flow_2 + leak_2
@@ -137,7 +140,7 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
 
 def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
     """Return the compiled rates of bristle and film (Eq. 10-16), and their Jacobian."""
-    add_level = contributions.level
+    add_level, add_film = contributions.level, contributions.film
 
     @compiled
     def seal_rates(
@@ -156,6 +159,8 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         breakaway = max(law.breakaway_force + level_s, LEAST_SHARE * law.breakaway_force)
         static, grown = static_forces(s.time, memory, breakaway, coulomb, law)
         at_rest = friction.static_level(film, static, coulomb, law)
+        share, _ = add_film(s, model, effects, state, rate)
+        at_rest -= share * (at_rest - coulomb)
         power = friction.stribeck_power(v, law)
         level = friction.sliding_level(power, at_rest, coulomb)
         steady = friction.film_steady_state(v, static, coulomb, law)
@@ -224,6 +229,8 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
     gas_rates = build_gas_rates(contributions)
     seal_rates = build_seal_rates(contributions)
     piston_rates = build_piston_rates(contributions)
+    add_bristle = contributions.bristle
+    motion_reading, pressure_reading = contributions.motion_reading, contributions.pressure_reading
 
     @compiled
     def right_hand_side(
@@ -236,16 +243,23 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        x, z = state[POSITION], state[DEFLECTION]
+        x, z, supply = state[POSITION], state[DEFLECTION], model.operation.supply_pressure
         volume_1, volume_2 = chambers.volumes(x, model.cylinder)
         bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], model.friction)
-        signals = Signals(
+        sticking = memory[STICKING] != 0.0
+        dwell = time - memory[REST_START] if sticking else memory[HELD_DWELL]
+        elastic = Signals(
             time, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
-            state[GAS_MASS_1], state[GAS_MASS_2], voltages[0], voltages[1], bristles,
-            memory[STICKING] != 0.0,
+            state[GAS_MASS_1], state[GAS_MASS_2], voltages[0], voltages[1], supply, supply, z,
+            bristles, sticking, dwell,
         )  # fmt: skip
+        more_force, more_stiffness = add_bristle(elastic, model, effects, state, rate)
+        stiffness += more_stiffness
+        signals = with_bristles(elastic, bristles + more_force)
         gas_rates(signals, state, rate, arrow, model, effects)
         seal_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
         piston_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
+        motion_reading(signals, model, effects, state, rate)  # only the rates of their states
+        pressure_reading(signals, model, effects, state, rate)
 
     return right_hand_side

@@ -12,32 +12,58 @@ class Balance(Enum):
     """
     Where a pair of contributions enters the plant, with the unit of both.
 
-    ===========  ======  ==========================================================
-    balance      unit    pair
-    ===========  ======  ==========================================================
-    ``SPOOL``    V       added to the control voltages u1, u2 (Eq. 3)
-    ``SUPPLY``   Pa      added to the supply pressure seen by valve 1, valve 2 (Eq. 3)
-    ``MASS``     kg/s    added to the mass flows into chamber 1, 2 (Eq. 6)
-    ``HEAT``     W       heat flows into the gas of chamber 1, 2 (Eq. 6)
-    ``LEVEL``    N       added to the Coulomb force F_c, the static force F_smax (Eq. 11, 16)
-    ``FORCE``    N       added to the driving force; the second is added mass [kg] (Eq. 8)
-    ===========  ======  ==========================================================
+    ====================  =======  ======================================================
+    balance               unit     pair
+    ====================  =======  ======================================================
+    ``SPOOL``             V        added to the control voltages u1, u2 (Eq. 3)
+    ``SUPPLY``            Pa       added to the supply pressure at valve 1, valve 2 (Eq. 3)
+    ``MASS``              kg/s     added to the mass flows into chamber 1, 2 (Eq. 6)
+    ``HEAT``              W        heat flows into the gas of chamber 1, 2 (Eq. 6)
+    ``BRISTLE``           N, N/m   added to F(z) and to its stiffness (Eq. 9)
+    ``LEVEL``             N        added to the Coulomb force F_c, the static force F_smax
+                                   (Eq. 11, 16)
+    ``FILM``              -        share by which g(0, h) falls from F_s towards F_c (Eq. 11);
+                                   the second is not used
+    ``FORCE``             N, kg    added to the driving force, and to the mass (Eq. 8)
+    ``MOTION_READING``    m, m/s   added to what the sensors read as x and v
+    ``PRESSURE_READING``  Pa       added to what the sensors read as p1, p2
+    ====================  =======  ======================================================
+
+    Effects on the same balance are summed, each seeing the signals without the others: two effects
+    on ``SPOOL`` do not act in a chain.
     """
 
     SPOOL = 'V'
     SUPPLY = 'Pa'
     MASS = 'kg/s'
     HEAT = 'W'
+    BRISTLE = 'N, N/m'
     LEVEL = 'N'
+    FILM = '-'
     FORCE = 'N, kg'
+    MOTION_READING = 'm, m/s'
+    PRESSURE_READING = 'Pa (read)'
+
+    @property
+    def unit(self) -> str:
+        """Unit of the pair; two units where the two differ."""
+        return self.value.removesuffix(' (read)')
+
+
+READING_BALANCES = (Balance.MOTION_READING, Balance.PRESSURE_READING)
+"""What acts on the sensors alone."""
 
 
 class Signals(NamedTuple):
     """
     What a contribution may look at besides the parameters; all scalars, SI units.
 
-    The voltages are the commanded ones, but for ``SUPPLY`` and ``MASS`` those at which the spools
-    stand: the contributions to ``SPOOL`` are already in them.
+    The voltages are the commanded ones and the supply pressures those of the regulator; for
+    ``MASS`` both are those at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them
+    (``SUPPLY`` sees the voltages at the ports). ``bristle_force`` is F(z), for ``LEVEL`` and
+    later ones with the contributions to ``BRISTLE``. ``dwell_time`` is the time at rest so far
+    while the piston sticks, and the dwell that ended with the last breakaway while it slides.
+    Readings see only the state: for them time, voltages, bristle force and dwell are NaN.
     """
 
     time: float
@@ -51,17 +77,35 @@ class Signals(NamedTuple):
     gas_mass_2: float
     voltage_1: float
     voltage_2: float
+    supply_1: float
+    supply_2: float
+    deflection: float
     bristle_force: float
     sticking: bool
+    dwell_time: float
 
 
 @compiled
-def with_voltages(signals: Signals, voltage_1: float, voltage_2: float) -> Signals:
-    """Return the signals with other voltages u1, u2 [V]."""
+def at_ports(
+    signals: Signals, voltage_1: float, voltage_2: float, supply_1: float, supply_2: float
+) -> Signals:
+    """Return the signals with other voltages u1, u2 [V] and supply pressures [Pa]."""
     s = signals
     return Signals(
         s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
-        s.gas_mass_1, s.gas_mass_2, voltage_1, voltage_2, s.bristle_force, s.sticking,
+        s.gas_mass_1, s.gas_mass_2, voltage_1, voltage_2, supply_1, supply_2, s.deflection,
+        s.bristle_force, s.sticking, s.dwell_time,
+    )  # fmt: skip
+
+
+@compiled
+def with_bristles(signals: Signals, bristle_force: float) -> Signals:
+    """Return the signals with another bristle force F(z) [N]."""
+    s = signals
+    return Signals(
+        s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
+        s.gas_mass_1, s.gas_mass_2, s.voltage_1, s.voltage_2, s.supply_1, s.supply_2,
+        s.deflection, bristle_force, s.sticking, s.dwell_time,
     )  # fmt: skip
 
 
@@ -76,6 +120,8 @@ class Effect:
     :param source: literature
     :param parameters: ``NamedTuple`` class, each field ``Annotated`` with its ``Quantity``
     :param null: the parameters with which the effect vanishes exactly
+    :param probes: a few plausible strengths, weak to strong, from which a fit starts
+    :param laws: names of the friction laws that lack it; none named: it adds to any law
     :param states: names of the effect's own states, each starting at zero
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
         compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
@@ -88,4 +134,6 @@ class Effect:
     parameters: type[Any]
     null: Any
     contribution: Callable[..., tuple[float, float]]
+    probes: tuple[Any, ...] = ()
+    laws: tuple[str, ...] = ()
     states: tuple[str, ...] = ()

@@ -16,6 +16,7 @@ from pneu_rig_ros.model.dynamics import (
     FREE_ACCELERATION,
     GROWN_STATIC,
     HELD,
+    HELD_DWELL,
     HELD_STATIC,
     POSITION,
     REST_START,
@@ -132,6 +133,7 @@ def apply(
     """Carry out an event: changes ``state`` and ``memory``."""
     if code == BREAKAWAY:
         memory[HELD_STATIC] = arrow[GROWN_STATIC]
+        memory[HELD_DWELL] = time - memory[REST_START]
         memory[STICKING] = 0.0
     elif code == ARREST:
         rest(time, memory)

@@ -22,6 +22,7 @@ from pneu_rig_ros.model.dynamics import (
     GAS_MASS_2,
     GROWN_STATIC,
     HELD,
+    HELD_DWELL,
     HELD_STATIC,
     POSITION,
     PRESSURE_1,
@@ -89,10 +90,11 @@ def build_restart(start: Callable[..., None]) -> Callable[..., None]:
 
 
 @compiled
-def switch(memory: Array, action: int, grown: float, rest: float) -> None:
+def switch(time: float, memory: Array, action: int, grown: float, rest: float) -> None:
     """Let the piston break away or come to rest, with Eq. 16 ``grown`` [N]; changes ``memory``."""
     if action & BREAK and memory[STICKING] != 0.0:
         memory[HELD_STATIC], memory[STICKING] = grown, 0.0
+        memory[HELD_DWELL] = time - memory[REST_START]
     if action & REST and memory[STICKING] == 0.0:
         memory[STICKING], memory[REST_START] = 1.0, rest
 
@@ -106,7 +108,7 @@ def build_act(start: Callable[..., None]) -> Callable[..., None]:
         carry: Carry, action: int, measured: Array, rest: float, model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:  # fmt: skip
-        switch(carry.memory, action, carry.arrow[GROWN_STATIC], rest)
+        switch(carry.clock[END], carry.memory, action, carry.arrow[GROWN_STATIC], rest)
         if action & RESTART:
             restart(carry, measured, rest, model, effects)
         if action & MOTION:

@@ -12,6 +12,7 @@ from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
+from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.follow import Actions
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
@@ -42,7 +43,12 @@ class PlantState(NamedTuple):
 
 
 class Trajectory(NamedTuple):
-    """True states at the sampling instants, arrays of shape (m,), SI units."""
+    """
+    True states at the sampling instants, arrays of shape (m,), SI units.
+
+    ``readings``, shape (m, 4): what perfect converters read of x, v, p1, p2 - the true values
+    unless an effect on a sensor is among those of the plant.
+    """
 
     time: Array
     position: Array
@@ -58,6 +64,7 @@ class Trajectory(NamedTuple):
     sticking: NDArray[np.bool_]
     contact: NDArray[np.int64]
     dwell_time: Array
+    readings: Array
 
 
 class Plant:
@@ -84,7 +91,8 @@ class Plant:
         self.effects = tuple(chosen.values())
         loaded = [library.load(name) for name in chosen]
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
-        self.right_hand_side, self._solver = assemble(tuple(chosen))
+        self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
+        self.right_hand_side, self._solver, self._read = assemble(tuple(chosen))
         self.reset()
 
     def reset(self) -> PlantState:
@@ -176,6 +184,11 @@ class Plant:
             int(contact), time - rest_start if sticking else 0.0,
         )  # fmt: skip
 
+    def readings(self) -> tuple[float, float, float, float]:
+        """Return what perfect converters read of x [m], v [m/s], p1, p2 [Pa] at this sample."""
+        x, v, p1, p2 = self._readings(self._one_state)[0].tolist()
+        return x, v, p1, p2
+
     @property
     def counts(self) -> dict[str, int]:
         """Work done since the reset: steps, rejected, evaluations, events."""
@@ -189,6 +202,14 @@ class Plant:
         )
         return drive - self.model.total_mass * acceleration
 
+    def _readings(self, states: Array) -> Array:
+        """Return the readings of states, shape (m, n), as rows of x, v, p1, p2."""
+        if not self._sensed:
+            return states[:, :4]
+        readings = np.empty((len(states), 4))
+        self._read(states, readings, self._arguments, self.effects)
+        return readings
+
     def _trajectory(self, time: Array, states: Array, extras: Array) -> Trajectory:
         x, v, p1, p2, z, film, m1, m2 = states.T[: dynamics.STATE_SIZE]
         acceleration, sticking, contact, rest_start = extras.T
@@ -196,7 +217,7 @@ class Plant:
         force = self._friction(p1, p2, acceleration)
         return Trajectory(
             time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
-            contact.astype(np.int64), dwell,
+            contact.astype(np.int64), dwell, self._readings(states),
         )  # fmt: skip
 
 
@@ -215,7 +236,7 @@ def _at_rest(model: Model, arguments: CompiledModel, size: int) -> integrator.Ca
         operation.rest_time, law.breakaway_force, law.coulomb_force, arguments.friction
     )
     memory = np.zeros(dynamics.ANCHORS + len(law.element_stiffness))
-    memory[: dynamics.ANCHORS] = 1.0, 0.0, -operation.rest_time, held
+    memory[: dynamics.ANCHORS] = 1.0, 0.0, -operation.rest_time, held, operation.rest_time
     clock = np.array([0.0, 0.0, integrator.AFTER_EVENT, 0.0])
     return integrator.Carry(
         clock=clock, counts=np.zeros(5, dtype=np.int64),

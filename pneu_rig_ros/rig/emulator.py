@@ -78,8 +78,5 @@ class Rig:
 
     def _measure(self, index: int, state: PlantState) -> Sample:
         self._state = state
-        readings = self._sensors.read(
-            state.position, state.velocity, state.pressure_1, state.pressure_2
-        )
-        self._sample = Sample(index, *readings)
+        self._sample = Sample(index, *self._sensors.read(*self._plant.readings()))
         return self._sample

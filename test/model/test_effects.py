@@ -54,7 +54,10 @@ def test_effect_describes_itself(name: str) -> None:
 @pytest.mark.parametrize('name', effects.names())
 def test_null_contribution_is_exactly_zero(name: str) -> None:
     effect = effects.load(name)
-    signals = Signals(1.0, 0.1, 0.02, 2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4, 2.8, 2.2, 5.0, False)
+    signals = Signals(
+        1.0, 0.1, 0.02, 2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4, 2.8, 2.2, 5e5, 5e5, 1e-4, 5.0, False,
+        3.0,
+    )  # fmt: skip
     size = len(effect.states)
     rate = np.full(size, np.nan)
     pair = effect.contribution(signals, compiled_model(MODEL), effect.null, np.zeros(size), rate)

@@ -38,9 +38,9 @@ def contribution(
     if parameters.time_constant <= 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
-    supply, valve, gas = model.operation.supply_pressure, model.valve, model.gas
-    flow_1 = mass_flow(signals.voltage_1, signals.pressure_1, supply, valve, gas)
-    flow_2 = mass_flow(signals.voltage_2, signals.pressure_2, supply, valve, gas)
+    s, valve, gas = signals, model.valve, model.gas
+    flow_1 = mass_flow(s.voltage_1, s.pressure_1, s.supply_1, valve, gas)
+    flow_2 = mass_flow(s.voltage_2, s.pressure_2, s.supply_2, valve, gas)
     lack_1, lack_2 = FLOW_UNIT * state[0] - flow_1, FLOW_UNIT * state[1] - flow_2
     rate[0] = -lack_1 / (FLOW_UNIT * parameters.time_constant)
     rate[1] = -lack_2 / (FLOW_UNIT * parameters.time_constant)

@@ -43,7 +43,7 @@ def droop(signals: Signals, model: CompiledModel, resistance: float) -> float:
 
     The flow falls with the droop, so there is one solution, between none and R m'(p_s).
     """
-    supply = model.operation.supply_pressure
+    supply = signals.supply_1
     low, high = 0.0, min(resistance * drawn(signals, model, supply), supply)
     excess_low, excess_high = -high, high - resistance * drawn(signals, model, supply - high)
     side = 0

@@ -28,7 +28,11 @@ class Parameters(NamedTuple):
 
 @compiled
 def leak_into(
-    voltage: float, pressure: float, model: CompiledModel, parameters: Parameters
+    voltage: float,
+    pressure: float,
+    supply_pressure: float,
+    model: CompiledModel,
+    parameters: Parameters,
 ) -> float:
     """
     Return the mass flow [kg/s] that leaks into the chamber of one valve.
@@ -39,6 +43,7 @@ def leak_into(
 
     :param voltage: where the spool stands [V]
     :param pressure: of the chamber, absolute [Pa]
+    :param supply_pressure: at the valve, absolute [Pa]
     """
     valve, gas = model.valve, model.gas
     scale = max(0.5 * (valve.intake_voltage - valve.exhaust_voltage), LEAST_OVERLAP)
@@ -46,7 +51,7 @@ def leak_into(
     exhaust_gap = max(voltage - valve.exhaust_voltage, 0.0)
     intake = parameters.intake_area * scale / (scale + intake_gap)
     exhaust = parameters.exhaust_area * scale / (scale + exhaust_gap)
-    supplied = port_flow(model.operation.supply_pressure, pressure, intake, valve, gas)
+    supplied = port_flow(supply_pressure, pressure, intake, valve, gas)
     return supplied - port_flow(pressure, gas.atmospheric_pressure, exhaust, valve, gas)
 
 
@@ -59,8 +64,9 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] that leak into chamber 1 and 2."""
-    leak_1 = leak_into(signals.voltage_1, signals.pressure_1, model, parameters)
-    leak_2 = leak_into(signals.voltage_2, signals.pressure_2, model, parameters)
+    s = signals
+    leak_1 = leak_into(s.voltage_1, s.pressure_1, s.supply_1, model, parameters)
+    leak_2 = leak_into(s.voltage_2, s.pressure_2, s.supply_2, model, parameters)
     return leak_1, leak_2
 
 

@@ -1,0 +1,67 @@
+"""
+What the sensors read of a state: the true values and the contributions of the sensor effects.
+
+Noise, quantisation and calibration come after it, see ``rig.sensors``.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pneu_rig_ros.model import chambers
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.contributions import Contributions
+from pneu_rig_ros.model.dynamics import (
+    DEFLECTION,
+    GAS_MASS_1,
+    GAS_MASS_2,
+    POSITION,
+    PRESSURE_1,
+    PRESSURE_2,
+    VELOCITY,
+    Array,
+)
+from pneu_rig_ros.model.effect import Signals
+
+Readings = Callable[..., None]
+
+READING_NAMES = ('position', 'velocity', 'pressure_1', 'pressure_2')
+
+
+@compiled
+def visible(state: Array, model: CompiledModel) -> Signals:
+    """Return the signals that follow from a state alone; the others are NaN."""
+    x, supply = state[POSITION], model.operation.supply_pressure
+    volume_1, volume_2 = chambers.volumes(x, model.cylinder)
+    return Signals(
+        np.nan, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
+        state[GAS_MASS_1], state[GAS_MASS_2], np.nan, np.nan, supply, supply, state[DEFLECTION],
+        np.nan, False, np.nan,
+    )  # fmt: skip
+
+
+def build_readings(contributions: Contributions) -> Readings:
+    """
+    Return the compiled readings.
+
+    ``readings(states, out, model, effects)`` writes the readings of x [m], v [m/s], p1 and p2
+    [Pa, absolute] of each row of ``states``, shape (m, n), into ``out``, shape (m, 4).
+    """
+    add_motion, add_pressure = contributions.motion_reading, contributions.pressure_reading
+
+    @compiled
+    def readings(
+        states: Array, out: Array, model: CompiledModel, effects: tuple[object, ...]
+    ) -> None:
+        scratch = np.zeros(states.shape[1])
+        for i in range(len(states)):
+            state = states[i]
+            signals = visible(state, model)
+            position, velocity = add_motion(signals, model, effects, state, scratch)
+            pressure_1, pressure_2 = add_pressure(signals, model, effects, state, scratch)
+            out[i, 0], out[i, 1] = state[POSITION] + position, state[VELOCITY] + velocity
+            out[i, 2] = state[PRESSURE_1] + pressure_1
+            out[i, 3] = state[PRESSURE_2] + pressure_2
+
+    return readings
