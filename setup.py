@@ -59,6 +59,8 @@ setup(
             'setuptools<80',  # the newest that colcon-core takes
             'types-PyYAML',
         ],
+        # For other units than SI, and Parquet. An extra, as rosdep knows neither.
+        'tables': ['pint', 'pyarrow'],
         'bench': ['scikit-sundae'],
     },
     zip_safe=True,

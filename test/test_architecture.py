@@ -15,6 +15,7 @@ MANIFEST = ElementTree.parse(ROOT.parent / 'package.xml')
 ROS = {key.text for key in MANIFEST.iter('exec_depend') if key.text and '-' not in key.text}
 SCIENCE = {'numpy', 'numba', 'yaml'}
 BAGS = SCIENCE | {'mcap', 'rosbags'}
+TABLES = BAGS | {'pint', 'pyarrow'}
 FIGURES = BAGS | {'scipy', 'matplotlib', 'jinja2'}
 TERMINAL = {'click', 'rich'}
 
@@ -24,7 +25,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     'errors': (set(), set()),
     'model': (set(), SCIENCE),
     'rig': ({'model'}, SCIENCE),
-    'records': ({'model', 'rig'}, BAGS),
+    'records': ({'model', 'rig'}, TABLES),
     'analysis': ({'model', 'rig', 'records'}, BAGS | {'scipy'}),
     'claims': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'yaml'}),
     'report': ({'model', 'rig', 'records', 'analysis', 'claims'}, FIGURES),
