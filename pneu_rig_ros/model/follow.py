@@ -43,6 +43,11 @@ to rest; the piston has broken away.
 """
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
+SAME_REST = 0.15
+"""
+A rest that began this close to the measured one is the same [s]: the beginning of a measured rest
+is known less well.
+"""
 LEAST_STIFFNESS = 1e-3
 """Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
 
@@ -79,8 +84,9 @@ def build_restart(start: Callable[..., None]) -> Callable[..., None]:
         set_position(carry.y1, measured[0], model)
         set_pressures(carry.y1, measured[2], measured[3], model)
         carry.y1[VELOCITY] = 0.0
+        if carry.memory[STICKING] == 0.0 or abs(carry.memory[REST_START] - rest) > SAME_REST:
+            carry.memory[REST_START] = rest
         carry.memory[CONTACT], carry.memory[STICKING] = 0.0, 1.0
-        carry.memory[REST_START] = rest
         for _ in range(BALANCING_ROUNDS):
             start(carry, model, effects)
             if carry.arrow[V_Z] < -LEAST_STIFFNESS:
