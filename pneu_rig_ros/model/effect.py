@@ -50,6 +50,12 @@ class Balance(Enum):
         return self.value.removesuffix(' (read)')
 
 
+LEAST_TIME = 2e-4
+"""
+A lag that is shorter, but not zero, acts like this one [s]: at 862 Hz nobody sees the difference,
+and a time constant without a lower end would have steps without one.
+"""
+
 READING_BALANCES = (Balance.MOTION_READING, Balance.PRESSURE_READING)
 """What acts on the sensors alone."""
 
@@ -134,6 +140,6 @@ class Effect:
     parameters: type[Any]
     null: Any
     contribution: Callable[..., tuple[float, float]]
-    probes: tuple[Any, ...] = ()
+    probes: tuple[Any, ...]
     laws: tuple[str, ...] = ()
     states: tuple[str, ...] = ()

@@ -43,11 +43,8 @@ to rest; the piston has broken away.
 """
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
-SAME_REST = 0.15
-"""
-A rest that began this close to the measured one is the same [s]: the beginning of a measured rest
-is known less well.
-"""
+AT_STOP = 3e-4
+"""A rest this close to an end stop is at it [m]."""
 LEAST_STIFFNESS = 1e-3
 """Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
 
@@ -73,24 +70,41 @@ def set_position(state: Array, position: float, model: CompiledModel) -> None:
     state[POSITION] = inside
 
 
+@compiled
+def touched_stop(position: float, model: CompiledModel) -> float:
+    """Return -1 or +1 for a position [m] that cannot be told from an end stop, else 0."""
+    if position < AT_STOP:
+        return -1.0
+    return 1.0 if position > model.cylinder.stroke - AT_STOP else 0.0
+
+
 def build_restart(start: Callable[..., None]) -> Callable[..., None]:
     """Return the compiled restart from rest at a measured position and pressures."""
+
+    @compiled
+    def balance(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
+        """Deflect the bristle until it holds the driving force."""
+        for _ in range(BALANCING_ROUNDS):
+            start(carry, model, effects)
+            if carry.arrow[V_Z] < -LEAST_STIFFNESS:
+                carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
 
     @compiled
     def restart(
         carry: Carry, measured: Array, rest: float, model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:  # fmt: skip
-        set_position(carry.y1, measured[0], model)
+        memory, stop = carry.memory, touched_stop(measured[0], model)
+        slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
+        set_position(carry.y1, measured[0] + stop * AT_STOP, model)
         set_pressures(carry.y1, measured[2], measured[3], model)
-        carry.y1[VELOCITY] = 0.0
-        if carry.memory[STICKING] == 0.0 or abs(carry.memory[REST_START] - rest) > SAME_REST:
-            carry.memory[REST_START] = rest
-        carry.memory[CONTACT], carry.memory[STICKING] = 0.0, 1.0
-        for _ in range(BALANCING_ROUNDS):
-            start(carry, model, effects)
-            if carry.arrow[V_Z] < -LEAST_STIFFNESS:
-                carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
+        if slow and stop == 0.0 and memory[CONTACT] == 0.0:
+            return  # the model slows down too: when it rests is for it to say
+        if memory[STICKING] == 0.0:
+            memory[STICKING], memory[REST_START] = 1.0, rest
+        memory[CONTACT], carry.y1[VELOCITY] = stop, 0.0
+        if stop == 0.0:
+            balance(carry, model, effects)
 
     return restart
 

@@ -172,5 +172,20 @@ def static_friction(
     """
     if friction.model != REVISED_LUGRE_DWELL:
         return breakaway_force
-    growth = friction.dwell_coefficient * math.pow(dwell_time, friction.dwell_exponent)
-    return breakaway_force - (breakaway_force - coulomb_force) * math.exp(-growth)
+    return grown_static_friction(
+        dwell_time, breakaway_force, coulomb_force, friction.dwell_coefficient,
+        friction.dwell_exponent,
+    )  # fmt: skip
+
+
+@compiled
+def grown_static_friction(
+    dwell_time: float, breakaway: float, coulomb: float, coefficient: float, exponent: float
+) -> float:
+    """
+    Return Eq. 16 [N] with F_smax, F_c [N], gamma [s^-alpha] and alpha [-] given.
+
+    :param dwell_time: t_D >= 0 [s]
+    """
+    growth = coefficient * math.pow(dwell_time, exponent)
+    return breakaway - (breakaway - coulomb) * math.exp(-growth)

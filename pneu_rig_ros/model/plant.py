@@ -24,7 +24,12 @@ LONGEST_STEP = 0.05
 
 
 class PlantState(NamedTuple):
-    """The true state of the plant at one instant, SI units, absolute pressures."""
+    """
+    The true state of the plant at one instant, SI units, absolute pressures.
+
+    The readings are what perfect converters make of it: the true values, unless an effect on a
+    sensor is among those of the plant.
+    """
 
     time: float
     position: float
@@ -40,15 +45,14 @@ class PlantState(NamedTuple):
     sticking: bool
     contact: int
     dwell_time: float
+    position_reading: float
+    velocity_reading: float
+    pressure_1_reading: float
+    pressure_2_reading: float
 
 
 class Trajectory(NamedTuple):
-    """
-    True states at the sampling instants, arrays of shape (m,), SI units.
-
-    ``readings``, shape (m, 4): what perfect converters read of x, v, p1, p2 - the true values
-    unless an effect on a sensor is among those of the plant.
-    """
+    """States at the sampling instants, fields of ``PlantState`` as arrays of shape (m,)."""
 
     time: Array
     position: Array
@@ -64,7 +68,10 @@ class Trajectory(NamedTuple):
     sticking: NDArray[np.bool_]
     contact: NDArray[np.int64]
     dwell_time: Array
-    readings: Array
+    position_reading: Array
+    velocity_reading: Array
+    pressure_1_reading: Array
+    pressure_2_reading: Array
 
 
 class Plant:
@@ -182,12 +189,8 @@ class Plant:
         return PlantState(
             time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
             int(contact), time - rest_start if sticking else 0.0,
+            *self._readings(self._one_state)[0].tolist(),
         )  # fmt: skip
-
-    def readings(self) -> tuple[float, float, float, float]:
-        """Return what perfect converters read of x [m], v [m/s], p1, p2 [Pa] at this sample."""
-        x, v, p1, p2 = self._readings(self._one_state)[0].tolist()
-        return x, v, p1, p2
 
     @property
     def counts(self) -> dict[str, int]:
@@ -217,7 +220,7 @@ class Plant:
         force = self._friction(p1, p2, acceleration)
         return Trajectory(
             time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
-            contact.astype(np.int64), dwell, self._readings(states),
+            contact.astype(np.int64), dwell, *self._readings(states).T,
         )  # fmt: skip
 
 

@@ -78,5 +78,11 @@ class Rig:
 
     def _measure(self, index: int, state: PlantState) -> Sample:
         self._state = state
-        self._sample = Sample(index, *self._sensors.read(*self._plant.readings()))
+        readings = self._sensors.read(
+            state.position_reading,
+            state.velocity_reading,
+            state.pressure_1_reading,
+            state.pressure_2_reading,
+        )
+        self._sample = Sample(index, *readings)
         return self._sample

@@ -42,4 +42,10 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
+    probes=(
+        Parameters(1e-9, 0.0),
+        Parameters(0.0, 1e-9),
+        Parameters(3e-9, 3e-9),
+        Parameters(2e-8, 2e-8),
+    ),
 )

@@ -52,4 +52,5 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(-0.2), Parameters(-0.05), Parameters(0.05), Parameters(0.2)),
 )

@@ -60,4 +60,9 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.01, 0.0, 0.0),
     contribution=contribution,
+    probes=(
+        Parameters(0.02, 500.0, 50.0),
+        Parameters(0.03, 0.0, 500.0),
+        Parameters(0.02, 5e3, 200.0),
+    ),
 )

@@ -55,5 +55,11 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0, 1.0),
     contribution=contribution,
+    probes=(
+        Parameters(0.1, 1.0),
+        Parameters(0.2, 0.3),
+        Parameters(0.3, 3.0),
+        Parameters(0.5, 1.0),
+    ),
     states=('warmth',),
 )

@@ -42,4 +42,5 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(-0.3), Parameters(-0.05), Parameters(0.05), Parameters(0.3)),
 )

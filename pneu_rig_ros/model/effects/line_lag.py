@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -42,8 +42,8 @@ def contribution(
     flow_1 = mass_flow(s.voltage_1, s.pressure_1, s.supply_1, valve, gas)
     flow_2 = mass_flow(s.voltage_2, s.pressure_2, s.supply_2, valve, gas)
     lack_1, lack_2 = FLOW_UNIT * state[0] - flow_1, FLOW_UNIT * state[1] - flow_2
-    rate[0] = -lack_1 / (FLOW_UNIT * parameters.time_constant)
-    rate[1] = -lack_2 / (FLOW_UNIT * parameters.time_constant)
+    time = FLOW_UNIT * max(parameters.time_constant, LEAST_TIME)
+    rate[0], rate[1] = -lack_1 / time, -lack_2 / time
     return lack_1, lack_2
 
 
@@ -56,5 +56,6 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(0.005), Parameters(0.02), Parameters(0.06)),
     states=('line_flow_1', 'line_flow_2'),
 )

@@ -13,6 +13,9 @@ from pneu_rig_ros.model.quantity import Quantity
 STRETCH_UNIT = 1e-3
 """Unit of the state `stretch` [m], so that the integrator's tolerance is a small way."""
 
+FASTEST = 1e4
+"""Frequency and rate of decay of the load's swing at most [1/s]: stiffer joints act alike."""
+
 
 class Parameters(NamedTuple):
     """Joint between rod and load."""
@@ -39,7 +42,9 @@ def contribution(
         rate[:] = 0.0
         return 0.0, 0.0
     stretching = load_velocity - signals.velocity
-    force = STRETCH_UNIT * state[0] / parameters.compliance + parameters.damping * stretching
+    compliance = max(parameters.compliance, 1.0 / (mass * FASTEST * FASTEST))
+    damping = min(parameters.damping, mass * FASTEST)
+    force = STRETCH_UNIT * state[0] / compliance + damping * stretching
     rate[0] = stretching / STRETCH_UNIT
     rate[1] = -force / mass
     return force, -mass
@@ -53,5 +58,6 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
+    probes=(Parameters(1e-5, 5.0), Parameters(1e-4, 2.0), Parameters(5e-4, 1.0)),
     states=('stretch', 'load_velocity'),
 )

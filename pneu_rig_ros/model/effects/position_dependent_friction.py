@@ -43,4 +43,5 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(-0.4), Parameters(-0.1), Parameters(0.1), Parameters(0.4)),
 )

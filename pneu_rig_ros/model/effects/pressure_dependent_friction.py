@@ -39,4 +39,5 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(3e-6), Parameters(1e-5), Parameters(3e-5)),
 )

@@ -59,5 +59,6 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(0.01), Parameters(0.03), Parameters(0.1)),
     states=('dragged_1', 'dragged_2'),
 )

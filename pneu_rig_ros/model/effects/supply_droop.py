@@ -88,4 +88,5 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(1e8), Parameters(5e8), Parameters(2e9)),
 )

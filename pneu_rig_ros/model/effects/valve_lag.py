@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
@@ -37,8 +37,8 @@ def contribution(
         return 0.0, 0.0
     lack_1 = CENTRE_VOLTAGE + state[0] - signals.voltage_1
     lack_2 = CENTRE_VOLTAGE + state[1] - signals.voltage_2
-    rate[0] = -lack_1 / parameters.time_constant
-    rate[1] = -lack_2 / parameters.time_constant
+    time = max(parameters.time_constant, LEAST_TIME)
+    rate[0], rate[1] = -lack_1 / time, -lack_2 / time
     return lack_1, lack_2
 
 
@@ -50,5 +50,6 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
+    probes=(Parameters(0.01), Parameters(0.05), Parameters(0.2)),
     states=('spool_1', 'spool_2'),
 )

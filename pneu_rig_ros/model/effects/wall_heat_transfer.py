@@ -41,4 +41,10 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
+    probes=(
+        Parameters(0.05, 0.05),
+        Parameters(0.2, 0.0),
+        Parameters(0.0, 0.2),
+        Parameters(0.6, 0.6),
+    ),
 )

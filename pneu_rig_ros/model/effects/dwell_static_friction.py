@@ -1,0 +1,66 @@
+"""Static friction that grows with the time at rest (Eq. 16)."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.friction import grown_static_friction
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Eq. 16; its F_smax takes the place of the constant static friction of the law."""
+
+    breakaway_force: Annotated[
+        float, Quantity('N', 0.0, 1e3, 'static friction after a long rest, F_smax; at least F_c')
+    ]
+    dwell_coefficient: Annotated[float, Quantity('s^-alpha', 0.0, 1e3, 'gamma of Eq. 16')]
+    dwell_exponent: Annotated[float, Quantity('-', 0.01, 2.0, 'alpha of Eq. 16')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return no change of F_c, and what is added to F_smax [N] so that F_s becomes Eq. 16.
+
+    While the piston sticks the dwell is the time at rest so far; while it slides, that of the
+    last rest: F_s is held for the slip.
+    """
+    if parameters.breakaway_force <= 0.0:
+        return 0.0, 0.0
+    law = model.friction
+    most = max(parameters.breakaway_force, law.coulomb_force)
+    static = grown_static_friction(
+        max(signals.dwell_time, 0.0), most, law.coulomb_force, parameters.dwell_coefficient,
+        parameters.dwell_exponent,
+    )  # fmt: skip
+    return 0.0, static - law.breakaway_force
+
+
+EFFECT = Effect(
+    title='static friction grows with the time at rest',
+    balance=Balance.LEVEL,
+    regimes=('breakaway', 'sliding'),
+    source='Eq. 16 of the paper; S. Kato, N. Sato, T. Matsubayashi, Some Considerations on '
+    'Characteristics of Static Friction of Machine Tool Slideways, J. Lubr. Technol. 94 (1972)',
+    parameters=Parameters,
+    null=Parameters(0.0, 1.0, 0.5),
+    contribution=contribution,
+    probes=(
+        Parameters(10.0, 0.5, 0.5),
+        Parameters(16.0, 0.2, 0.5),
+        Parameters(25.0, 0.2, 0.5),
+        Parameters(35.0, 0.5, 0.3),
+    ),
+    laws=('lugre', 'revised_lugre'),
+)

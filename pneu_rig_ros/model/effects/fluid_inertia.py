@@ -1,0 +1,44 @@
+"""The lubricant between seal and wall follows the piston with a time constant."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """T of Eq. 9."""
+
+    time_constant: Annotated[
+        float, Quantity('s', 0.0, 1.0, 'time constant of the fluid friction, T of Eq. 9')
+    ]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return no force, and the mass sigma_2 T [kg] as which the fluid term of Eq. 9 acts."""
+    return 0.0, model.friction.viscous_coefficient * parameters.time_constant
+
+
+EFFECT = Effect(
+    title='fluid friction depends on the acceleration too',
+    balance=Balance.FORCE,
+    regimes=('breakaway', 'sliding'),
+    source='Eq. 9 of the paper; X. B. Tran, N. Hafizah, H. Yanada, Modeling of Dynamic '
+    'Friction Behaviors of Hydraulic Cylinders, Mechatronics 22 (2012)',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+    probes=(Parameters(0.003), Parameters(0.01), Parameters(0.05), Parameters(0.2)),
+)

@@ -1,0 +1,43 @@
+"""A position sensor whose gain is wrong."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Error of the gain."""
+
+    error: Annotated[
+        float, Quantity('-', -0.3, 0.3, 'share by which the position sensor reads too much')
+    ]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return what is added to the readings of position [m] and velocity [m/s]."""
+    return parameters.error * signals.position, parameters.error * signals.velocity
+
+
+EFFECT = Effect(
+    title='the position sensor has a wrong scale',
+    balance=Balance.MOTION_READING,
+    regimes=('dwell', 'sliding', 'end stop'),
+    source='JCGM 200:2012 (VIM), 4.12 sensitivity of a measuring system',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+    probes=(Parameters(-0.03), Parameters(-0.01), Parameters(0.01), Parameters(0.03)),
+)

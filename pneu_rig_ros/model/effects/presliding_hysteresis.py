@@ -1,0 +1,66 @@
+"""Presliding hysteresis: a part of the bristles slips before the seal does."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+DEFLECTION_UNIT = 1e-4
+"""Unit of the state [m], so that the integrator's tolerance is a small deflection."""
+DRAG_TIME = 1e-3
+"""Time in which the slipping element is dragged along [s]; below a sampling interval."""
+
+
+class Parameters(NamedTuple):
+    """One Maxwell-slip element beside the bristles of the law."""
+
+    stiffness: Annotated[float, Quantity('N/m', 0.0, 1e6, 'stiffness of the element')]
+    limit: Annotated[float, Quantity('N', 0.0, 1e3, 'force at which the element slips')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return what is added to F(z) [N] and to its stiffness [N/m].
+
+    The state is the deflection at which the element is relaxed. The element slips where its
+    spring would exceed the limit, and drags that deflection along.
+    """
+    if parameters.stiffness <= 0.0 or parameters.limit <= 0.0:
+        rate[:] = 0.0
+        return 0.0, 0.0
+    reach = parameters.limit / parameters.stiffness
+    bent = signals.deflection - DEFLECTION_UNIT * state[0]
+    inside = min(max(bent, -reach), reach)
+    rate[0] = (bent - inside) / (DEFLECTION_UNIT * DRAG_TIME)
+    return parameters.stiffness * inside, parameters.stiffness if bent == inside else 0.0
+
+
+EFFECT = Effect(
+    title='bristles slip one after another before the piston does',
+    balance=Balance.BRISTLE,
+    regimes=('presliding', 'breakaway'),
+    source='F. Al-Bender, V. Lampaert, J. Swevers, The Generalized Maxwell-Slip Model, '
+    'IEEE Trans. Autom. Control 50 (2005)',
+    parameters=Parameters,
+    null=Parameters(0.0, 1.0),
+    contribution=contribution,
+    probes=(
+        Parameters(3e4, 2.0),
+        Parameters(1e5, 2.0),
+        Parameters(1e5, 8.0),
+        Parameters(3e5, 5.0),
+    ),
+    states=('relaxed_deflection',),
+)

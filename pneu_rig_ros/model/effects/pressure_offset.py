@@ -1,0 +1,47 @@
+"""Pressure sensors whose zero is wrong."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Errors of the zeros."""
+
+    offset_1: Annotated[float, Quantity('Pa', -1e5, 1e5, 'what the sensor of p1 reads too much')]
+    offset_2: Annotated[float, Quantity('Pa', -1e5, 1e5, 'what the sensor of p2 reads too much')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return what is added to the readings of p1 and p2 [Pa]."""
+    return parameters.offset_1, parameters.offset_2
+
+
+EFFECT = Effect(
+    title='the pressure sensors have an offset',
+    balance=Balance.PRESSURE_READING,
+    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    source='JCGM 200:2012 (VIM), 4.28 zero error',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.0),
+    contribution=contribution,
+    probes=(
+        Parameters(4e3, 0.0),
+        Parameters(0.0, 4e3),
+        Parameters(-4e3, 4e3),
+        Parameters(8e3, 8e3),
+    ),
+)

@@ -1,0 +1,57 @@
+"""A position sensor that follows the piston with a lag."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+LAG_UNIT = 1e-3
+"""Unit of the state [m], so that the integrator's tolerance is a small way."""
+
+
+class Parameters(NamedTuple):
+    """Time constant of the sensor and its filter."""
+
+    time_constant: Annotated[
+        float, Quantity('s', 0.0, 0.1, 'time constant of the position sensor')
+    ]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return what the readings lack of position [m] and velocity [m/s].
+
+    The state is how far the reading is behind the position.
+    """
+    if parameters.time_constant <= 0.0:
+        rate[:] = 0.0
+        return 0.0, 0.0
+    behind = LAG_UNIT * state[0]
+    reading_velocity = behind / max(parameters.time_constant, LEAST_TIME)
+    rate[0] = (signals.velocity - reading_velocity) / LAG_UNIT
+    return -behind, reading_velocity - signals.velocity
+
+
+EFFECT = Effect(
+    title='the position sensor lags behind the piston',
+    balance=Balance.MOTION_READING,
+    regimes=('breakaway', 'sliding'),
+    source='JCGM 200:2012 (VIM), 4.23 step response time; here of first order',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+    probes=(Parameters(0.003), Parameters(0.01), Parameters(0.03)),
+    states=('behind',),
+)

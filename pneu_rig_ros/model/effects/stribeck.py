@@ -1,0 +1,54 @@
+"""Friction that falls from a static to the Coulomb level as the piston speeds up."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Stribeck curve of Eq. 11, with F_s - F_c as the excess."""
+
+    excess: Annotated[float, Quantity('N', 0.0, 1e3, 'friction at rest above F_c, F_s - F_c')]
+    stribeck_velocity: Annotated[float, Quantity('m/s', 1e-4, 1.0, 'Stribeck velocity, v_s')]
+    stribeck_exponent: Annotated[float, Quantity('-', 0.1, 10.0, 'Stribeck exponent, n')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the excess at the present speed, added to F_c [N], and nothing for F_smax."""
+    if parameters.excess <= 0.0:
+        return 0.0, 0.0
+    ratio = abs(signals.velocity) / parameters.stribeck_velocity
+    return parameters.excess * math.exp(-math.pow(ratio, parameters.stribeck_exponent)), 0.0
+
+
+EFFECT = Effect(
+    title='friction is higher at rest than in motion (Stribeck)',
+    balance=Balance.LEVEL,
+    regimes=('breakaway', 'sliding'),
+    source='Eq. 11 of the paper; C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, '
+    'A New Model for Control of Systems with Friction, IEEE Trans. Autom. Control 40 (1995)',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.01, 2.0),
+    contribution=contribution,
+    probes=(
+        Parameters(2.0, 0.01, 2.0),
+        Parameters(5.0, 0.01, 2.0),
+        Parameters(12.0, 0.03, 1.0),
+        Parameters(12.0, 0.01, 2.5),
+    ),
+    laws=('coulomb_viscous',),
+)
