@@ -1,0 +1,147 @@
+"""Metrics with known answers, noise against its formula, and runs simulated once more."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.analysis.alignment import command_onset, common, shift_between
+from pneu_rig_ros.analysis.comparison import (
+    Run,
+    compare_runs,
+    compare_signals,
+    sensor_noise,
+    signal_noise,
+    stroke_time,
+)
+from pneu_rig_ros.analysis.friction import ForceBalance
+from pneu_rig_ros.analysis.rerun import rerun
+from pneu_rig_ros.analysis.stick_slip import WINDOW
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.simulate import simulate
+
+INTERVAL = 1.16e-3
+BALANCE = ForceBalance(1.3e-3, 1.1e-3, 0.65, 1e5)
+
+
+@pytest.fixture(scope='module')
+def ideal() -> RigConfiguration:
+    return load_configuration('cylinder_2', sensors='ideal')
+
+
+@pytest.fixture(scope='module')
+def record(ideal: RigConfiguration, tmp_path_factory: pytest.TempPathFactory) -> Record:
+    return read_record(simulate(ideal, 0.34, 6.0, tmp_path_factory.mktemp('runs') / 'ideal'))
+
+
+def test_metrics_are_those_of_the_differences() -> None:
+    measured = {'position': np.zeros(4), 'pressure_1': np.ones(4), 'elsewhere': np.ones(9)}
+    simulated = {'position': np.array([1.0, -1.0, 1.0, -5.0]), 'pressure_1': np.full(4, 3.0)}
+    gaps = compare_signals(measured, simulated, {'position': 0.5})
+    assert set(gaps) == {'position', 'pressure_1'}
+    gap = gaps['position']
+    assert gap.unit == 'm'
+    assert gap.rmse == pytest.approx(np.sqrt(7.0))
+    assert gap.largest == 5.0
+    assert gap.bias == -1.0
+    assert gap.multiple == pytest.approx(2.0 * np.sqrt(7.0))
+    assert gap.above_noise == pytest.approx(np.sqrt(6.75))
+    assert gaps['pressure_1'].multiple is None
+    assert gaps['pressure_1'].bias == 2.0
+
+
+def test_only_chosen_and_finite_samples_count() -> None:
+    measured = {'friction': np.array([0.0, np.nan, 0.0, 0.0])}
+    simulated = {'friction': np.array([1.0, 1.0, 9.0, 3.0])}
+    chosen = np.array([True, True, False, True])
+    assert compare_signals(measured, simulated, where=chosen)['friction'].bias == 2.0
+
+
+def test_what_cannot_be_compared_is_said() -> None:
+    with pytest.raises(RigError, match=r'position: \(3,\) measured values against \(2,\)'):
+        compare_signals({'position': np.zeros(3)}, {'position': np.zeros(2)})
+    with pytest.raises(RigError, match='share no signal'):
+        compare_signals({'position': np.zeros(3)}, {'velocity': np.zeros(3)})
+    with pytest.raises(RigError, match=r'a: \[3\] samples, needed are 4'):
+        Run('a', INTERVAL, np.zeros(3), np.zeros(3), np.zeros(3))
+
+
+def test_noise_of_derived_signals() -> None:
+    noise = signal_noise(2e-5, 0.0, INTERVAL, BALANCE)
+    samples = 2 * round(WINDOW / INTERVAL / 2) + 1
+    assert noise['velocity'] == pytest.approx(2e-5 / INTERVAL * np.sqrt(12 / samples**3), rel=0.1)
+    assert noise['position'] == 2e-5
+    pressures = signal_noise(0.0, 100.0, INTERVAL, BALANCE)['friction']
+    assert pressures == pytest.approx(100.0 * np.hypot(1.3e-3, 1.1e-3), rel=0.05)
+    assert 'friction' not in signal_noise(2e-5, 100.0, INTERVAL)
+
+
+def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Record) -> None:
+    measured, again = Run.of('measured', record), rerun(record, ideal)
+    gaps = compare_runs(measured, again)
+    # the initial position is a mean of readings, so the run starts some nanometres off
+    assert gaps['position'].largest < 5e-6
+    assert gaps['pressure_1'].largest < 20.0
+    assert gaps['friction'].largest < 0.05
+    dwells = [cycle.dwell for cycle in measured.events.cycles]
+    assert [cycle.dwell for cycle in again.events.cycles] == pytest.approx(dwells, abs=3e-3)
+    assert len(measured.events.cycles) > 2
+
+
+def test_another_model_shows(ideal: RigConfiguration, record: Record) -> None:
+    other = load_configuration('cylinder_2', friction='coulomb_viscous')
+    noise = signal_noise(*sensor_noise(ideal.sensors), record.interval, ForceBalance.of(ideal))
+    gap = compare_runs(Run.of('measured', record), rerun(record, other), noise)['position']
+    assert gap.multiple is not None
+    assert gap.multiple > 10.0
+
+
+def test_noise_is_what_the_sensors_show(tmp_path: Path) -> None:
+    configuration = load_configuration('cylinder_2')
+    still = read_record(simulate(configuration, 0.0, 2.0, tmp_path / 'still'))
+    pressure = sensor_noise(configuration.sensors)[1]
+    assert np.std(still.pressure_1) == pytest.approx(pressure, rel=0.6)
+
+
+@pytest.mark.parametrize(
+    ('start', 'end', 'reached'),
+    [(0.0, 0.3, 0.98), (0.3, 0.0, 0.98), (0.0, 0.2, None), (0.1, 0.3, 0.97)],
+)
+def test_stroke_time(start: float, end: float, reached: float | None) -> None:
+    position = np.linspace(start, end, 1001)
+    time = stroke_time(position, 1e-3, 0.3)
+    assert time is None if reached is None else time == pytest.approx(reached, abs=2e-3)
+    assert stroke_time(position, 1e-3, None) is None
+
+
+def later(record: Record, samples: int) -> Record:
+    """Return the record with its first sample held for so many samples more."""
+    names = ('position', 'velocity', 'pressure_1', 'pressure_2', 'friction')
+    held = {name: np.pad(getattr(record, name), (samples, 0), mode='edge') for name in names}
+    rest = {
+        name: np.concatenate([np.full(samples, 2.5), getattr(record, name)])
+        for name in ('voltage_1', 'voltage_2')
+    }
+    arrival = np.zeros(record.position.size + samples, dtype=np.int64)
+    return replace(record, **held, **rest, arrival_ns=arrival, missing={})
+
+
+def test_records_are_aligned_by_their_command(record: Record) -> None:
+    late = later(record, 500)
+    assert command_onset(record) == 0.0
+    assert shift_between(record, late) == pytest.approx(500 * record.interval)
+    first, second = common(Run.of('a', record), Run.of('b', late), shift_between(record, late))
+    np.testing.assert_allclose(first.position, second.position, atol=1e-12)
+    assert first.position.size == record.position.size
+    earlier, cut = common(Run.of('b', late), Run.of('a', record), -500 * record.interval)
+    np.testing.assert_allclose(earlier.pressure_1, cut.pressure_1, atol=1e-6)
+    assert cut.position.size == record.position.size
+
+
+def test_records_that_do_not_overlap(record: Record) -> None:
+    run = Run.of('a', record)
+    with pytest.raises(RigError, match='a and a do not overlap'):
+        common(run, run, 60.0)
