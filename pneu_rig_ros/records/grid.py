@@ -1,0 +1,142 @@
+"""
+The uniform sampling grid under stamps that somebody else took.
+
+A record's samples lie at ``start + k * interval`` exactly. Stamps that do so but for their own
+rounding, or with samples missing, are put on that grid as they are. Stamps that jitter by more are
+taken as the times of the samples, and the signals are interpolated onto the grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.record import Floats, Stamps
+
+HELD = ('u', 'voltage_1', 'voltage_2')
+"""Signals that keep their value until the next one; the others are interpolated linearly."""
+
+JITTER = 0.02
+"""Stamps within this share of the interval of the grid lie on it [-]."""
+
+LARGEST = 100_000_000
+"""Most samples of a grid."""
+
+
+class Grid(NamedTuple):
+    """
+    Signals on a uniform grid.
+
+    :param start_ns: stamp of sample 0 [ns]
+    :param interval_ns: [ns]
+    :param sample: numbers of the samples that there are, shape (n,), increasing from 0
+    :param signals: name -> values, each of shape (n,)
+    :param note: what was done to get there, '' if nothing
+    """
+
+    start_ns: int
+    interval_ns: int
+    sample: Stamps
+    signals: Mapping[str, Floats]
+    note: str
+
+    @property
+    def missing(self) -> int:
+        """Number of samples that the grid has and the signals have not."""
+        return int(self.sample[-1]) + 1 - self.sample.size
+
+    def filled(self) -> tuple[Floats, dict[str, Floats]]:
+        """Return time since sample 0 [s] and the signals without gaps, shape (m,)."""
+        every = np.arange(int(self.sample[-1]) + 1)
+        known, wanted = self.sample.astype(np.float64), every.astype(np.float64)
+        signals = {name: resample(wanted, known, v, name) for name, v in self.signals.items()}
+        return np.asarray(wanted * (self.interval_ns * 1e-9), dtype=np.float64), signals
+
+
+def to_grid(time: Floats, signals: Mapping[str, Floats], epoch_ns: int = 0) -> Grid:
+    """
+    Put signals on the uniform grid of their own sampling interval.
+
+    :param time: [s], shape (n,), increasing
+    :param signals: name -> values, each of shape (n,)
+    :param epoch_ns: what the time counts from [ns]
+    :raises RigError: when the stamps are so uneven that there is no such grid
+    """
+    steps = np.diff(time)
+    index, interval, off = _fit(time, steps)
+    rounding = _resolution(time)
+    notes = []
+    if index is not None and off <= max(rounding, JITTER * interval):
+        interval_ns = round(_plain(interval, int(index[-1]), rounding) * 1e9)
+        kept = dict(signals)
+        if missing := int(index[-1]) + 1 - index.size:
+            notes.append(f'{missing} of {int(index[-1]) + 1} samples are missing')
+    else:
+        interval_ns = round(float(np.median(steps)) * 1e9)
+        index, kept = _resampled(time, signals, interval_ns)
+        notes.append(
+            f'time steps of {_ms(steps.min())} to {_ms(steps.max())} ms: interpolated onto '
+            f'steps of {_ms(interval_ns * 1e-9)} ms'
+        )
+    start_ns = epoch_ns + round(float(time[0]) * 1e9)
+    if start_ns < 0:
+        notes.append(f'time starts at {time[0]:g} s; moved to 0 s')
+        start_ns = 0
+    return Grid(start_ns, interval_ns, index, kept, '; '.join(notes))
+
+
+def resample(wanted: Floats, known: Floats, values: Floats, name: str) -> Floats:
+    """Return a signal at other times, within those that are known; voltages are held."""
+    if name in HELD:
+        at = np.searchsorted(known, wanted + 1e-9, side='right') - 1
+        return np.asarray(values[np.clip(at, 0, None)])
+    return np.asarray(np.interp(wanted, known, values))
+
+
+def _fit(time: Floats, steps: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
+    """Return sample numbers, interval [s] and largest distance [s] of the stamps from a grid."""
+    typical = float(np.median(steps))
+    counts = np.round(steps / typical).astype(np.int64)
+    if (counts < 1).any():
+        return None, typical, np.inf
+    index = np.concatenate([[0], np.cumsum(counts)])
+    slope, start = np.polyfit(index.astype(np.float64), time - time[0], 1)
+    off = float(np.abs(time - time[0] - start - slope * index).max())
+    return index, float(slope), off
+
+
+def _resolution(time: Floats) -> float:
+    """Return the last decimal place [s] that the stamps make use of, 1e-9 at the finest."""
+    for digits in range(9):
+        scaled = time * 10.0**digits
+        if np.allclose(scaled, np.round(scaled), rtol=0.0, atol=1e-6):
+            return float(10.0**-digits)
+    return 1e-9
+
+
+def _plain(interval: float, last: int, rounding: float) -> float:
+    """Return the interval with as few digits as the stamps allow, 1.16 ms and not 1.160003."""
+    for digits in range(1, 10):
+        shorter = float(f'{interval:.{digits}g}')
+        if abs(shorter - interval) * last <= 0.5 * rounding:
+            return shorter
+    return interval
+
+
+def _resampled(
+    time: Floats, signals: Mapping[str, Floats], interval_ns: int
+) -> tuple[Stamps, dict[str, Floats]]:
+    interval = interval_ns * 1e-9
+    if interval_ns < 1 or (time[-1] - time[0]) / interval > LARGEST:
+        raise RigError('the time steps are so uneven that no sampling interval fits them')
+    index = np.arange(int((time[-1] - time[0]) / interval + 1e-6) + 1, dtype=np.int64)
+    wanted = time[0] + interval * index
+    return index, {name: resample(wanted, time, v, name) for name, v in signals.items()}
+
+
+def _ms(seconds: float) -> str:
+    return f'{1e3 * seconds:.4g}'
