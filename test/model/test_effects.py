@@ -1,12 +1,16 @@
 """Every effect of the library, by being there."""
 
+import itertools
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.effect import READING_BALANCES, Signals
+from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.model.quantity import Quantity, specifications
 
@@ -14,6 +18,8 @@ from .rigs import changed, stroke
 
 REGIMES = {'dwell', 'presliding', 'breakaway', 'sliding', 'end stop'}
 MODEL = changed('cylinder_2')
+POSITION_NOISE, PRESSURE_NOISE = 29e-6, 165.0
+"""Of the rig's sensors with their converter [m, Pa]."""
 
 
 def null_effects() -> dict[str, object]:
@@ -30,12 +36,35 @@ def test_null_values_reproduce_the_baseline_bit_for_bit() -> None:
 
 @pytest.mark.parametrize('name', effects.names())
 def test_effect_changes_the_run(name: str) -> None:
-    baseline = stroke(Plant(MODEL), 0.34, 3.0)
-    parameters = {key: some_value(spec) for key, spec in quantities(name).items()}
-    chosen = null_effects() | {name: effects.load(name).parameters(**parameters)}
-    changed_run = stroke(Plant(MODEL, chosen), 0.34, 3.0)
-    assert np.all(np.isfinite(changed_run.position))
-    assert not np.array_equal(baseline.pressure_1, changed_run.pressure_1)
+    effect = effects.load(name)
+    model = model_that_lacks(name)
+    baseline = stroke(Plant(model, null_effects()), 0.5, 8.0)
+    on_sensor = effect.balance in READING_BALANCES
+    for probe in effect.probes:
+        run = stroke(Plant(model, null_effects() | {name: probe}), 0.5, 8.0)
+        assert (
+            seen(baseline.position_reading - run.position_reading, POSITION_NOISE)
+            or seen(baseline.pressure_1_reading - run.pressure_1_reading, PRESSURE_NOISE)
+            or seen(baseline.pressure_2_reading - run.pressure_2_reading, PRESSURE_NOISE)
+        )
+        moved = baseline.position - run.position
+        assert seen(moved, POSITION_NOISE) != on_sensor, probe
+
+
+@pytest.mark.parametrize('name', effects.names())
+def test_effect_is_safe_at_its_bounds(name: str) -> None:
+    """Also next to a bound that is zero, where a time constant or stiffness has no null."""
+    ranges = [
+        (spec.low if spec.low else 1e-9 * spec.high, spec.high)
+        for spec in quantities(name).values()
+    ]
+    model = model_that_lacks(name)
+    for values in itertools.product(*ranges):
+        chosen = null_effects() | {name: effects.load(name).parameters(*values)}
+        run = stroke(Plant(model, chosen, 1e-5), 0.5, 2.0)
+        assert all(np.all(np.isfinite(column)) for column in run), values
+        assert run.position.min() >= -1e-9
+        assert run.position.max() <= model.cylinder.stroke + 1e-9
 
 
 @pytest.mark.parametrize('name', effects.names())
@@ -48,7 +77,11 @@ def test_effect_describes_itself(name: str) -> None:
     for key, spec in quantities(name).items():
         assert spec.unit
         assert spec.description
-        assert spec.low <= getattr(effect.null, key) <= spec.high
+        for values in (effect.null, *effect.probes):
+            assert spec.low <= getattr(values, key) <= spec.high
+    assert 2 <= len(effect.probes) <= 4
+    assert effect.null not in effect.probes
+    assert set(effect.laws) <= set(FRICTION_MODELS)
 
 
 @pytest.mark.parametrize('name', effects.names())
@@ -75,5 +108,11 @@ def quantities(name: str) -> dict[str, Quantity]:
     return {key: spec for key, spec in specs.items() if isinstance(spec, Quantity)}
 
 
-def some_value(spec: Quantity) -> float:
-    return spec.low + 0.02 * (spec.high - spec.low)
+def model_that_lacks(name: str) -> Model:
+    laws = effects.load(name).laws or FRICTION_MODELS
+    return changed('cylinder_2', friction={'model': FRICTION_MODELS.index(laws[-1])})
+
+
+def seen(difference: NDArray[np.float64], noise: float) -> bool:
+    assert np.all(np.isfinite(difference))
+    return bool(np.abs(difference).max() > 3.0 * noise)

@@ -41,5 +41,5 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
-    probes=(Parameters(5e-10), Parameters(2e-9), Parameters(1e-8), Parameters(5e-8)),
+    probes=(Parameters(5e-10), Parameters(2e-9), Parameters(1e-8), Parameters(2e-8)),
 )

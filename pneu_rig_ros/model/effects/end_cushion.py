@@ -62,7 +62,7 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(
         Parameters(0.02, 500.0, 50.0),
-        Parameters(0.03, 0.0, 500.0),
+        Parameters(0.03, 200.0, 500.0),
         Parameters(0.02, 5e3, 200.0),
     ),
 )

@@ -13,7 +13,7 @@ from pneu_rig_ros.model.quantity import Quantity
 STRETCH_UNIT = 1e-3
 """Unit of the state `stretch` [m], so that the integrator's tolerance is a small way."""
 
-FASTEST = 1e4
+FASTEST = 4e3
 """Frequency and rate of decay of the load's swing at most [1/s]: stiffer joints act alike."""
 
 
@@ -58,6 +58,6 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
-    probes=(Parameters(1e-5, 5.0), Parameters(1e-4, 2.0), Parameters(5e-4, 1.0)),
+    probes=(Parameters(1e-4, 2.0), Parameters(3e-4, 1.0), Parameters(9e-4, 1.0)),
     states=('stretch', 'load_velocity'),
 )

@@ -63,5 +63,5 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(1.0),
     contribution=contribution,
-    probes=(Parameters(0.8), Parameters(0.95), Parameters(1.05), Parameters(1.3)),
+    probes=(Parameters(0.85), Parameters(0.95), Parameters(1.05), Parameters(1.2)),
 )

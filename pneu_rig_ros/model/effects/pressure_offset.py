@@ -39,8 +39,8 @@ EFFECT = Effect(
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     probes=(
-        Parameters(4e3, 0.0),
-        Parameters(0.0, 4e3),
+        Parameters(2e3, 0.0),
+        Parameters(0.0, 2e3),
         Parameters(-4e3, 4e3),
         Parameters(8e3, 8e3),
     ),

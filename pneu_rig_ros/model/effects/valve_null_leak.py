@@ -83,6 +83,6 @@ EFFECT = Effect(
         Parameters(1e-9, 0.0),
         Parameters(0.0, 1e-9),
         Parameters(3e-9, 3e-9),
-        Parameters(1e-8, 1e-8),
+        Parameters(6e-9, 6e-9),
     ),
 )
