@@ -5,7 +5,10 @@ from glob import glob
 from setuptools import find_packages, setup
 
 package = 'pneu_rig_ros'
-node_names = ['plant', 'valve_command', 'friction_estimator', 'recorder', 'rig']
+node_names = [
+    'plant', 'valve_command', 'friction_estimator', 'recorder', 'rig',
+    'excitation', 'position_controller', 'replay', 'shadow',
+]  # fmt: skip
 
 setup(
     name=package,
@@ -20,6 +23,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
         (f'share/{package}/config', sorted(glob('config/*.yaml') + glob('config/*.xml'))),
+        (f'share/{package}/config/excitations', sorted(glob('config/excitations/*.yaml'))),
         (f'share/{package}/config/readings', sorted(glob('config/readings/*.yaml'))),
         (f'share/{package}/launch', sorted(glob('launch/*.py'))),
     ],

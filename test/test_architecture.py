@@ -27,10 +27,14 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     'rig': ({'model'}, SCIENCE),
     'records': ({'model', 'rig'}, TABLES),
     'analysis': ({'model', 'rig', 'records'}, BAGS | {'scipy'}),
+    'control': ({'model', 'rig', 'analysis'}, SCIENCE),
     'claims': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'yaml'}),
     'report': ({'model', 'rig', 'records', 'analysis', 'claims'}, FIGURES),
     'simulate': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'}),
-    'nodes': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'} | ROS),
+    'nodes': (
+        {'model', 'rig', 'records', 'analysis', 'control'},
+        BAGS | {'scipy'} | ROS,
+    ),
     'demo': ({'model', 'rig', 'records', 'analysis', 'report', 'nodes'}, FIGURES | TERMINAL),
     'cli': (
         {'model', 'rig', 'records', 'analysis', 'claims', 'report', 'simulate', 'nodes', 'demo'},

@@ -22,7 +22,11 @@ from pneu_rig_ros.records.wire import unpack_stamp, unpack_string
 
 SAMPLES = 'joint_states'
 DESCRIPTION = 'rig_description'
-STAMPED = {SAMPLES, 'chamber_1/pressure', 'chamber_2/pressure', 'friction', CLOCK}
+STAMPED = {CLOCK} | {
+    topic.name
+    for topic in TOPICS.values()
+    if topic.type in ('sensor_msgs/msg/JointState', 'sensor_msgs/msg/FluidPressure')
+}
 
 
 class RecorderNode(RigNode):
@@ -49,7 +53,9 @@ class RecorderNode(RigNode):
         self._rate = Rate()
         self._losses = Losses()
         for topic in TOPICS.values():
-            self._writer.add_topic(self.inlet(topic.name).name, topic.type)
+            inlet = self.inlet(topic.name)
+            if not topic.extra:
+                self._writer.add_topic(inlet.name, topic.type)
         self.get_logger().info(f'recording to {self._writer.path.resolve()}')
 
     def work(self) -> None:

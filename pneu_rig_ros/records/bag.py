@@ -11,6 +11,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, ReaderError
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.topics import DERIVED
 
 
 def bag_directory(path: Path | str) -> Path:
@@ -61,7 +62,9 @@ def first_line(error: BaseException) -> str:
 def find_namespace(connections: list[Connection]) -> str:
     """Return what precedes '/joint_states' in the bag's topics: '' or '/rig_a' ..."""
     end = '/joint_states'
-    found = sorted({c.topic.removesuffix(end) for c in connections if c.topic.endswith(end)})
+    derived = tuple(f'/{prefix.rstrip("/")}{end}' for prefix in DERIVED)
+    topics = [c.topic for c in connections if not c.topic.endswith(derived)]
+    found = sorted({topic.removesuffix(end) for topic in topics if topic.endswith(end)})
     if not found:
         raise RigError('the bag has no topic joint_states: nothing of a rig was recorded')
     if len(found) > 1:

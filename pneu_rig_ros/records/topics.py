@@ -17,7 +17,8 @@ class Topic(NamedTuple):
     """
     One topic: name (relative, unless ROS fixes it), type, content with units, when published.
 
-    `latched` topics are transient local: a late subscriber gets the last message.
+    `latched` topics are transient local: a late subscriber gets the last message. `extra` topics
+    come from nodes that not every rig has; a bag lists them only if there is a message.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Topic(NamedTuple):
     content: str
     when: str
     latched: bool = False
+    extra: bool = False
 
 
 _TABLE = (
@@ -74,6 +76,63 @@ _TABLE = (
         ONCE,
         latched=True,
     ),
+    Topic(
+        'robot_description',
+        'std_msgs/msg/String',
+        'URDF of the cylinder, with the prismatic joint `piston`, for RViz and Foxglove',
+        ONCE,
+        latched=True,
+        extra=True,
+    ),
+    Topic(
+        'reference',
+        'std_msgs/msg/Float64',
+        'where the piston shall be [m], for position_controller',
+        EACH_SAMPLE,
+        extra=True,
+    ),
+    Topic(
+        'predicted/joint_states',
+        'sensor_msgs/msg/JointState',
+        'of the model beside the rig: position [m], velocity [m/s], effort = friction [N]',
+        EACH_SAMPLE,
+        extra=True,
+    ),
+    Topic(
+        'predicted/chamber_1/pressure',
+        'sensor_msgs/msg/FluidPressure',
+        'of the model beside the rig: cap end, absolute [Pa]',
+        EACH_SAMPLE,
+        extra=True,
+    ),
+    Topic(
+        'predicted/chamber_2/pressure',
+        'sensor_msgs/msg/FluidPressure',
+        'of the model beside the rig: rod end, absolute [Pa]',
+        EACH_SAMPLE,
+        extra=True,
+    ),
+    Topic(
+        'residual/joint_states',
+        'sensor_msgs/msg/JointState',
+        'measured less predicted: position [m], velocity [m/s]',
+        EACH_SAMPLE,
+        extra=True,
+    ),
+    Topic(
+        'residual/chamber_1/pressure',
+        'sensor_msgs/msg/FluidPressure',
+        'measured less predicted: cap end [Pa]',
+        EACH_SAMPLE,
+        extra=True,
+    ),
+    Topic(
+        'residual/chamber_2/pressure',
+        'sensor_msgs/msg/FluidPressure',
+        'measured less predicted: rod end [Pa]',
+        EACH_SAMPLE,
+        extra=True,
+    ),
     Topic(CLOCK, 'rosgraph_msgs/msg/Clock', 'in simulated time only', EACH_SAMPLE),
     Topic(
         DIAGNOSTICS,
@@ -84,3 +143,6 @@ _TABLE = (
 )
 
 TOPICS: dict[str, Topic] = {topic.name: topic for topic in _TABLE}
+
+DERIVED = ('predicted/', 'residual/')
+"""What the names of topics begin with that repeat the rig's own below it."""

@@ -33,7 +33,7 @@ _FLOAT64 = struct.Struct('<4sd')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _ENCAPSULATION = len(_LITTLE_ENDIAN)
 # Stand for the numbers in a new template, so that their places are found and not counted by hand.
-_MARKS = (1.2345678e-101, 2.3456789e-102)
+_MARKS = (1.2345678e-101, 2.3456789e-102, 3.4567891e-103)
 
 
 class JointReading(NamedTuple):
@@ -160,6 +160,34 @@ class PlantMessages:
             'chamber_2/pressure': self.pressure_2,
         }
         return {**messages, CLOCK: self.clock} if simulated_time else messages
+
+
+class SampleMessages:
+    """
+    Position, velocity and pressures of one instant, predicted ones or residuals, by topic.
+
+    :param prefix: of the topics, 'predicted/' or 'residual/'
+    :param effort: whether there is a friction force too
+    """
+
+    def __init__(self, prefix: str, effort: bool) -> None:
+        forces = {'effort': _MARKS[2]} if effort else {}
+        self._joint = _joint_state('', position=_MARKS[0], velocity=_MARKS[1], **forces)
+        self._pressure = _fluid_pressure('', 0.0)
+        self._prefix = prefix
+
+    def pack(
+        self, stamp_ns: int, joint: tuple[float, ...], pressures: tuple[float, float]
+    ) -> dict[str, bytes]:
+        """Return topic -> message for position, velocity and maybe friction, and p1, p2 (SI)."""
+        time = divmod(stamp_ns, NANOSECONDS)
+        self._joint.stamp(*time)
+        self._pressure.stamp(*time)
+        messages = {f'{self._prefix}joint_states': self._joint.fill(*joint)}
+        for chamber, pressure in enumerate(pressures, start=1):
+            topic = f'{self._prefix}chamber_{chamber}/pressure'
+            messages[topic] = self._pressure.fill(pressure)
+        return messages
 
 
 class FrictionMessage:

@@ -20,7 +20,10 @@ from sensor_msgs.msg import JointState
 
 PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[2]
-EXECUTABLES = {'plant', 'valve_command', 'friction_estimator', 'recorder', 'rig', 'pneu-rig'}
+EXECUTABLES = {
+    'plant', 'valve_command', 'friction_estimator', 'recorder', 'rig',
+    'excitation', 'position_controller', 'replay', 'shadow', 'pneu-rig',
+}  # fmt: skip
 DOMAIN = 1 + os.getpid() % 50  # of this run alone: another test run must not be heard
 PATIENCE = 60.0  # s, for a first start, which compiles the plant
 
@@ -92,7 +95,13 @@ def test_every_executable_is_where_ros2_run_looks(prefix: Path) -> None:
 
 def test_share_has_what_the_source_has(prefix: Path) -> None:
     assert (prefix / 'share/ament_index/resource_index/packages' / PACKAGE).is_file()
-    for pattern in ('package.xml', 'config/*.yaml', 'config/*.xml', 'launch/*.py'):
+    for pattern in (
+        'package.xml',
+        'config/*.yaml',
+        'config/*.xml',
+        'config/excitations/*',
+        'launch/*.py',
+    ):
         names = [path.relative_to(ROOT) for path in ROOT.glob(pattern)]
         assert names, f'no {pattern} in the source'
         for name in names:

@@ -11,7 +11,9 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.plant import PlantNode
+from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.records.topics import CLOCK
@@ -209,7 +211,7 @@ def test_a_wrong_start_is_refused_in_one_line(context, parameters, message):
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize('kind', NODES)
+@pytest.mark.parametrize('kind', [*NODES, ExcitationNode, PositionControllerNode])
 def test_every_parameter_is_described_with_unit_and_range(
     kind: type, context: Context, tmp_path, closing
 ):

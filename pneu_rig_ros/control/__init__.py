@@ -1,0 +1,1 @@
+"""Commands for the rig without ROS: excitations, position control, and a model run beside it."""

@@ -1,0 +1,169 @@
+"""The position controller node: PID or sliding mode, from `joint_states` to `u`."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, cast
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.context import Context
+
+from pneu_rig_ros.control.controller import NONE, Compensation, PositionController
+from pneu_rig_ros.control.excitation import REFERENCE, Excitation, load_excitation
+from pneu_rig_ros.control.laws import Law, Pid, PidGains, SlidingGains, SlidingMode
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.nodes import parameters, runner
+from pneu_rig_ros.nodes.parameters import Parameter
+from pneu_rig_ros.nodes.rates import Rate
+from pneu_rig_ros.nodes.rig_node import Report, RigNode
+from pneu_rig_ros.records.wire import (
+    JointReading,
+    pack_float64,
+    unpack_float64,
+    unpack_joint_state,
+)
+
+PID, SLIDING_MODE = 'pid', 'sliding_mode'
+
+
+def _of_section(section: Any) -> Iterator[Parameter]:
+    """Yield a parameter for each quantity of a section with defaults."""
+    for name, quantity in specifications(section).items():
+        quantity = cast(Quantity, quantity)
+        yield Parameter(
+            name,
+            section._field_defaults[name],
+            quantity.description,
+            quantity.unit,
+            quantity.low,
+            quantity.high,
+        )
+
+
+class PositionControllerNode(RigNode):
+    """
+    Answers each sample with a command `u` [V] that takes the piston to the reference.
+
+    The reference is a profile, which is then also published on `reference`, or what comes on
+    `reference`, and until then `setpoint`. It needs nothing of the rig but `joint_states`.
+    """
+
+    PARAMETERS = (
+        Parameter('law', PID, 'law of control', choices=(PID, SLIDING_MODE)),
+        Parameter('compensation', True, 'whether friction and valve overlap are compensated'),
+        Parameter(
+            'profile', '', 'excitation that the position follows; empty: listen to reference'
+        ),
+        Parameter('setpoint', 0.1, 'reference until one comes', 'm', 0.0, 10.0, read_only=False),
+        Parameter('command_limit', 2.5, 'largest command', 'V', 0.0, 2.5),
+        *_of_section(PidGains),
+        *_of_section(SlidingGains),
+        *_of_section(Compensation),
+    )
+
+    def __init__(
+        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__('position_controller', context, overrides)
+        compensated = parameters.switch(self, 'compensation')
+        self._controller = PositionController(
+            self._law(),
+            Compensation(**self._section(Compensation)) if compensated else NONE,
+            self.number('command_limit'),
+        )
+        self._profile = self._load_profile()
+        self._command = self.outlet('u').publish
+        self._tell = self.outlet(REFERENCE).publish if self._profile else None
+        self._heard = None if self._profile else self.inlet(REFERENCE)
+        self._samples = self.inlet('joint_states')
+        self._reference: float | None = None
+        self._start_ns: int | None = None
+        self._last_ns = 0
+        self._errors: list[float] = []
+        self._refused = 0
+        self._rate = Rate()
+
+    def _section(self, section: Any) -> dict[str, float]:
+        return {name: self.number(name) for name in section._fields}
+
+    def _law(self) -> Law:
+        if self.text('law') == PID:
+            return Pid(PidGains(**self._section(PidGains)))
+        return SlidingMode(SlidingGains(**self._section(SlidingGains)))
+
+    def _load_profile(self) -> Excitation | None:
+        if not self.text('profile'):
+            return None
+        profile = load_excitation(self.text('profile'))
+        if profile.drives != REFERENCE:
+            raise RigError(
+                f'position_controller: profile {profile.name} drives {profile.drives}, '
+                f'allowed is one that drives {REFERENCE}'
+            )
+        return profile
+
+    def work(self) -> None:
+        """Answer the samples that wait."""
+        if not self.ready():
+            return
+        for cdr in self._heard.take_all() if self._heard else ():
+            self._hear(cdr)
+        for cdr in self._samples.take_all():
+            reading = unpack_joint_state(cdr)
+            if math.isfinite(reading.position) and math.isfinite(reading.velocity):
+                self._answer(reading)
+            else:
+                self._refuse('joint_states without finite position and velocity')
+
+    def _hear(self, cdr: bytes) -> None:
+        reference = unpack_float64(cdr)
+        if math.isfinite(reference):
+            self._reference = reference
+        else:
+            self._refuse(f'reference {reference}')
+
+    def _refuse(self, what: str) -> None:
+        self._refused += 1
+        self.get_logger().warning(f'{what}, left out', throttle_duration_sec=1.0)
+
+    def _answer(self, reading: JointReading) -> None:
+        if self._start_ns is None:
+            self._start_ns = self._last_ns = reading.stamp_ns
+        reference = self._reference_at((reading.stamp_ns - self._start_ns) * 1e-9)
+        interval = (reading.stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = reading.stamp_ns
+        u = self._controller.update(interval, reference, reading.position, reading.velocity)
+        if self._tell:
+            self._tell(pack_float64(reference))
+        self._command(pack_float64(u))
+        self._errors.append(reference - reading.position)
+        self._rate.count += 1
+
+    def _reference_at(self, time: float) -> float:
+        if self._profile:
+            return self._profile.level(time)
+        return self.number('setpoint') if self._reference is None else self._reference
+
+    def report(self) -> Report:
+        """Return law, rate and error for `/diagnostics`."""
+        errors, self._errors = self._errors, []
+        rms = math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else math.nan
+        values: dict[str, object] = {
+            'rate [Hz]': f'{self._rate.per_second():.2f}',
+            'law': self.text('law'),
+            'error, rms of the last second [mm]': f'{rms * 1e3:.3f}',
+            'refused messages': self._refused,
+        }
+        waiting = self._start_ns is None
+        return Report(
+            DiagnosticStatus.OK, 'waiting for joint_states' if waiting else 'running', values
+        )
+
+
+def main() -> int:
+    """Run the node until Ctrl-C; return the exit code."""
+    return runner.main([PositionControllerNode])
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

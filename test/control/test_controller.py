@@ -1,0 +1,96 @@
+"""The control laws in closed loop with the rig: limit cycles, and compensation that ends them."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.control.controller import NONE, Compensation, PositionController
+from pneu_rig_ros.control.excitation import load_excitation
+from pneu_rig_ros.control.laws import Law, Pid, PidGains, SlidingGains, SlidingMode
+from pneu_rig_ros.control.performance import tracking
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+CYLINDERS = ['cylinder_1', 'cylinder_2', 'cylinder_3']
+STEPS = load_excitation('reference_steps')
+SETTLED = ((9.0, 12.0), (15.0, 18.0), (21.0, 24.0))
+"""The second half of each step but the first, on which the rig starts [s]."""
+
+
+@functools.cache
+def controlled(cylinder: str, law: str, profile: str, compensated: bool = True):
+    """Return interval, references and measured positions of a run in closed loop."""
+    excitation = load_excitation(profile)
+    rig = Rig(load_configuration(cylinder, initial_position=excitation.level(0.0)))
+    chosen: Law = Pid(PidGains()) if law == 'pid' else SlidingMode(SlidingGains())
+    controller = PositionController(chosen, Compensation() if compensated else NONE)
+    samples = round(min(excitation.duration, 24.0) / rig.interval)
+    reference = np.array([excitation.level(k * rig.interval) for k in range(samples)])
+    position = np.empty(samples)
+    for k in range(samples):
+        sample = rig.measure()
+        position[k] = sample.position
+        interval = rig.interval if k else 0.0
+        u = controller.update(interval, reference[k], sample.position, sample.velocity)
+        rig.step(*valve_voltages(u))
+    return rig.interval, reference, position
+
+
+def settled(run):
+    """Return the figures of the parts in which the piston should rest."""
+    interval, reference, position = run
+    parts = [slice(round(a / interval), round(b / interval)) for a, b in SETTLED]
+    return [tracking(reference[part], position[part], interval) for part in parts]
+
+
+@pytest.mark.parametrize('cylinder', CYLINDERS)
+def test_a_bare_pid_hunts_and_compensation_ends_it(cylinder: str) -> None:
+    bare = settled(controlled(cylinder, 'pid', 'reference_steps', compensated=False))
+    compensated = settled(controlled(cylinder, 'pid', 'reference_steps'))
+    assert sum(figures.slips for figures in bare) >= 2
+    assert max(figures.wander for figures in bare) > 4e-3
+    assert sum(figures.slips for figures in compensated) == 0
+    assert max(figures.max_error for figures in compensated) < 1.2e-3
+    assert max(f.rms_error for f in compensated) < 0.3 * max(f.rms_error for f in bare)
+
+
+@pytest.mark.parametrize('cylinder', CYLINDERS)
+def test_sliding_mode_comes_to_rest_within_its_tolerance(cylinder: str) -> None:
+    figures = settled(controlled(cylinder, 'sliding_mode', 'reference_steps'))
+    assert max(part.rms_error for part in figures) < 5e-4
+    assert sum(part.slips for part in figures) == 0
+
+
+@pytest.mark.parametrize('cylinder', CYLINDERS)
+def test_both_laws_follow_a_ramp_and_sliding_mode_closely(cylinder: str) -> None:
+    rms = {}
+    for law in ('pid', 'sliding_mode'):
+        interval, reference, position = controlled(cylinder, law, 'reference_ramp')
+        moving = slice(round(2.0 / interval), None)
+        rms[law] = tracking(reference[moving], position[moving], interval).rms_error
+    assert rms['pid'] < 5e-3
+    assert rms['sliding_mode'] < max(1e-3, 0.7 * rms['pid'])
+
+
+def test_a_saturated_command_does_not_wind_the_integral_up() -> None:
+    controller = PositionController(Pid(PidGains()), NONE, limit=1.0)
+    for _ in range(5000):
+        assert controller.update(1e-3, 0.3, 0.0, 0.0) == 1.0
+    assert controller.update(1e-3, 0.3, 0.31, 0.0) < 0.0
+
+
+def test_a_jump_of_the_reference_is_no_speed() -> None:
+    controller = PositionController(SlidingMode(SlidingGains()), NONE)
+    controller.update(1e-3, 0.1, 0.1, 0.0)
+    after = controller.update(1e-3, 0.1005, 0.1, 0.0)
+    jumped = controller.update(1e-3, 0.2005, 0.2, 0.0)
+    assert after > jumped > 0.0
+
+
+def test_tracking_counts_departures_from_rest() -> None:
+    interval, time = 1e-3, np.arange(0.0, 6.0, 1e-3)
+    position = 0.004 * (time // 2.0 + np.clip(5.0 * (time % 2.0 - 1.0), 0.0, 1.0))
+    figures = tracking(np.zeros_like(time), position, interval)
+    assert figures.slips == 3
+    assert figures.wander == figures.max_error == pytest.approx(0.012)

@@ -1,0 +1,158 @@
+"""Controllers over DDS, in lock step with the plant at 862 Hz of simulated time."""
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.control.controller import Compensation, PositionController
+from pneu_rig_ros.control.excitation import load_excitation
+from pneu_rig_ros.control.laws import Pid, PidGains
+from pneu_rig_ros.control.performance import tracking
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.excitation import ExcitationNode
+from pneu_rig_ros.nodes.plant import PlantNode
+from pneu_rig_ros.nodes.position_controller import PositionControllerNode
+from pneu_rig_ros.nodes.recorder import RecorderNode
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.valve_command import ValveCommandNode
+from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records.wire import pack_float64, unpack_float64, unpack_joint_state
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+from .bystander import Bystander, gather
+
+pytestmark = pytest.mark.live
+
+INTERVAL = 1_160_000
+PLANT = {'use_sim_time': True, 'speed': 0.0, 'cylinder': 'cylinder_1'}
+STEP = """
+drives: reference
+shape: step
+before: 0.02 m
+after: 0.1 m
+delay: 0.3 s
+hold: 10.0 s
+"""
+
+
+@pytest.fixture
+def step(tmp_path):
+    path = tmp_path / 'step.yaml'
+    path.write_text(STEP)
+    return path
+
+
+def lock_step(context, *others) -> Runner:
+    """Return a loop of plant, controller and valve command, in the order of their messages."""
+    plant = PlantNode(context, {**PLANT, 'initial_position': 0.02})
+    valves = ValveCommandNode(context, {'use_sim_time': True, 'command_timeout': 0.0})
+    return Runner([plant, *others, valves])
+
+
+def run(runner: Runner, samples: int) -> None:
+    runner.run(lambda: runner.nodes[0].samples < samples)
+
+
+def control(context, bystander: Bystander, step, seconds: float, **parameters):
+    """Return time [s], references, positions and commands of a run in closed loop."""
+    given = {'use_sim_time': True, 'profile': str(step), **parameters}
+    runner = lock_step(context, PositionControllerNode(context, given))
+    inlets = [bystander.hear(topic) for topic in ('joint_states', 'reference', 'u')]
+    heard = gather(runner, inlets, round(seconds * 1e9 / INTERVAL))
+    runner.close()
+    joints = [unpack_joint_state(cdr) for cdr in heard[0]]
+    numbers = [[unpack_float64(cdr) for cdr in messages] for messages in heard[1:]]
+    time = np.array([joint.stamp_ns for joint in joints]) * 1e-9
+    return time, *map(np.array, (numbers[0], [joint.position for joint in joints], numbers[1]))
+
+
+def test_loop_over_dds_is_the_loop_without_it_to_the_last_bit(context, bystander, step):
+    time, reference, position, command = control(context, bystander, step, 2.0)
+    excitation = load_excitation(step)
+    rig = Rig(load_configuration('cylinder_1', initial_position=0.02))
+    controller = PositionController(Pid(PidGains()), Compensation())
+    for k in range(len(time)):
+        sample = rig.measure()
+        wanted = excitation.level(round(time[k] * 1e9) * 1e-9)
+        interval = INTERVAL * 1e-9 if k else 0.0
+        u = controller.update(interval, wanted, sample.position, sample.velocity)
+        assert (reference[k], position[k], command[k]) == (wanted, sample.position, u), k
+        rig.step(*valve_voltages(u))
+
+
+def test_limit_cycle_of_a_bare_pid_is_gone_with_compensation(new_context, step):
+    figures = {}
+    for compensated in (False, True):
+        context = new_context()
+        watcher = Bystander(context)
+        _, reference, position, _ = control(context, watcher, step, 10.0, compensation=compensated)
+        late = slice(round(4e9 / INTERVAL), None)
+        figures[compensated] = tracking(reference[late], position[late], INTERVAL * 1e-9)
+        watcher.destroy_node()
+    bare, compensated = figures[False], figures[True]
+    assert bare.slips >= 2
+    assert bare.wander > 4e-3
+    assert compensated.slips == 0
+    assert compensated.max_error < 1e-3
+    assert compensated.rms_error < 0.3 * bare.rms_error
+
+
+def test_sliding_mode_reaches_the_reference(context, bystander, step):
+    _, reference, position, _ = control(context, bystander, step, 4.0, law='sliding_mode')
+    late = slice(round(3e9 / INTERVAL), None)
+    figures = tracking(reference[late], position[late], INTERVAL * 1e-9)
+    assert figures.max_error < 1e-3
+    assert figures.slips == 0
+
+
+def test_controller_listens_to_a_reference_and_holds_its_setpoint_before(context, bystander):
+    node = PositionControllerNode(context, {'use_sim_time': True, 'setpoint': 0.03, 'law': 'sliding_mode'})
+    runner = lock_step(context, node)
+    joints = bystander.hear('joint_states')
+    say = bystander.speak('reference')
+    before = gather(runner, [joints], 1500)[0]
+    say(pack_float64(float('nan')))
+    say(pack_float64(0.06))
+    after = gather(runner, [joints], 2500)[0]
+    runner.close()
+    assert unpack_joint_state(before[-1]).position == pytest.approx(0.03, abs=1e-3)
+    assert unpack_joint_state(after[-1]).position == pytest.approx(0.06, abs=1e-3)
+
+
+def test_excitation_plays_its_profile_on_the_samples_stamps(context, tmp_path):
+    profile = tmp_path / 'stairs.yaml'
+    profile.write_text(
+        '{drives: u, shape: staircase, levels: [0.0 V, 0.4 V, -0.4 V], hold: 0.2 s}'
+    )
+    bag = tmp_path / 'bag'
+    given = {'use_sim_time': True}
+    player = ExcitationNode(context, {**given, 'profile': str(profile)})
+    recorder = RecorderNode(context, {**given, 'output': str(bag)})
+    runner = lock_step(context, player, recorder)
+    run(runner, round(0.8e9 / INTERVAL))
+    assert player.report().summary == 'finished'
+    runner.close()
+    record = read_record(bag)
+    levels = np.array([0.0, 0.4, -0.4, 0.0])
+    time = record.time[:-1]
+    u = levels[np.minimum((time / 0.2 + 1e-9).astype(int), 3)]
+    expected = np.array([valve_voltages(value) for value in u])
+    # a sample's answer belongs to the interval after it, so each one is known exactly
+    assert np.array_equal(record.voltage_1[:-1], expected[:, 0])
+    assert np.array_equal(record.voltage_2[:-1], expected[:, 1])
+
+
+@pytest.mark.parametrize(
+    ('kind', 'parameters', 'told'),
+    [
+        (PositionControllerNode, {'profile': 'step'}, 'drives u, allowed is one that drives'),
+        (PositionControllerNode, {'law': 'fuzzy'}, 'allowed pid, sliding_mode'),
+        (PositionControllerNode, {'proportional_gain': -1.0}, 'proportional_gain'),
+        (ExcitationNode, {'profile': 'stairs'}, 'staircase'),
+    ],
+)
+def test_a_wrong_start_is_refused_in_one_line(context, kind, parameters, told):
+    with pytest.raises(RigError) as caught:
+        kind(context, parameters)
+    assert told in str(caught.value)
+    assert '\n' not in str(caught.value)
