@@ -1,0 +1,65 @@
+"""
+Places of the numbers in the flat arrays that the second plant's equations read.
+
+Numba unpacks a flat array in a fraction of a microsecond, a record of sixty fields in many.
+"""
+
+(
+    X, V, P1, P2, Z, H, M1, M2, LINE_1, LINE_2, SPOOL_1, SPOOL_2, WARMTH, STRETCH, LOAD_V,
+) = range(15)  # fmt: skip
+"""State: position [m], velocity [m/s], pressures [Pa], bristle deflection [m], film [-], gas
+masses [kg], flows out of the lines [kg/s], spools [V], warmth [-], stretch [m], velocity of the
+load [m/s]."""
+STATES = 15
+
+STICKING, CONTACT, REST_START, HELD, TARGET_1, TARGET_2, ANCHORS = range(7)
+"""Memory, constant between events: at rest (0, 1), stop touched (-1, 0, 1), start of the rest
+[s], static friction held [N], where the spools are drawn to [V], anchors of the elements [m]."""
+
+CONSTANTS = (
+    'cylinder.cap_area', 'cylinder.rod_area', 'cylinder.cap_dead_volume',
+    'cylinder.rod_dead_volume', 'cylinder.stroke', 'cylinder.moving_mass',
+    'friction.breakaway_force', 'friction.coulomb_force', 'friction.stribeck_velocity',
+    'friction.stribeck_exponent', 'friction.viscous_coefficient',
+    'friction.micro_viscous_coefficient', 'friction.film_velocity',
+    'friction.film_time_acceleration', 'friction.film_time_deceleration',
+    'friction.film_time_dwell', 'friction.fluid_time_constant', 'friction.dwell_exponent',
+    'friction.dwell_coefficient', 'friction.stop_velocity', 'friction.start_velocity',
+    'valve.intake_coefficient', 'valve.exhaust_coefficient', 'valve.intake_voltage',
+    'valve.exhaust_voltage', 'valve.laminar_pressure_ratio', 'gas.atmospheric_pressure',
+    'gas.supply_temperature', 'gas.heat_capacity_ratio', 'gas.gas_constant',
+    'operation.supply_pressure', 'operation.load_mass',
+)  # fmt: skip
+"""Numbers of the configuration, section.key, in the order of the constants below."""
+(
+    A1, A2, V10, V20, STROKE, MASS, F_S, F_C, V_S, N, SIGMA_2, SIGMA_1, V_B, TAU_P, TAU_M, TAU_0,
+    T_FLUID, ALPHA, GAMMA, V_STOP, V_START, K_V1, K_V2, U_M, U_N, LAMINAR, P_ATM, T_S, KAPPA, R,
+    P_S, LOAD, LAW, READING, FILM, FILM_REST,
+) = range(len(CONSTANTS) + 4)  # fmt: skip
+
+LAWS = ('coulomb_viscous', 'lugre', 'revised_lugre', 'revised_lugre_dwell')
+READINGS = ('follows_clock', 'latched_at_breakaway', 'held_to_next_breakaway')
+FILMS = ('printed', 'normalised')
+FILM_RESTS = ('with_dwell_clock', 'below_stop_velocity')
+
+HIDDEN = (
+    'supply_droop.resistance', 'cross_piston_leak.area', 'chamber_leak.area_1',
+    'chamber_leak.area_2', 'valve_null_leak.intake_area', 'valve_null_leak.exhaust_area',
+    'wall_heat_transfer.conductance_1', 'wall_heat_transfer.conductance_2',
+    'line_lag.time_constant', 'valve_lag.time_constant', 'spool_hysteresis.width',
+    'nonlinear_opening.exponent', 'pressure_dependent_friction.slope',
+    'direction_dependent_friction.asymmetry', 'position_dependent_friction.gradient',
+    'friction_warm_up.drop', 'friction_warm_up.work', 'inclination.angle',
+    'load_spring.stiffness', 'load_spring.compression', 'end_cushion.length',
+    'end_cushion.stiffness', 'end_cushion.damping', 'load_compliance.compliance',
+    'load_compliance.damping',
+)  # fmt: skip
+"""What can be hidden in the equations, effect.parameter, in the order of the places below."""
+(
+    DROOP, CROSS, LEAK_1, LEAK_2, NULL_IN, NULL_OUT, HEAT_1, HEAT_2, LINE_TIME, LAG_TIME, PLAY,
+    OPENING, SLOPE, ASYMMETRY, GRADIENT, DROP, WORK, ANGLE, SPRING, PRELOAD, CUSHION, CUSHION_K,
+    CUSHION_D, COMPLIANCE, JOINT_D,
+) = range(len(HIDDEN))  # fmt: skip
+NONE_HIDDEN = {'nonlinear_opening.exponent': 1.0, 'friction_warm_up.work': 1.0,
+               'end_cushion.length': 0.01}  # fmt: skip
+"""Values with which an effect is absent, where they are not zero."""

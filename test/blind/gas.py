@@ -1,0 +1,153 @@
+"""
+The gas of the second plant: Eq. 3-7, written anew, with what can be hidden in it.
+
+``c`` are the constants, ``e`` what is hidden, ``y`` the state, see ``constants``.
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from .constants import (
+    A1,
+    A2,
+    CROSS,
+    DROOP,
+    HEAT_1,
+    HEAT_2,
+    K_V1,
+    K_V2,
+    KAPPA,
+    LAG_TIME,
+    LAMINAR,
+    LEAK_1,
+    LEAK_2,
+    LINE_1,
+    LINE_2,
+    LINE_TIME,
+    M1,
+    M2,
+    NULL_IN,
+    NULL_OUT,
+    OPENING,
+    P1,
+    P2,
+    P_ATM,
+    P_S,
+    SPOOL_1,
+    SPOOL_2,
+    STROKE,
+    T_S,
+    TARGET_1,
+    TARGET_2,
+    U_M,
+    U_N,
+    V10,
+    V20,
+    R,
+    V,
+    X,
+)
+
+FULL_VOLTAGE = 5.0
+
+
+@numba.njit(cache=True)
+def orifice(upstream: float, downstream: float, area: float, c: np.ndarray) -> float:
+    """Mass flow [kg/s] of Eq. 3-5 through an area [m^2]; negative if downstream is higher."""
+    if downstream > upstream:
+        return -orifice(downstream, upstream, area, c)
+    k = c[KAPPA]
+    ratio = downstream / upstream
+    if ratio < (2.0 / (k + 1.0)) ** (k / (k - 1.0)):
+        psi = (2.0 / (k + 1.0)) ** ((k + 1.0) / (2.0 * (k - 1.0)))
+    else:
+        r = min(ratio, c[LAMINAR])
+        psi = math.sqrt(2.0 / (k - 1.0) * (r ** (2.0 / k) - r ** ((k + 1.0) / k)))
+        if ratio > c[LAMINAR]:
+            psi *= (1.0 - ratio) / (1.0 - c[LAMINAR])
+    return psi * upstream * math.sqrt(k / (c[R] * c[T_S])) * area
+
+
+@numba.njit(cache=True)
+def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
+    """Areas [m^2] of intake and exhaust with the spool at a voltage; full opening unbent."""
+    if spool > c[U_M]:
+        full = FULL_VOLTAGE - c[U_M]
+        return c[K_V1] * full * ((spool - c[U_M]) / full) ** e[OPENING], 0.0
+    if spool < c[U_N]:
+        return 0.0, c[K_V2] * c[U_N] * ((c[U_N] - spool) / c[U_N]) ** e[OPENING]
+    return 0.0, 0.0
+
+
+@numba.njit(cache=True)
+def drawn(supply: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray) -> float:
+    """Flow [kg/s] out of the supply line at a pressure [Pa]; back flow does not raise it."""
+    flow_1, flow_2 = orifice(supply, y[P1], in_1, c), orifice(supply, y[P2], in_2, c)
+    return max(flow_1, 0.0) + max(flow_2, 0.0)
+
+
+@numba.njit(cache=True)
+def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray) -> float:
+    """Supply pressure [Pa] behind a resistance, found by bisection."""
+    if e[DROOP] == 0.0 or in_1 + in_2 == 0.0:
+        return c[P_S]
+    low, high = 0.0, min(e[DROOP] * drawn(c[P_S], y, in_1, in_2, c), c[P_S])
+    for _ in range(60):
+        droop = 0.5 * (low + high)
+        if e[DROOP] * drawn(c[P_S] - droop, y, in_1, in_2, c) > droop:
+            low = droop
+        else:
+            high = droop
+        if high - low < 1e-7:
+            break
+    return c[P_S] - 0.5 * (low + high)
+
+
+@numba.njit(cache=True)
+def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
+    """Flow [kg/s] past the lands: a gap's resistance grows with its length."""
+    half = max(0.5 * (c[U_M] - c[U_N]), 1e-3)
+    intake = e[NULL_IN] / (1.0 + max(c[U_M] - spool, 0.0) / half)
+    exhaust = e[NULL_OUT] / (1.0 + max(spool - c[U_N], 0.0) / half)
+    into = orifice(c[P_S], pressure, intake, c)
+    return into - orifice(pressure, c[P_ATM], exhaust, c)
+
+
+@numba.njit(cache=True)
+def gas_rates(
+    y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
+) -> None:
+    """Write the rates of pressures, gas masses, lines and spools."""
+    spool_1, spool_2 = memory[TARGET_1], memory[TARGET_2]
+    if e[LAG_TIME] > 0.0:
+        dy[SPOOL_1] = (spool_1 - y[SPOOL_1]) / e[LAG_TIME]
+        dy[SPOOL_2] = (spool_2 - y[SPOOL_2]) / e[LAG_TIME]
+        spool_1, spool_2 = y[SPOOL_1], y[SPOOL_2]
+    in_1, out_1 = openings(spool_1, c, e)
+    in_2, out_2 = openings(spool_2, c, e)
+    supply = drooped_supply(y, in_1, in_2, c, e)
+    p1, p2, outside = y[P1], y[P2], c[P_ATM]
+    flow_1 = orifice(supply, p1, in_1, c) - orifice(p1, outside, out_1, c)
+    flow_2 = orifice(supply, p2, in_2, c) - orifice(p2, outside, out_2, c)
+    if e[LINE_TIME] > 0.0:
+        dy[LINE_1] = (flow_1 - y[LINE_1]) / e[LINE_TIME]
+        dy[LINE_2] = (flow_2 - y[LINE_2]) / e[LINE_TIME]
+        flow_1, flow_2 = y[LINE_1], y[LINE_2]
+    if e[NULL_IN] + e[NULL_OUT] > 0.0:
+        flow_1 += null_leak(spool_1, p1, c, e)
+        flow_2 += null_leak(spool_2, p2, c, e)
+    across = orifice(p1, p2, e[CROSS], c)
+    flow_1 -= across + orifice(p1, outside, e[LEAK_1], c)
+    flow_2 += across - orifice(p2, outside, e[LEAK_2], c)
+    volume_1 = c[V10] + c[A1] * y[X]
+    volume_2 = c[V20] + c[A2] * (c[STROKE] - y[X])
+    k, rt = c[KAPPA], c[R] * c[T_S]
+    dy[M1], dy[M2] = flow_1, flow_2
+    dy[P1] = k / volume_1 * (rt * flow_1 - p1 * c[A1] * y[V])
+    dy[P2] = k / volume_2 * (rt * flow_2 + p2 * c[A2] * y[V])
+    if e[HEAT_1] + e[HEAT_2] > 0.0:
+        gas_1, gas_2 = p1 * volume_1 / (y[M1] * c[R]), p2 * volume_2 / (y[M2] * c[R])
+        dy[P1] += (k - 1.0) / volume_1 * e[HEAT_1] * (c[T_S] - gas_1)
+        dy[P2] += (k - 1.0) / volume_2 * e[HEAT_2] * (c[T_S] - gas_2)

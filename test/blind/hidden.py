@@ -1,0 +1,212 @@
+"""
+What is hidden where.
+
+Each row: effect, why it is visible in the experiments of ``plan``, and its true parameters,
+weak, medium and strong, for each cylinder. The friction laws themselves are hidden by giving a
+lower rung of the ladder as the model. ``visibility`` in the results says how much a trial shows.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+STRENGTHS = ('weak', 'medium', 'strong')
+CYLINDERS = ('cylinder_1', 'cylinder_2', 'cylinder_3')
+Changes = dict[str, Any]
+
+
+class Secret(NamedTuple):
+    """What makes the truth differ from the model."""
+
+    effects: dict[str, dict[str, float]]
+    """Effect -> parameter -> value, in the second plant's equations or its sensors."""
+    truth: Changes
+    """section.key -> value, in the true rig only."""
+    model: Changes
+    """section.key -> value, in the model that is given."""
+
+
+def _by_size(*values: float) -> tuple[tuple[float, ...], ...]:
+    """Return rows weak, medium, strong of one value for each cylinder."""
+    return tuple((value, value, value) for value in values)
+
+
+def _times(medium: tuple[float, float, float], *factors: float) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(factor * value for value in medium) for factor in factors)
+
+
+# effect -> parameter -> (weak, medium, strong), each for cylinder 1, 2, 3
+CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
+    # flows of 2e-5 (slow) to 1.4e-4 kg/s (fast): 10 to 70 kPa of some 5e5 Pa
+    'supply_droop': {'resistance': _by_size(2e8, 5e8, 1.5e9)},
+    # the intake opens 7e-9 m^2 in a slow stroke; the pressures differ most at the stops
+    'cross_piston_leak': {'area': _times((1e-9, 1.5e-9, 3e-9), 0.3, 1.0, 3.0)},
+    # seen in each pause after filling; more at the rod end, where the rod's seal is
+    'chamber_leak': {
+        'area_1': _times((5e-10, 7e-10, 1.5e-9), 0.3, 1.0, 3.0),
+        'area_2': _times((1e-9, 1.5e-9, 3e-9), 0.3, 1.0, 3.0),
+    },
+    # fills or empties a shut chamber, and robs the slow strokes
+    'valve_null_leak': {
+        'intake_area': _times((4e-10, 4e-10, 4e-10), 0.3, 1.0, 3.0),
+        'exhaust_area': _times((1e-9, 1e-9, 1e-9), 0.3, 1.0, 3.0),
+    },
+    # 10 to 20 W/(m^2 K) on the walls; seen as the pressure settles after filling
+    'wall_heat_transfer': {
+        'conductance_1': _times((0.3, 0.4, 0.8), 0.3, 1.0, 3.0),
+        'conductance_2': _times((0.4, 0.5, 0.8), 0.3, 1.0, 3.0),
+    },
+    # metres of line; seen after each change of the command
+    'line_lag': {'time_constant': _by_size(0.01, 0.03, 0.08)},
+    'valve_lag': {'time_constant': _by_size(0.01, 0.03, 0.1)},
+    # the ports open 0.15 V from the centre; a slow stroke leaves 0.14 V of opening
+    'spool_hysteresis': {'width': _by_size(0.01, 0.03, 0.08)},
+    'nonlinear_opening': {'exponent': _by_size(1.03, 1.1, 1.4)},
+    # wider seals, steeper growth; 0.1 to 2 bar in the chambers
+    'pressure_dependent_friction': {'slope': _times((2e-5, 4e-5, 8e-5), 0.3, 1.0, 3.0)},
+    'direction_dependent_friction': {'asymmetry': _by_size(0.04, 0.12, 0.35)},
+    'position_dependent_friction': {'gradient': _by_size(0.1, 0.3, 0.8)},
+    # the work of friction in one bag is some 2, 3 and 0.5 J
+    'friction_warm_up': {
+        'drop': _by_size(0.1, 0.25, 0.5),
+        'work': _times((1.5, 1.5, 0.2), 1.0, 1.0, 1.0),
+    },
+    # 0.45 to 6 kg move: 0.3 to 3.5 N at 0.06 rad
+    'inclination': {'angle': _by_size(0.02, 0.06, 0.2)},
+    'load_spring': {
+        'stiffness': _times((20.0, 60.0, 120.0), 0.3, 1.0, 3.0),
+        'compression': _by_size(0.02, 0.02, 0.02),
+    },
+    # met by the two bags that go onto a stop
+    'end_cushion': {
+        'length': _by_size(0.01, 0.01, 0.015),
+        'stiffness': _times((1e3, 1.5e3, 2e3), 0.3, 1.0, 3.0),
+        'damping': _times((60.0, 120.0, 200.0), 0.3, 1.0, 3.0),
+    },
+    # loads of 2 and 5.3 kg ring at 13 to 3 Hz
+    'load_compliance': {
+        'compliance': _by_size(1e-4, 3e-4, 8e-4),
+        'damping': _by_size(6.0, 5.0, 4.0),
+    },
+    # sensors; the noise is 2e-5 m and 150 Pa
+    'position_scale': {'error': _by_size(0.003, 0.01, 0.03)},
+    'pressure_offset': {
+        'offset_1': _by_size(500.0, 1200.0, 3000.0),
+        'offset_2': _by_size(-200.0, 600.0, -1500.0),
+    },
+    'sensor_delay': {'time_constant': _by_size(0.003, 0.008, 0.025)},
+}
+
+Law = Callable[[dict[str, Any], int], tuple[Changes, Changes]]
+"""(section friction, strength 0-2) -> changes of the truth, changes of the model."""
+
+
+def _dwell(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+    # F_s grows over the dwells of 0.5-4 s; the slower it does, the less constant F_s is right
+    factor = (2.0, 1.0, 0.5)[strength]
+    coefficient = factor * friction['dwell_coefficient']
+    truth = {'friction.model': 'revised_lugre_dwell', 'friction.dwell_coefficient': coefficient}
+    return truth, {'friction.model': 'revised_lugre'}
+
+
+def _stribeck(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+    share = (0.1, 0.3, 1.0)[strength]
+    level = friction['coulomb_force']
+    level += share * (friction['breakaway_force'] - friction['coulomb_force'])
+    truth = {'friction.model': 'lugre', 'friction.breakaway_force': level}
+    return truth, {'friction.model': 'coulomb_viscous', 'friction.breakaway_force': level}
+
+
+def _hysteresis(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+    # beside the springs of the model one more slips at a part of the Coulomb force
+    stiffness = (0.5, 1.0, 2.0)[strength] * sum(friction['element_stiffness'])
+    limit = (0.3, 0.5, 0.7)[strength] * friction['coulomb_force']
+    law = 'friction.element_stiffness', 'friction.element_limit'
+    single = [sum(friction['element_stiffness'])]
+    return dict(zip(law, ([stiffness, *single], [limit]), strict=True)), {
+        law[0]: single,
+        law[1]: [],
+    }
+
+
+def _film(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+    # the film is full at this speed; strokes slip at up to 0.1 m/s
+    velocity = (4.0, 1.0, 0.3)[strength] * friction['film_velocity']
+    truth = {'friction.model': 'revised_lugre', 'friction.film_velocity': velocity}
+    return truth, {'friction.model': 'lugre', 'friction.film_velocity': velocity}
+
+
+def _fluid(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+    # acts like a mass sigma_2 T: 0.5, 1.5 and 5 kg
+    time = (0.5, 1.5, 5.0)[strength] / friction['viscous_coefficient']
+    return {'friction.fluid_time_constant': time}, {'friction.fluid_time_constant': 0.0}
+
+
+LAWS: dict[str, Law] = {
+    'dwell_static_friction': _dwell,
+    'stribeck': _stribeck,
+    'presliding_hysteresis': _hysteresis,
+    'film_dynamics': _film,
+    'fluid_inertia': _fluid,
+}
+EFFECTS = (*CONTRIBUTIONS, *LAWS)
+
+# the same in the terms of the library: effect -> parameter -> from the true section `friction`
+LAW_PARAMETERS: dict[str, dict[str, Callable[[dict[str, Any]], float]]] = {
+    'dwell_static_friction': {
+        'breakaway_force': lambda f: f['breakaway_force'],
+        'dwell_coefficient': lambda f: f['dwell_coefficient'],
+        'dwell_exponent': lambda f: f['dwell_exponent'],
+    },
+    'stribeck': {
+        'excess': lambda f: f['breakaway_force'] - f['coulomb_force'],
+        'stribeck_velocity': lambda f: f['stribeck_velocity'],
+        'stribeck_exponent': lambda f: f['stribeck_exponent'],
+    },
+    'presliding_hysteresis': {
+        'stiffness': lambda f: f['element_stiffness'][0],
+        'limit': lambda f: f['element_limit'][0],
+    },
+    'film_dynamics': {
+        'growth': lambda f: 1.0 / f['film_velocity'],
+        'time_acceleration': lambda f: f['film_time_acceleration'],
+        'time_deceleration': lambda f: f['film_time_deceleration'],
+        'time_dwell': lambda f: f['film_time_dwell'],
+    },
+    'fluid_inertia': {'time_constant': lambda f: f['fluid_time_constant']},
+}
+
+
+def hide(effect: str, cylinder: str, strength: str, friction: dict[str, Any]) -> Secret:
+    """
+    Return what makes an effect missing in the model.
+
+    :param friction: the shipped section of the cylinder
+    """
+    grade = STRENGTHS.index(strength)
+    if effect in LAWS:
+        truth, model = LAWS[effect](friction, grade)
+        return Secret({}, truth, model)
+    column = CYLINDERS.index(cylinder)
+    rows = CONTRIBUTIONS[effect]
+    return Secret({effect: {name: row[grade][column] for name, row in rows.items()}}, {}, {})
+
+
+def true_parameters(effect: str, secret: Secret, friction: dict[str, Any]) -> dict[str, float]:
+    """
+    Return the true values of an effect's parameters, named as in the library.
+
+    :param friction: the shipped section of the cylinder
+    """
+    if effect not in LAWS:
+        return secret.effects[effect]
+    true = {**friction, **{name.split('.')[1]: value for name, value in secret.truth.items()}}
+    return {name: value_of(true) for name, value_of in LAW_PARAMETERS[effect].items()}
+
+
+def join(*secrets: Secret) -> Secret:
+    """Return all secrets together."""
+    merged = Secret({}, {}, {})
+    for secret in secrets:
+        for own, other in zip(merged, secret, strict=True):
+            own.update(other)
+    return merged

@@ -1,0 +1,202 @@
+"""
+The piston of the second plant: Eq. 8-16, written anew, with what can be hidden in it.
+
+Arguments as in ``gas``; ``stiffness`` and ``limit`` are those of the elements of F(z).
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from .constants import (
+    A1,
+    A2,
+    ALPHA,
+    ANCHORS,
+    ANGLE,
+    ASYMMETRY,
+    COMPLIANCE,
+    CONTACT,
+    CUSHION,
+    CUSHION_D,
+    CUSHION_K,
+    DROP,
+    F_C,
+    F_S,
+    FILM,
+    FILM_REST,
+    GAMMA,
+    GRADIENT,
+    HELD,
+    JOINT_D,
+    LAW,
+    LOAD,
+    LOAD_V,
+    MASS,
+    P1,
+    P2,
+    P_ATM,
+    PRELOAD,
+    READING,
+    REST_START,
+    SIGMA_1,
+    SIGMA_2,
+    SLOPE,
+    SPRING,
+    STICKING,
+    STRETCH,
+    STROKE,
+    T_FLUID,
+    TAU_0,
+    TAU_M,
+    TAU_P,
+    V_B,
+    V_S,
+    V_STOP,
+    WARMTH,
+    WORK,
+    H,
+    N,
+    V,
+    X,
+    Z,
+)
+
+GRAVITY = 9.80665
+
+
+@numba.njit(cache=True)
+def elements(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray) -> float:
+    """F(z) [N]: springs, each but the last behind a slider."""
+    total = 0.0
+    for i in range(len(stiffness)):
+        force = stiffness[i] * (z - memory[ANCHORS + i])
+        if i < len(limit):
+            force = max(-limit[i], min(limit[i], force))
+        total += force
+    return total
+
+
+@numba.njit(cache=True)
+def drag(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray) -> None:
+    """Let the sliders that slip take their springs along."""
+    for i in range(len(limit)):
+        reach = limit[i] / stiffness[i]
+        memory[ANCHORS + i] = max(z - reach, min(z + reach, memory[ANCHORS + i]))
+
+
+@numba.njit(cache=True)
+def levels(
+    y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
+) -> tuple[float, float]:
+    """F_c and F_smax [N] with what hidden effects add to them."""
+    share = e[GRADIENT] * (y[X] / c[STROKE] - 0.5) - e[DROP] * y[WARMTH]
+    if e[ASYMMETRY] != 0.0:
+        side = 1.0 if y[V] > 0.0 else -1.0
+        if memory[STICKING] == 1.0:
+            side = max(-1.0, min(1.0, 2.0 * bristles / c[F_C]))
+        share += e[ASYMMETRY] * side
+    added = e[SLOPE] * max(y[P1] + y[P2] - 2.0 * c[P_ATM], 0.0)
+    coulomb = max((1.0 + share) * c[F_C] + added, 0.01 * c[F_C])
+    return coulomb, max((1.0 + share) * c[F_S] + added, 0.01 * c[F_S])
+
+
+@numba.njit(cache=True)
+def static_after(dwell: float, coulomb: float, largest: float, c: np.ndarray) -> float:
+    """F_s [N] after a dwell time [s], Eq. 16; the largest where the law has none."""
+    if c[LAW] < 3.0:
+        return largest
+    return largest - (largest - coulomb) * math.exp(-c[GAMMA] * dwell ** c[ALPHA])
+
+
+@numba.njit(cache=True)
+def static_force(
+    t: float, coulomb: float, largest: float, memory: np.ndarray, c: np.ndarray
+) -> float:
+    """F_s [N] under the chosen reading of Eq. 16."""
+    if c[LAW] == 3.0 and (c[READING] == 2.0 or (c[READING] == 1.0 and memory[STICKING] == 0.0)):
+        return memory[HELD]
+    dwell = t - memory[REST_START] if memory[STICKING] == 1.0 else 0.0
+    return static_after(dwell, coulomb, largest, c)
+
+
+@numba.njit(cache=True)
+def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray) -> float:
+    """g(v, h) [N], Eq. 11."""
+    if c[LAW] == 0.0:
+        return coulomb
+    top = static
+    if c[LAW] >= 2.0:
+        h = y[H]
+        top = (1.0 - h) * static if c[FILM] == 0.0 else static - h * (static - coulomb)
+    return coulomb + (top - coulomb) * math.exp(-((abs(y[V]) / c[V_S]) ** c[N]))
+
+
+@numba.njit(cache=True)
+def film_rate(
+    y: np.ndarray, static: float, coulomb: float, memory: np.ndarray, c: np.ndarray
+) -> float:
+    """dh/dt [1/s], Eq. 12-15."""
+    steady = min(abs(y[V]) / c[V_B], 1.0) ** (2.0 / 3.0)
+    if c[FILM] == 0.0:
+        steady *= max(1.0 - coulomb / static, 0.0)
+    resting = memory[STICKING] == 1.0 if c[FILM_REST] == 0.0 else abs(y[V]) < c[V_STOP]
+    if resting:
+        return (steady - y[H]) / c[TAU_0]
+    return (steady - y[H]) / (c[TAU_P] if y[H] <= steady else c[TAU_M])
+
+
+@numba.njit(cache=True)
+def cushion(depth: float, speed: float, e: np.ndarray) -> float:
+    """Push [N] of a cushion that is pressed in by a depth [m] at a speed [m/s]."""
+    if depth <= 0.0:
+        return 0.0
+    damping = e[CUSHION_D] * min(depth / e[CUSHION], 1.0)
+    return max(e[CUSHION_K] * depth + damping * speed, 0.0)
+
+
+@numba.njit(cache=True)
+def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
+    """Force [N] along the outstroke of weight, spring and cushions."""
+    weight = -(c[MASS] + c[LOAD]) * GRAVITY * math.sin(e[ANGLE])
+    spring = -e[SPRING] * (y[X] + e[PRELOAD])
+    inner = cushion(e[CUSHION] - y[X], -y[V], e)
+    outer = cushion(y[X] - c[STROKE] + e[CUSHION], y[V], e)
+    return weight + spring + inner - outer
+
+
+@numba.njit(cache=True)
+def motion_rates(
+    t: float,
+    y: np.ndarray,
+    dy: np.ndarray,
+    memory: np.ndarray,
+    c: np.ndarray,
+    e: np.ndarray,
+    stiffness: np.ndarray,
+    limit: np.ndarray,
+) -> float:
+    """Write the rates of motion and friction; return the acceleration that no stop hinders."""
+    v = y[V]
+    bristles = elements(y[Z], memory, stiffness, limit)
+    coulomb, largest = levels(y, bristles, memory, c, e)
+    static = static_force(t, coulomb, largest, memory, c)
+    z_rate = v - abs(v) * bristles / stribeck(y, static, coulomb, c)
+    dy[H] = film_rate(y, static, coulomb, memory, c)
+    if e[DROP] != 0.0:
+        dy[WARMTH] = (1.0 - y[WARMTH]) * (abs(bristles * v) + c[SIGMA_2] * v * v) / e[WORK]
+    force = c[A1] * (y[P1] - c[P_ATM]) - c[A2] * (y[P2] - c[P_ATM]) + outer_forces(y, c, e)
+    force -= bristles + c[SIGMA_1] * z_rate + c[SIGMA_2] * v
+    inertia = c[MASS] + c[LOAD]
+    if e[COMPLIANCE] > 0.0 and c[LOAD] > 0.0:
+        joint = y[STRETCH] / e[COMPLIANCE] + e[JOINT_D] * (y[LOAD_V] - v)
+        dy[STRETCH], dy[LOAD_V] = y[LOAD_V] - v, -joint / c[LOAD]
+        force, inertia = force + joint, c[MASS]
+    if c[LAW] >= 2.0:
+        inertia += c[SIGMA_2] * c[T_FLUID]
+    acceleration = force / inertia
+    dy[X], dy[V], dy[Z] = v, acceleration, z_rate
+    if memory[CONTACT] != 0.0:
+        dy[X] = dy[V] = dy[Z] = 0.0
+    return acceleration

@@ -1,0 +1,110 @@
+"""A trial's rig: the second plant under its sensors, carried through the plan into bags."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .bags import valve_voltages, write_bag
+from .constants import HIDDEN
+from .hidden import Secret
+from .plan import FIT, VERIFY, Experiment, command, set_up
+from .plant import Motion, Plant, flatten
+from .sensors import LEVELS, SENSOR_ERRORS, Readings, distorted, read
+from .settings import Settings, changed, model_file, settings
+
+INTERVAL_NS = 1_160_000
+INTERVAL = INTERVAL_NS * 1e-9
+
+
+class Bags(NamedTuple):
+    """Where a trial's files are: all that the workflow gets."""
+
+    fit: list[Path]
+    verify: list[Path]
+    model: Path
+
+
+def truth_of(cylinder: str, secret: Secret) -> Settings:
+    """Return the settings of the true rig."""
+    return changed(settings(cylinder), secret.truth)
+
+
+def move(true: Settings, secret: Secret, cylinder: str, experiment: Experiment) -> Motion:
+    """Return what the true rig does in an experiment."""
+    prepared = changed(true, set_up(experiment, cylinder, true['cylinder']['stroke']))
+    hidden = flatten(secret.effects)
+    unknown = set(hidden) - set(HIDDEN) - set(SENSOR_ERRORS)
+    assert not unknown, f'cannot be hidden: {unknown}'
+    inside = {name: value for name, value in hidden.items() if name in HIDDEN}
+    u = command(experiment, cylinder, INTERVAL)
+    return Plant(prepared, inside).run(valve_voltages(u), INTERVAL)
+
+
+def measure(
+    motion: Motion, true: Settings, secret: Secret, noise: float, seed: int, gains: bool = False
+) -> Readings:
+    """Return what the sensors make of a motion."""
+    atmosphere = true['gas']['atmospheric_pressure']
+    return read(motion, true['sensors'], atmosphere, noise, seed, flatten(secret.effects), gains)
+
+
+def make_bags(
+    folder: Path, cylinder: str, secret: Secret, noise: float, seed: int, gains: bool = False
+) -> Bags:
+    """
+    Record the six experiments of a trial and write the model file beside them.
+
+    :param folder: must not hold bags yet
+    :param noise: multiple of the rig's noise
+    """
+    true = truth_of(cylinder, secret)
+    folder.mkdir(parents=True, exist_ok=True)
+    names = [f'fit_{i}' for i in range(1, len(FIT) + 1)]
+    names += [f'verify_{i}' for i in range(1, len(VERIFY) + 1)]
+    for index, (name, experiment) in enumerate(zip(names, (*FIT, *VERIFY), strict=True)):
+        motion = move(true, secret, cylinder, experiment)
+        readings = measure(motion, true, secret, noise, 100 * seed + index, gains)
+        _record(folder / name, readings, true, cylinder, experiment, noise)
+    model = folder / 'model.yaml'
+    model.write_text(model_file(cylinder, secret.model))
+    paths = [folder / name for name in names]
+    return Bags(paths[: len(FIT)], paths[len(FIT) :], model)
+
+
+def _record(
+    path: Path,
+    readings: Readings,
+    true: Settings,
+    cylinder: str,
+    experiment: Experiment,
+    noise: float,
+) -> None:
+    prepared = changed(true, set_up(experiment, cylinder, true['cylinder']['stroke']))
+    sensors: Mapping[str, Any] = true['sensors']
+    variance = (noise * sensors['pressure_noise']) ** 2
+    variance += (sensors['pressure_span'] / LEVELS) ** 2 / 12.0
+    write_bag(
+        path, readings, command(experiment, cylinder, INTERVAL), prepared['operation'],
+        true['gas']['atmospheric_pressure'], INTERVAL_NS, variance,
+    )  # fmt: skip
+
+
+def visibility(cylinder: str, secret: Secret, noise: float) -> float:
+    """
+    Return the largest change of a signal by what is hidden, in multiples of its noise.
+
+    Root mean square over all six bags, against the rig as the model describes it, without noise.
+    """
+    true = truth_of(cylinder, secret)
+    model = changed(settings(cylinder), secret.model)
+    nothing, plan = Secret({}, {}, {}), (*FIT, *VERIFY)
+    squares = np.zeros(3)
+    for experiment in plan:
+        real = distorted(move(true, secret, cylinder, experiment), flatten(secret.effects))
+        expected = distorted(move(model, nothing, cylinder, experiment), {})
+        squares += np.mean((real - expected) ** 2, axis=1) / len(plan)
+    sensors = true['sensors']
+    level = noise * np.array([sensors['position_noise'], *[sensors['pressure_noise']] * 2])
+    return float(np.max(np.sqrt(squares) / level))

@@ -1,0 +1,98 @@
+"""
+What the data acquisition reads: noise, 12-bit converter, position differentiated to velocity.
+
+Errors of gain are left out, unless asked for: to a model they are wrong parameters, and the trials
+hide those by name.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import bilinear, lfilter
+
+from .plant import Motion
+
+LEVELS = 4095
+SENSOR_ERRORS = (
+    'position_scale.error', 'pressure_offset.offset_1', 'pressure_offset.offset_2',
+    'sensor_delay.time_constant',
+)  # fmt: skip
+"""What can be hidden here, effect.parameter."""
+
+
+class Readings(NamedTuple):
+    """Readings at the sampling instants, shape (n,), SI, absolute pressures."""
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    pressure_1: np.ndarray
+    pressure_2: np.ndarray
+
+
+def read(
+    motion: Motion,
+    sensors: Mapping[str, float],
+    atmosphere: float,
+    noise: float,
+    seed: int,
+    hidden: Mapping[str, float],
+    gain_errors: bool = False,
+) -> Readings:
+    """
+    Return the readings.
+
+    :param sensors: section of the configuration
+    :param atmosphere: zero of the pressure sensors [Pa]
+    :param noise: multiple of the rig's noise [-]
+    :param hidden: effect.parameter -> value; those of the sensors are used
+    :param gain_errors: whether each sensor is wrong within its accuracy class
+    """
+    random = np.random.default_rng(seed)
+    classes = np.array([sensors['position_class'], *[sensors['pressure_class']] * 2])
+    gains = 1.0 + gain_errors * classes * random.uniform(-1.0, 1.0, 3)
+    zeros = np.array([0.0, atmosphere, atmosphere])
+    sizes = np.array([sensors['position_noise'], *[sensors['pressure_noise']] * 2])
+    spans = sensors['position_span'], sensors['pressure_span'], sensors['pressure_span']
+    true = distorted(motion, hidden)
+    signals = gains[:, None] * (true - zeros[:, None])
+    signals += noise * sizes[:, None] * random.standard_normal(signals.shape)
+    x, p1, p2 = (
+        zero + _converted(signal, span)
+        for zero, signal, span in zip(zeros, signals, spans, strict=True)
+    )
+    velocity = _differentiated(x, float(motion.time[1]), sensors['velocity_cutoff'])
+    return Readings(motion.time, x, velocity, p1, p2)
+
+
+def distorted(motion: Motion, hidden: Mapping[str, float]) -> np.ndarray:
+    """Return x [m], p1, p2 [Pa], shape (3, n), as sensors with the hidden errors see them."""
+    x, p1, p2 = motion.position, motion.pressure_1, motion.pressure_2
+    if lag := hidden.get('sensor_delay.time_constant', 0.0):
+        x = _lagging(x, float(motion.time[1]), lag)
+    x = x * (1.0 + hidden.get('position_scale.error', 0.0))
+    p1 = p1 + hidden.get('pressure_offset.offset_1', 0.0)
+    p2 = p2 + hidden.get('pressure_offset.offset_2', 0.0)
+    return np.stack([x, p1, p2])
+
+
+def _lagging(signal: np.ndarray, interval: float, lag: float) -> np.ndarray:
+    """First-order lag [s], exact for a signal that is straight between the samples."""
+    share = interval / lag
+    pole = np.exp(-share)
+    b = np.array([1.0 - (1.0 - pole) / share, (1.0 - pole) / share - pole])
+    start = [signal[0] * (1.0 - b[0])]
+    return lfilter(b, [1.0, -pole], signal, zi=start)[0]
+
+
+def _converted(signal: np.ndarray, span: float) -> np.ndarray:
+    step = span / LEVELS
+    return np.round(np.clip(signal, 0.0, span) / step) * step
+
+
+def _differentiated(position: np.ndarray, interval: float, cutoff: float) -> np.ndarray:
+    slope = np.diff(position, prepend=position[0]) / interval
+    warped = 2.0 / interval * np.tan(np.pi * cutoff * interval)
+    b, a = bilinear([warped], [1.0, warped], fs=1.0 / interval)
+    return lfilter(b, a, slope)

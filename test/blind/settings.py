@@ -1,0 +1,63 @@
+"""Configuration files as plain numbers: read as YAML, changed, written back with units."""
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+Settings = dict[str, dict[str, Any]]
+
+
+def texts(cylinder: str) -> dict[str, Any]:
+    """Return the complete configuration of a shipped cylinder as it is printed, with units."""
+    shared = yaml.safe_load((CONFIG / 'rig.yaml').read_text())
+    return {**shared, **yaml.safe_load((CONFIG / f'{cylinder}.yaml').read_text())}
+
+
+def number(text: Any) -> Any:
+    """Return the number of '4.91e-4 m^2', lists item by item, names as they are."""
+    if isinstance(text, list):
+        return [number(item) for item in text]
+    try:
+        return float(text.split()[0])
+    except (ValueError, AttributeError):
+        return text
+
+
+def settings(cylinder: str) -> Settings:
+    """Return section -> key -> number of a shipped cylinder."""
+    return {
+        section: {key: number(text) for key, text in keys.items()}
+        for section, keys in texts(cylinder).items()
+        if isinstance(keys, dict) and section != 'effects'
+    }
+
+
+def changed(base: Settings, changes: dict[str, Any]) -> Settings:
+    """Return the settings with section.key replaced."""
+    result = copy.deepcopy(base)
+    for name, value in changes.items():
+        section, key = name.split('.')
+        assert key in result[section], f'{name}: no such setting'
+        result[section][key] = value
+    return result
+
+
+def model_file(cylinder: str, changes: dict[str, Any]) -> str:
+    """Return a complete configuration file, with section.key replaced (in SI units)."""
+    data = copy.deepcopy(texts(cylinder))
+    for name, value in changes.items():
+        section, key = name.split('.')
+        data[section][key] = _with_unit(data[section][key], value)
+    return yaml.safe_dump(data, sort_keys=False)
+
+
+def _with_unit(text: Any, value: Any) -> Any:
+    if isinstance(value, list):
+        unit = 'N/m' if not text else text[0].split()[1]
+        return [f'{item!r} {unit}' for item in value]
+    if isinstance(value, str):
+        return value
+    return f'{value!r} {text.split()[1]}'

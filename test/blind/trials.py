@@ -1,0 +1,160 @@
+"""
+The matrix: which trial hides what, on which cylinder, under how much noise.
+
+Five parts: ``single`` (each effect, three cylinders, three strengths, three levels of noise),
+``none`` (nothing hidden, all friction laws), ``parameter`` (1 to 3 parameters wrong by up to
+30 %), ``pair`` (two effects), ``removed`` (an effect that the library is made to lack). All draws
+follow from fixed seeds, so a trial is the same whenever and in whatever order it is run.
+"""
+
+import zlib
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .constants import LAWS
+from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
+from .settings import settings
+
+PARTS = ('single', 'none', 'parameter', 'pair', 'removed')
+NOISES = (1.0, 3.0, 10.0)
+
+PARAMETERS = (
+    'valve.intake_coefficient', 'valve.exhaust_coefficient', 'valve.intake_voltage',
+    'valve.exhaust_voltage', 'cylinder.cap_dead_volume', 'cylinder.rod_dead_volume',
+    'cylinder.moving_mass', 'friction.breakaway_force', 'friction.coulomb_force',
+    'friction.stribeck_velocity', 'friction.viscous_coefficient', 'friction.element_stiffness',
+    'friction.film_velocity', 'friction.film_time_acceleration',
+    'friction.film_time_deceleration', 'friction.dwell_coefficient', 'friction.dwell_exponent',
+)  # fmt: skip
+"""What may be wrong. ``film_time_dwell`` (36 s) cannot show in bags of 14 s."""
+
+# two things that go wrong on one rig at a time: both in the gas, one in the gas and one in the
+# friction, both in the friction, and one of them in a sensor
+PAIRS = (
+    ('supply_droop', 'chamber_leak'),
+    ('supply_droop', 'wall_heat_transfer'),
+    ('cross_piston_leak', 'valve_lag'),
+    ('chamber_leak', 'spool_hysteresis'),
+    ('wall_heat_transfer', 'line_lag'),
+    ('wall_heat_transfer', 'cross_piston_leak'),
+    ('nonlinear_opening', 'chamber_leak'),
+    ('supply_droop', 'inclination'),
+    ('cross_piston_leak', 'pressure_dependent_friction'),
+    ('wall_heat_transfer', 'dwell_static_friction'),
+    ('valve_lag', 'direction_dependent_friction'),
+    ('valve_null_leak', 'load_spring'),
+    ('spool_hysteresis', 'presliding_hysteresis'),
+    ('nonlinear_opening', 'load_compliance'),
+    ('chamber_leak', 'end_cushion'),
+    ('dwell_static_friction', 'inclination'),
+    ('dwell_static_friction', 'position_dependent_friction'),
+    ('film_dynamics', 'direction_dependent_friction'),
+    ('load_spring', 'pressure_dependent_friction'),
+    ('inclination', 'friction_warm_up'),
+    ('cross_piston_leak', 'position_scale'),
+    ('pressure_offset', 'direction_dependent_friction'),
+)
+
+
+class Trial(NamedTuple):
+    """One trial; ``key`` tells all of it and is unique."""
+
+    key: str
+    part: str
+    cylinder: str
+    noise: float
+    secret: Secret
+    names: tuple[str, ...]
+    """Right answer: effects, or parameters as section.name; none where nothing is hidden."""
+    strength: str = ''
+    without: tuple[str, ...] = ()
+    """Effects that the library is made to lack."""
+
+    @property
+    def seed(self) -> int:
+        """Seed of the sensors' noise."""
+        return zlib.crc32(self.key.encode())
+
+
+def matrix(parts: tuple[str, ...] = PARTS) -> list[Trial]:
+    """
+    Return all trials of the parts.
+
+    In an order that depends on nothing but their keys, so that any first part of them is a fair
+    sample of the whole, the trials at the noise of the rig coming first.
+    """
+    makers = {
+        'single': _single, 'none': _none, 'parameter': _parameter, 'pair': _pair,
+        'removed': _removed,
+    }  # fmt: skip
+    trials = [trial for part in parts for trial in makers[part]()]
+    return sorted(trials, key=lambda trial: (trial.noise, zlib.crc32(trial.key[::-1].encode())))
+
+
+def _hide(effect: str, cylinder: str, strength: str) -> Secret:
+    return hide(effect, cylinder, strength, settings(cylinder)['friction'])
+
+
+def _single() -> Iterator[Trial]:
+    for effect in EFFECTS:
+        for cylinder in CYLINDERS:
+            for strength in STRENGTHS:
+                for noise in NOISES:
+                    key = f'single/{effect}/{cylinder}/{strength}/{noise:g}'
+                    secret = _hide(effect, cylinder, strength)
+                    yield Trial(key, 'single', cylinder, noise, secret, (effect,), strength)
+
+
+def _none() -> Iterator[Trial]:
+    for cylinder in CYLINDERS:
+        for law in LAWS:
+            for noise in NOISES:
+                for repeat in range(6 if noise == 1.0 else 2):
+                    key = f'none/{law}/{cylinder}/{noise:g}/{repeat}'
+                    both = {'friction.model': law}
+                    yield Trial(key, 'none', cylinder, noise, Secret({}, both, both), ())
+
+
+def _pair() -> Iterator[Trial]:
+    for first, second in PAIRS:
+        for cylinder in CYLINDERS:
+            secret = join(*(_hide(name, cylinder, 'medium') for name in (first, second)))
+            key = f'pair/{first}+{second}/{cylinder}/1'
+            yield Trial(key, 'pair', cylinder, 1.0, secret, (first, second), 'medium')
+
+
+def _removed() -> Iterator[Trial]:
+    for effect in EFFECTS:
+        for cylinder in CYLINDERS:
+            key = f'removed/{effect}/{cylinder}/1'
+            secret = _hide(effect, cylinder, 'medium')
+            yield Trial(
+                key, 'removed', cylinder, 1.0, secret, (effect,), 'medium', without=(effect,)
+            )
+
+
+def _parameter() -> Iterator[Trial]:
+    for cylinder in CYLINDERS:
+        draws: set[tuple[str, ...]] = {(name,) for name in PARAMETERS}
+        random = np.random.default_rng(int(cylinder[-1]))
+        for count in 8 * (2, 3):
+            draws.add(tuple(sorted(random.choice(PARAMETERS, count, replace=False).tolist())))
+        for names in sorted(draws):
+            key = f'parameter/{"+".join(names)}/{cylinder}/1'
+            truth = {name: _wrong(name, cylinder, key) for name in names}
+            secret = Secret({}, truth, {})
+            yield Trial(key, 'parameter', cylinder, 1.0, secret, names)
+
+
+def _wrong(name: str, cylinder: str, key: str) -> Any:
+    """Return the true value of a parameter that the model has wrong by 10 to 30 %."""
+    section, field = name.split('.')
+    model = settings(cylinder)[section][field]
+    random = np.random.default_rng([zlib.crc32(key.encode()), zlib.crc32(name.encode())])
+    sign = random.choice([-1.0, 1.0])
+    if section == 'valve' and field.endswith('voltage'):
+        return model + sign * random.uniform(0.01, 0.04)  # of an overlap of 0.15 V
+    factor = 1.0 + sign * random.uniform(0.1, 0.3)
+    return [factor * item for item in model] if isinstance(model, list) else factor * model
