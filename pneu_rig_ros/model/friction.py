@@ -149,13 +149,13 @@ def film_rests(velocity: float, sticking: bool, friction: Friction) -> bool:
     """
     Return whether v counts as zero in Eq. 13.
 
-    While the dwell clock of Eq. 16 runs, or whenever the piston is slower than the stop velocity.
+    While the dwell clock of Eq. 16 runs, or whenever the piston is slower than a threshold.
 
     :param velocity: v [m/s]
     :param sticking: whether the dwell clock runs
     """
     if friction.film_rest_reading == FILM_RESTS_BY_SPEED:
-        return abs(velocity) < friction.stop_velocity
+        return abs(velocity) < friction.film_rest_velocity
     return sticking
 
 

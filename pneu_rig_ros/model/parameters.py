@@ -20,7 +20,7 @@ FILM_PRINTED, FILM_NORMALISED = range(2)
 FILM_READINGS = ('printed', 'normalised')
 
 FILM_RESTS_WITH_CLOCK, FILM_RESTS_BY_SPEED = range(2)
-FILM_REST_READINGS = ('with_dwell_clock', 'below_stop_velocity')
+FILM_REST_READINGS = ('with_dwell_clock', 'by_speed')
 
 
 class Cylinder(NamedTuple):
@@ -77,6 +77,9 @@ class Friction(NamedTuple):
         int, Choice(STATIC_FRICTION_READINGS, 'what F_s of Eq. 16 does during the slip')
     ]
     film_reading: Annotated[int, Choice(FILM_READINGS, 'h of Eq. 12-15 with a varying F_s')]
+    film_rest_velocity: Annotated[
+        float, Quantity('m/s', 0.0, 1.0, 'speed below which v = 0 in Eq. 13, when by speed')
+    ]
     film_rest_reading: Annotated[int, Choice(FILM_REST_READINGS, 'when v = 0 in Eq. 13')]
 
 

@@ -126,7 +126,7 @@ def test_film_rests_with_the_clock_or_by_speed(
     reading: int, velocity: float, sticking: bool, rests: bool
 ) -> None:
     law = compiled_model(changed('cylinder_1')).friction
-    law = law._replace(film_rest_reading=reading, stop_velocity=1e-3)
+    law = law._replace(film_rest_reading=reading, film_rest_velocity=1e-3)
     assert friction.film_rests(velocity, sticking, law) == rests
 
 
