@@ -26,7 +26,8 @@ def effects(as_json: bool) -> None:
     List what the model can add to the paper's equations.
 
     Each effect with the balance it enters, the regimes of motion in which it shows, its source,
-    and its parameters: unit, range, and the null value with which it vanishes.
+    and its parameters: unit, range, and the null value with which it vanishes. A few complete a
+    friction law that lacks them; the laws are named there.
     """
     from pneu_rig_ros.model import effects as library
 
@@ -58,7 +59,9 @@ def plain(effect: Effect) -> dict[str, Any]:
         'regimes': list(effect.regimes),
         'source': effect.source,
         'states': list(effect.states),
+        'laws': list(effect.laws),
         'parameters': parameters,
+        'probes': [probe._asdict() for probe in effect.probes],
     }
 
 
@@ -74,8 +77,9 @@ def _print(data: dict[str, dict[str, Any]]) -> None:
     for name, effect in data.items():
         regimes, source = ', '.join(effect['regimes']), effect['source']
         parameters = ''.join(f'\n{_line(*item)}' for item in effect['parameters'].items())
-        about = Text(f'{effect["title"]}{parameters}\nshows in: {regimes}\n')
-        table.add_row(name, effect['balance'], about.append(source, 'dim'))
+        laws = f'for the laws: {", ".join(effect["laws"])}\n' if effect['laws'] else ''
+        about = Text(f'{effect["title"]}{parameters}\nshows in: {regimes}\n{laws}')
+        table.add_row(name, effect['balance'].replace('_', ' '), about.append(source, 'dim'))
     output.print_table(table)
 
 

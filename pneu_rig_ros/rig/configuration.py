@@ -10,7 +10,7 @@ import yaml
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.parameters import SECTIONS, Friction, Model, Operation
+from pneu_rig_ros.model.parameters import FRICTION_MODELS, SECTIONS, Friction, Model, Operation
 from pneu_rig_ros.model.quantity import (
     Choice,
     Quantity,
@@ -208,6 +208,17 @@ def _effects(data: object, origin: str) -> dict[str, Any]:
     return chosen
 
 
+def _rung_is_missing(effects: Mapping[str, Any], law: int, origin: str) -> None:
+    """Refuse an effect that completes another friction law than the one chosen."""
+    for name, parameters in effects.items():
+        effect = library.load(name)
+        if effect.laws and parameters != effect.null and FRICTION_MODELS[law] not in effect.laws:
+            raise RigError(
+                f'{origin}: effects.{name} is for friction.model {" or ".join(effect.laws)}, '
+                f'not for {FRICTION_MODELS[law]}'
+            )
+
+
 def _consistent(configuration: RigConfiguration, origin: str) -> RigConfiguration:
     """Check what no single value shows; return the configuration."""
     cylinder, law = configuration.model.cylinder, configuration.model.friction
@@ -242,6 +253,7 @@ def _consistent(configuration: RigConfiguration, origin: str) -> RigConfiguratio
     for message, holds in checks.items():
         if not holds:
             raise RigError(f'{origin}: {message}')
+    _rung_is_missing(configuration.effects, law.model, origin)
     return configuration
 
 

@@ -139,3 +139,17 @@ def test_effects_are_read_and_checked(tmp_path: Path) -> None:
     path.write_text(text + 'effects:\n  chamber_leak: {area_1: 1 m^2, area_2: 0.0 m^2}\n')
     with pytest.raises(RigError, match=r'effects.chamber_leak.area_1: 1 m\^2 is not within'):
         load_configuration(path)
+
+
+def test_effect_that_completes_another_friction_law_is_refused(tmp_path: Path) -> None:
+    text = (configuration_folder() / 'cylinder_1.yaml').read_text()
+    path = tmp_path / 'dwell.yaml'
+    path.write_text(
+        text + 'effects:\n  dwell_static_friction: {breakaway_force: 20 N, '
+        'dwell_coefficient: 0.2 s^-alpha, dwell_exponent: 0.5 -}\n'
+    )
+    message = 'dwell_static_friction is for friction.model lugre or revised_lugre, not for'
+    with pytest.raises(RigError, match=message):
+        load_configuration(path)
+    path.write_text(path.read_text().replace('model: revised_lugre_dwell', 'model: revised_lugre'))
+    assert load_configuration(path).effects['dwell_static_friction'].breakaway_force == 20.0

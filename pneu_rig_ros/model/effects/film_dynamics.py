@@ -54,8 +54,8 @@ EFFECT = Effect(
     title='a lubricant film builds up in motion and thins at rest',
     balance=Balance.FILM,
     regimes=('breakaway', 'sliding'),
-    source='Eq. 12-15 of the paper; X. B. Tran, N. Hafizah, H. Yanada, Modeling of Dynamic '
-    'Friction Behaviors of Hydraulic Cylinders, Mechatronics 22 (2012)',
+    source='Eq. 12-15 of the paper; H. Yanada, Y. Sekikawa, Modeling of Dynamic Behaviors of '
+    'Friction, Mechatronics 18 (2008)',
     parameters=Parameters,
     null=Parameters(0.0, 0.1, 0.1, 10.0),
     contribution=contribution,

@@ -51,8 +51,8 @@ EFFECT = Effect(
     title='bristles slip one after another before the piston does',
     balance=Balance.BRISTLE,
     regimes=('presliding', 'breakaway'),
-    source='F. Al-Bender, V. Lampaert, J. Swevers, The Generalized Maxwell-Slip Model, '
-    'IEEE Trans. Autom. Control 50 (2005)',
+    source='F. Al-Bender, V. Lampaert, J. Swevers, The Generalized Maxwell-Slip Model: A '
+    'Novel Model for Friction Simulation and Compensation, IEEE Trans. Autom. Control 50 (2005)',
     parameters=Parameters,
     null=Parameters(0.0, 1.0),
     contribution=contribution,

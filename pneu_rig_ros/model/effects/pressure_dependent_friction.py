@@ -35,7 +35,8 @@ EFFECT = Effect(
     title='seal friction grows with pressure',
     balance=Balance.LEVEL,
     regimes=('breakaway', 'sliding'),
-    source='G. Belforte, T. Raparelli, M. Velardocchia, Lubrication Engineering 49 (1993)',
+    source='G. Belforte, T. Raparelli, M. Velardocchia, Study of the Behavior of Lip Seals in '
+    'Pneumatic Actuators, Lubrication Engineering 49 (1993)',
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,

@@ -1,0 +1,86 @@
+"""The friction rungs against Eq. 9-16 and closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.model import effects, friction, hysteresis
+from pneu_rig_ros.model.parameters import REVISED_LUGRE_DWELL
+
+from .test_effect_physics import COMPILED, contribute, settle
+
+LAW = COMPILED.friction
+
+
+@pytest.mark.parametrize('sticking', [True, False])
+@pytest.mark.parametrize('dwell', [0.0, 0.3, 7.0, 1e6])
+def test_static_friction_is_eq_16_at_rest_and_held_in_motion(dwell: float, sticking: bool) -> None:
+    values = (30.0, 0.2, 0.4)
+    with_dwell = LAW._replace(
+        model=REVISED_LUGRE_DWELL, dwell_coefficient=values[1], dwell_exponent=values[2]
+    )
+    expected = friction.static_friction(dwell, values[0], LAW.coulomb_force, with_dwell)
+    signals = {'dwell_time': dwell, 'sticking': sticking, 'velocity': 0.0 if sticking else 0.1}
+    coulomb, static, _ = contribute('dwell_static_friction', values, **signals)
+    assert coulomb == 0.0
+    assert LAW.breakaway_force + static == pytest.approx(expected)
+    assert LAW.coulomb_force - 1e-12 <= expected <= 30.0
+
+
+def test_stribeck_excess_is_whole_at_rest_and_falls_to_1_over_e() -> None:
+    values = (6.0, 0.02, 1.5)
+    excess = [contribute('stribeck', values, velocity=v)[0] for v in (0.0, 0.02, -0.02, 1.0)]
+    assert excess == pytest.approx([6.0, 6.0 / math.e, 6.0 / math.e, 0.0])
+
+
+def test_film_settles_at_its_share_and_thins_with_its_own_time_at_rest() -> None:
+    values = (20.0, 0.02, 0.5, 30.0)
+    full = settle('film_dynamics', values, 1.0, velocity=0.2)
+    part = settle('film_dynamics', values, 20.0, full, velocity=0.01)
+    after = settle('film_dynamics', values, 0.5, full, velocity=1e-9)
+    rest = settle('film_dynamics', values, 30.0, full, sticking=True)
+    assert full[0] == pytest.approx(1.0)
+    assert part[0] == pytest.approx((0.01 * 20.0) ** (2.0 / 3.0))
+    assert after[0] == pytest.approx(math.exp(-1.0), rel=1e-4)
+    assert rest[0] == pytest.approx(math.exp(-1.0), rel=1e-6)
+    assert contribute('film_dynamics', values, part)[:2] == (part[0], 0.0)
+
+
+def test_fluid_inertia_is_the_mass_sigma_2_t() -> None:
+    pair = contribute('fluid_inertia', (0.05,))[:2]
+    assert pair == (0.0, pytest.approx(0.05 * LAW.viscous_coefficient))
+
+
+def test_presliding_loop_is_that_of_a_maxwell_slip_element() -> None:
+    stiffness, limit = 1e5, 2.0
+    reach, widest = limit / stiffness, 1e-4
+    anchor, anchors, forces = np.zeros(1), np.zeros(2), []
+    law = LAW._replace(
+        element_stiffness=np.array([stiffness, 1.0]), element_limit=np.array([limit])
+    )
+    path = widest * np.sin(np.linspace(0.0, 4.5 * np.pi, 400))
+    for z in path:
+        anchor = settle('presliding_hysteresis', (stiffness, limit), 0.02, anchor, deflection=z)
+        force = contribute('presliding_hysteresis', (stiffness, limit), anchor, deflection=z)[0]
+        hysteresis.drag_anchors(z, anchors, law)
+        exact, _ = hysteresis.element_force(z, anchors[0], 0, law)
+        assert force == pytest.approx(exact, abs=1e-3 * limit)
+        forces.append(force)
+    first, last = 44, 400  # from the first extreme on: two whole loops
+    force = np.array(forces)[first:last]
+    work = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(path[first:last]))
+    assert work == pytest.approx(2.0 * 4.0 * limit * (widest - reach), rel=0.02)
+
+
+def test_presliding_stiffness_is_that_of_the_element_until_it_slips() -> None:
+    stiffnesses = [
+        contribute('presliding_hysteresis', (1e5, 2.0), deflection=z)[1]
+        for z in (0.0, 1.9e-5, -1.9e-5, 2.1e-5, -2.1e-5)
+    ]
+    assert stiffnesses == [1e5, 1e5, 1e5, 0.0, 0.0]
+
+
+@pytest.mark.parametrize('name', [n for n in effects.names() if effects.load(n).laws])
+def test_rung_is_missing_in_some_law_but_not_in_all(name: str) -> None:
+    assert 'revised_lugre_dwell' not in effects.load(name).laws
