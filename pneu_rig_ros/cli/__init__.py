@@ -13,7 +13,9 @@ import click
 from pneu_rig_ros.cli.claims import claims
 from pneu_rig_ros.cli.demo import demo
 from pneu_rig_ros.cli.effects import effects
+from pneu_rig_ros.cli.export import export
 from pneu_rig_ros.cli.friction import friction
+from pneu_rig_ros.cli.import_ import import_
 from pneu_rig_ros.cli.info import info
 from pneu_rig_ros.cli.repair import repair
 from pneu_rig_ros.cli.simulate import simulate
@@ -32,6 +34,8 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     '  pneu-rig info runs/BAG              what a bag holds\n'
     '  pneu-rig friction runs/BAG --csv f.csv\n'
     '  pneu-rig repair runs/BAG            after a crash\n'
+    '  pneu-rig import daq.csv --map map.yaml --out runs/measured\n'
+    '  pneu-rig export runs/BAG --csv      for other programs\n'
     "  pneu-rig claims                     the paper's statements, each measured\n"
     '  pneu-rig effects                    the effects that the model can add\n',
 )
@@ -42,7 +46,7 @@ def command(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _subcommand in (demo, simulate, info, friction, repair, claims, effects):
+for _subcommand in (demo, simulate, info, friction, repair, claims, effects, import_, export):
     command.add_command(_subcommand)
 
 

@@ -93,14 +93,18 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
 
 
 @contextlib.contextmanager
-def step_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
+def step_bar(
+    title: str, total: int, quiet: bool = False
+) -> Iterator[Callable[[int], None]]:  # fmt: skip
     """Show a bar on stderr while the block runs; yield what to tell the steps done to."""
-    with _bar(title, total, '{task.completed:g} of {task.total:g}') as tell:
+    with _bar(title, total, '{task.completed:g} of {task.total:g}', quiet) as tell:
         yield tell
 
 
 @contextlib.contextmanager
-def _bar(title: str, total: float, count: str) -> Iterator[Callable[[float], None]]:
+def _bar(
+    title: str, total: float, count: str, quiet: bool = False
+) -> Iterator[Callable[[float], None]]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     terminal = console(stderr=True)
@@ -111,7 +115,7 @@ def _bar(title: str, total: float, count: str) -> Iterator[Callable[[float], Non
         TimeRemainingColumn(),
         console=terminal,
         transient=True,
-        disable=not terminal.is_terminal,
+        disable=quiet or not terminal.is_terminal,
     )
     with bar:
         task = bar.add_task(title, total=total)

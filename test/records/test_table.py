@@ -132,7 +132,8 @@ def test_time_without_a_column(write: Writer, time: dict[str, str]) -> None:
 def test_dates_become_stamps(write: Writer) -> None:
     start = np.datetime64('2026-01-31T12:00:00.5', 'ns')
     stamps = start + (TIME * 1e9).round().astype(np.int64)
-    lines = [[str(stamp).replace('T', ' '), *row[1:]] for stamp, row in zip(stamps, rows(), strict=True)]  # fmt: skip  # noqa: E501
+    texts = [str(stamp).replace('T', ' ') for stamp in stamps]
+    lines = [[text, *row[1:]] for text, row in zip(texts, rows(), strict=True)]
     table = read_table(write(lines), BY_NUMBER | {'time': {'column': 1, 'unit': 'datetime'}})
     assert table.epoch_ns == int(start.astype(np.int64))
     np.testing.assert_allclose(table.time, TIME, atol=1e-12)

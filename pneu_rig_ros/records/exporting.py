@@ -1,0 +1,139 @@
+"""Writes the signals of a bag as CSV or Parquet, one column a signal, its unit in the name."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.conditions import conditions_of, format_conditions
+from pneu_rig_ros.records.mapping import SIGNALS
+from pneu_rig_ros.records.reader import read_record
+from pneu_rig_ros.records.record import UNITS, Floats, Record
+from pneu_rig_ros.records.table import read_table, uniform
+
+
+class Column(NamedTuple):
+    """
+    One signal.
+
+    :param name: of the signal
+    :param unit: SI
+    :param values: shape (n,); NaN where there is none
+    """
+
+    name: str
+    unit: str
+    values: NDArray[Any]
+
+    @property
+    def title(self) -> str:
+        """Name and unit, such as 'velocity_m_per_s'."""
+        return f'{self.name}_{self.unit.replace("/", "_per_")}'
+
+
+class Signals(NamedTuple):
+    """
+    All signals of a bag on its grid.
+
+    :param columns: stamp [ns] and time since the first sample [s] first
+    :param metadata: of the bag, with its conditions
+    """
+
+    columns: Sequence[Column]
+    metadata: Mapping[str, str]
+
+
+def read_signals(bag: Path | str) -> Signals:
+    """
+    Read everything that a bag has on its sampling grid.
+
+    A bag of a part of a rig gives the signals that it has.
+
+    :raises RigError: when it is no bag, or is cut off
+    """
+    table = uniform(read_table(bag))
+    if not {'position', 'pressure_1', 'pressure_2'} <= set(table.signals):
+        stamps = table.epoch_ns + np.round(table.time * 1e9).astype(np.int64)
+        return Signals(_columns(stamps, table.time, table.signals), {})
+    record = read_record(bag)
+    signals = {name: getattr(record, name) for name in UNITS}
+    others = {name: values for name, values in table.signals.items() if name not in signals}
+    if table.time.shape == record.time.shape:
+        signals |= others
+    conditions = format_conditions(conditions_of(bag, record))
+    metadata = dict(record.metadata) | {'conditions': conditions}
+    return Signals(_columns(record.stamps, record.time, _recorded(record, signals)), metadata)
+
+
+def _recorded(record: Record, signals: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Leave out what the bag has no message of."""
+    nothing = {'friction'} if np.isnan(record.friction).all() else set()
+    if not record.counts.get('valve_voltages'):
+        nothing |= {'voltage_1', 'voltage_2'}
+    return {name: values for name, values in signals.items() if name not in nothing}
+
+
+def _columns(
+    stamps: NDArray[np.int64], time: Floats, signals: Mapping[str, Floats]
+) -> list[Column]:
+    first = [Column('stamp', 'ns', stamps), Column('time', 's', time)]
+    return first + [Column(name, SIGNALS[name], signals[name])
+                    for name in SIGNALS if name in signals]  # fmt: skip
+
+
+def write_csv(signals: Signals, path: Path) -> Path:
+    """Write a CSV file with a header; a value that is not there is an empty cell."""
+    return _whole(path, lambda file: _write_csv(signals.columns, file))
+
+
+def write_parquet(signals: Signals, path: Path) -> Path:
+    """Write a Parquet file; units stand in the fields' metadata, the bag's in the schema's."""
+    return _whole(path, lambda file: _write_parquet(signals, file))
+
+
+def _whole(path: Path, write: Callable[[Path], None]) -> Path:
+    """Write beside and put it in place, so that the file is there as a whole or not at all."""
+    unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        write(unfinished)
+        unfinished.replace(path)
+    except OSError as error:
+        raise RigError(f'cannot write {path}: {error.strerror}') from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return path
+
+
+def _write_csv(columns: Sequence[Column], path: Path) -> None:
+    texts = [_texts(column) for column in columns]
+    with path.open('w', encoding='utf-8', newline='') as file:
+        file.write(','.join(column.title for column in columns) + '\n')
+        file.writelines(','.join(row) + '\n' for row in zip(*texts, strict=True))
+
+
+def _texts(column: Column) -> list[str]:
+    if column.values.dtype == np.int64:
+        return [str(value) for value in column.values.tolist()]
+    digits = '.9f' if column.name == 'time' else '.10g'
+    return ['' if value != value else f'{value:{digits}}' for value in column.values.tolist()]
+
+
+def _write_parquet(signals: Signals, path: Path) -> None:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise RigError('Parquet needs the package pyarrow: pip install pyarrow') from error
+    arrays = [pyarrow.array(column.values, from_pandas=True) for column in signals.columns]
+    fields = [
+        pyarrow.field(column.title, array.type, metadata={'unit': column.unit})
+        for column, array in zip(signals.columns, arrays, strict=True)
+    ]
+    schema = pyarrow.schema(fields, metadata=dict(signals.metadata))
+    parquet.write_table(pyarrow.table(arrays, schema=schema), path, compression='zstd')

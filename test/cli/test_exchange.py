@@ -1,0 +1,90 @@
+"""`pneu-rig import` and `pneu-rig export`."""
+
+import json
+from pathlib import Path
+
+from .conftest import Terminal
+
+MAPPING = """
+time: {column: "t [ms]", unit: ms}
+position: {column: "x [mm]", unit: mm}
+pressure_1: {column: "p_cap [bar]", unit: bar, gauge: true}
+pressure_2: {column: 4, unit: bar, gauge: true}
+u: {column: "u [V]"}
+"""
+HEADER = 't [ms];x [mm];p_cap [bar];p_rod [bar];u [V]'
+
+
+def lines(bad: str = '') -> list[str]:
+    """Return half a second of a DAQ export: semicolons, decimal commas, gauge pressures."""
+    rows = [f'{1.16 * k:.2f};{0.02 * k:.3f};{0.004 * k:.4f};0.0100;0.34' for k in range(430)]
+    if bad:
+        rows[14] = bad
+    return [HEADER, *(row.replace('.', ',') for row in rows)]
+
+
+def prepare(terminal: Terminal, bad: str = '') -> None:
+    folder = terminal.directory
+    (folder / 'daq.csv').write_text('\n'.join(lines(bad)) + '\n', encoding='utf-8-sig')
+    (folder / 'map.yaml').write_text(MAPPING)
+    (folder / 'cond.yaml').write_text('supply_pressure: 4 bar gauge\nload_mass: 200 g\n')
+
+
+def test_export_of_a_laboratory_becomes_a_bag(terminal: Terminal) -> None:
+    prepare(terminal)
+    done = terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--conditions', 'cond.yaml',
+                        '--cylinder', 'cylinder_2', '--out', 'runs/measured')  # fmt: skip
+    assert done.code == 0, done.err
+    assert '430 every 1.16 ms, 0.50 s' in done.out
+    assert 'supply_pressure 500000 Pa, load_mass 0.2 kg' in done.out
+    told = json.loads(terminal.run('info', 'runs/measured', '--json').out)
+    assert told['cylinder'] == 'cylinder_2'
+    assert told['samples'] == 430
+    assert abs(told['travel'] - 0.02e-3 * 429) < 1e-9
+    out = terminal.run('friction', 'runs/measured', '--json')
+    assert out.code == 0, out.err
+
+
+def test_wrong_file_is_one_line_and_leaves_nothing(terminal: Terminal) -> None:
+    prepare(terminal, bad='16.24;abc;0.1;0.1;0.34')
+    done = terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--out', 'runs/measured')
+    assert done.code == 2
+    assert done.err == (
+        "pneu-rig: error: daq.csv: row 16, column 'x [mm]': 'abc' is not a finite number\n"
+    )
+    assert not (terminal.directory / 'runs').exists()
+
+
+def test_import_as_data_and_silent(terminal: Terminal) -> None:
+    prepare(terminal)
+    command = ('import', 'daq.csv', '--map', 'map.yaml')
+    done = terminal.run(*command, '--out', 'a', '--json')
+    data = json.loads(done.out)
+    assert data['signals'] == ['position', 'pressure_1', 'pressure_2', 'u']
+    assert data['conditions'] == {'atmospheric_pressure': 1e5}
+    assert data['notes'] == []
+    assert terminal.run(*command, '--out', 'b', '--quiet') == (0, '', '')
+    assert '--out a exists' in terminal.run(*command, '--out', 'a').err
+
+
+def test_unknown_cylinder_and_missing_mapping(terminal: Terminal) -> None:
+    prepare(terminal)
+    command = ('import', 'daq.csv', '--out', 'a')
+    done = terminal.run(*command, '--map', 'map.yaml', '--cylinder', 'cylinder_4')
+    assert (done.code, 'cylinder_' in done.err) == (2, True)
+    assert '--map' in terminal.run(*command).err
+    assert 'none.yaml: cannot be read' in terminal.run(*command, '--map', 'none.yaml').err
+
+
+def test_export_as_csv_and_parquet(terminal: Terminal, bag: Path) -> None:
+    done = terminal.run('export', bag, '--csv', '--out', 'a.csv')
+    assert done.code == 0, done.err
+    head, *rows = (terminal.directory / 'a.csv').read_text().splitlines()
+    assert head.startswith('stamp_ns,time_s,position_m,velocity_m_per_s,pressure_1_Pa,')
+    assert len(rows) == json.loads(terminal.run('info', bag, '--json').out)['samples']
+    data = json.loads(terminal.run('export', bag, '--parquet', '--out', 'a.pq', '--json').out)
+    assert data['columns'] == head.split(',')
+    assert terminal.run('export', bag, '--csv', '--out', 'b.csv', '--quiet') == (0, '', '')
+    assert 'exists' in terminal.run('export', bag, '--csv', '--out', 'a.csv').err
+    assert '--csv or --parquet' in terminal.run('export', bag).err
+    assert 'does not exist' in terminal.run('export', 'none', '--csv').err
