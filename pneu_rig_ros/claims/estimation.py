@@ -4,7 +4,7 @@ import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
-from pneu_rig_ros.claims.findings import Finding
+from pneu_rig_ros.claims.findings import Finding, at_most
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.sensors import SensorSet
 
@@ -20,7 +20,7 @@ def estimated_friction(laboratory: Laboratory) -> list[Finding]:
             Finding(
                 f'{name}: RMS error within 5 % of F_smax',
                 f'{error:.2f} N, {share:.1%}',
-                share <= 0.05,
+                at_most(share, 0.05),
             )
         )
     return findings

@@ -18,6 +18,8 @@ INTERVAL = 1.16e-3
 """Sampling interval [s], section 2.1 of the paper."""
 LONGEST_STROKE = 100.0
 """A stroke is given up after this time [s]."""
+BLOCK = 5.0
+"""A stroke is looked at again after each such time, whether it is done [s]."""
 END_SHARE = 0.98
 """A stroke counts as done at this share of the way to the end stop [-]."""
 
@@ -28,13 +30,19 @@ class Reading:
     One choice of everything that the paper does not print.
 
     :param name: of the reading
-    :param friction: fields of ``Friction`` that differ from the shipped file
-    :param rest_time: rest before the stroke [s], None for the shipped one
+    :param friction: fields of ``Friction`` that differ from the shipped files
+    :param operation: ``rest_time`` [s] and ``initial_position`` [m] that differ
+    :param single: name of a cylinder -> fields of ``Friction`` that differ for it alone
     """
 
     name: str = 'default'
     friction: Mapping[str, Any] = field(default_factory=dict)
-    rest_time: float | None = None
+    operation: Mapping[str, float] = field(default_factory=dict)
+    single: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def friction_of(self, cylinder: str) -> dict[str, Any]:
+        """Return the fields of ``Friction`` that differ for a cylinder."""
+        return {**self.friction, **self.single.get(cylinder, {})}
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,7 @@ class Experiment:
     :param u: command of Eq. 1 [V]
     :param supply_pressure: absolute [Pa]
     :param load_mass: external load [kg]
-    :param initial_position: [m]
+    :param initial_position: [m], None for that of the reading
     :param law: name of the friction law
     """
 
@@ -54,7 +62,7 @@ class Experiment:
     u: float
     supply_pressure: float = 5e5
     load_mass: float = 0.2
-    initial_position: float = 0.0
+    initial_position: float | None = None
     law: str = 'revised_lugre_dwell'
 
 
@@ -95,6 +103,11 @@ class Stroke:
         stroke = self.plant.model.cylinder.stroke
         return bool(self.run.position[-1] >= END_SHARE * stroke)
 
+    @property
+    def start(self) -> float:
+        """Initial position [m]."""
+        return self.plant.model.operation.initial_position
+
     def column(self, name: str, first: int = 0) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return a field of all cycles from number ``first`` on, shape (n,)."""
         return np.array([getattr(cycle, name) for cycle in self.cycles[first:]])
@@ -126,26 +139,32 @@ class Laboratory:
     def plant(self, experiment: Experiment) -> Plant:
         """Return the plant of an experiment, at rest at its start."""
         model = _shipped(experiment.cylinder)
-        rest = self.reading.rest_time
-        operation = model.operation._replace(
-            supply_pressure=experiment.supply_pressure,
-            load_mass=experiment.load_mass,
-            initial_position=experiment.initial_position,
-            rest_time=model.operation.rest_time if rest is None else rest,
-        )
+        conditions = {
+            **self.reading.operation,
+            'supply_pressure': experiment.supply_pressure,
+            'load_mass': experiment.load_mass,
+        }
+        if experiment.initial_position is not None:
+            conditions['initial_position'] = experiment.initial_position
+        operation = model.operation._replace(**conditions)
         law = FRICTION_MODELS.index(experiment.law)
-        friction = model.friction._replace(**self.reading.friction, model=law)
+        changes = self.reading.friction_of(experiment.cylinder)
+        friction = model.friction._replace(**changes, model=law)
         changed = model._replace(operation=operation, friction=friction)
         return Plant(changed, tolerance=self._tolerance)
 
     def _simulate(self, experiment: Experiment) -> Stroke:
         plant = self.plant(experiment)
-        voltages = np.tile(valve_voltages(experiment.u), (round(LONGEST_STROKE / INTERVAL), 1))
-        run = plant.run(voltages, INTERVAL)
-        done = run.position >= END_SHARE * plant.model.cylinder.stroke
-        end = int(np.argmax(done)) + 1 if done.any() else len(done)
-        columns = {name: column[:end] for name, column in run._asdict().items()}
-        return Stroke(experiment, Trajectory(**columns), plant)
+        block = np.tile(valve_voltages(experiment.u), (round(BLOCK / INTERVAL), 1))
+        end, runs = END_SHARE * plant.model.cylinder.stroke, []
+        for _ in range(round(LONGEST_STROKE / BLOCK)):
+            runs.append(plant.run(block, INTERVAL))
+            if runs[-1].position[-1] >= end:
+                break
+        columns: list[Any] = [np.concatenate(parts) for parts in zip(*runs, strict=True)]
+        done = Trajectory(*columns).position >= end
+        last = int(np.argmax(done)) + 1 if done.any() else len(done)
+        return Stroke(experiment, Trajectory(*(column[:last] for column in columns)), plant)
 
 
 @cache

@@ -7,16 +7,33 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.claims.experiments import Laboratory, Stroke
+from pneu_rig_ros.claims.experiments import Laboratory
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a statement says: what, the number measured, and whether it is so."""
+    """
+    One thing that a statement says.
+
+    :param says: what
+    :param measured: the numbers measured
+    :param margin: how far they are inside (positive) or outside of what is said, as a share of
+        it [-]; NaN when there is nothing to measure
+    """
 
     says: str
     measured: str
-    holds: bool
+    margin: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is so."""
+        return bool(self.margin >= 0.0)
+
+    @property
+    def clipped_margin(self) -> float:
+        """Margin within -1 to 1, -1 when there is nothing to measure [-]."""
+        return float(np.clip(self.margin, -1.0, 1.0)) if self.margin == self.margin else -1.0
 
 
 @dataclass(frozen=True)
@@ -24,7 +41,7 @@ class Statement:
     """
     One statement of the paper.
 
-    :param number: 1-10, as in the notes on the model
+    :param number: 1-10
     :param text: what the paper says, in a sentence
     :param measure: carries out the experiments and returns the findings
     """
@@ -47,9 +64,14 @@ class Row:
         return all(finding.holds for finding in self.findings)
 
     @property
-    def share(self) -> float:
-        """Share of the findings that hold [-]."""
-        return sum(finding.holds for finding in self.findings) / len(self.findings)
+    def margin(self) -> float:
+        """Least clipped margin of the findings [-]."""
+        return min(finding.clipped_margin for finding in self.findings)
+
+    @property
+    def shortfall(self) -> float:
+        """Mean over the findings of how far each is outside, 0 when all hold, 1 at most [-]."""
+        return sum(max(-f.clipped_margin, 0.0) for f in self.findings) / len(self.findings)
 
 
 def numbers(values: Sequence[float] | np.ndarray[Any, Any], pattern: str = '.2f') -> str:
@@ -57,42 +79,46 @@ def numbers(values: Sequence[float] | np.ndarray[Any, Any], pattern: str = '.2f'
     return ', '.join('-' if value != value else format(value, pattern) for value in values)
 
 
-def middle(values: np.ndarray[Any, Any]) -> float:
-    """Return the median, NaN of nothing."""
-    return float(np.median(values)) if len(values) else np.nan
+def at_least(value: float, bound: float) -> float:
+    """Return by which share of the bound a value is above it [-]."""
+    return _ratio(value, bound) - 1.0
 
 
-def falls(values: np.ndarray[Any, Any]) -> bool:
-    """Return whether a straight line through at least three values goes down."""
-    return len(values) >= 3 and float(np.polyfit(np.arange(len(values)), values, 1)[0]) < 0.0
+def at_most(value: float, bound: float) -> float:
+    """Return by which share of the bound a value is below it [-]."""
+    return 1.0 - _ratio(value, bound)
 
 
-def rises_throughout(values: Sequence[float], slack: float = 0.0) -> bool:
-    """Return whether each value is above the one before, but for a share of slack."""
-    return all(b > a * (1.0 - slack) for a, b in itertools.pairwise(values))
+def _ratio(value: float, bound: float) -> float:
+    return float(value / bound) if bound else np.nan
 
 
-def falls_throughout(values: Sequence[float], slack: float = 0.0) -> bool:
-    """Return whether each value is below the one before, but for a share of slack."""
-    return all(b < a * (1.0 + slack) for a, b in itertools.pairwise(values))
+def falls(values: np.ndarray[Any, Any]) -> float:
+    """Return the fall of a straight line through at least three values, by their mean [-]."""
+    if len(values) < 3:
+        return -1.0
+    slope = float(np.polyfit(np.arange(len(values)), values, 1)[0])
+    return -slope * (len(values) - 1) / float(np.mean(values))
 
 
-def dwells(stroke: Stroke) -> np.ndarray[Any, Any]:
-    """Return the dwell times between slips [s]: all but the rest before the first."""
-    return stroke.column('dwell', 1)
+def rises_throughout(values: Sequence[float]) -> float:
+    """Return the least relative rise from a value to the next [-]."""
+    return float(np.min([at_least(b, a) for a, b in itertools.pairwise(values)]))
 
 
-def slips(stroke: Stroke) -> np.ndarray[Any, Any]:
-    """Return the slip lengths [m] but for the first, from rest, and the last, into the end."""
-    return stroke.column('slip', 1)[:-1]
+def falls_throughout(values: Sequence[float]) -> float:
+    """Return the least relative fall from a value to the next [-]."""
+    return float(np.min([at_most(b, a) for a, b in itertools.pairwise(values)]))
 
 
-def grows(values: Sequence[float]) -> bool:
-    """Return whether the last finite value is above the first of at least two."""
+def grows(values: Sequence[float]) -> float:
+    """Return the relative growth from the first finite value to the last of at least two [-]."""
     finite = [value for value in values if np.isfinite(value)]
-    return len(finite) >= 2 and finite[-1] > finite[0]
+    return at_least(finite[-1], finite[0]) if len(finite) >= 2 else -1.0
 
 
-def unchanged(values: Sequence[float], share: float) -> bool:
-    """Return whether all values are finite and the largest is within a share of the smallest."""
-    return bool(np.all(np.isfinite(values))) and max(values) <= (1.0 + share) * min(values)
+def unchanged(values: Sequence[float], share: float) -> float:
+    """Return how far the largest is within a share of the smallest, as a part of the share."""
+    if not (np.all(np.isfinite(values)) and min(values) > 0.0):
+        return -1.0
+    return 1.0 - (max(values) / min(values) - 1.0) / share

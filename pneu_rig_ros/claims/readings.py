@@ -1,15 +1,18 @@
 """
 Readings of the paper by name or from a file: read strictly, written back.
 
-A file says only what differs from the shipped cylinders, for all of them::
+A file says only what differs from the shipped cylinders, for all of them or for a single one::
 
     friction:
       stop_velocity: 0.001 m/s
       static_friction_reading: follows_clock
     rest_time: 900.0 s
+    initial_position: 0.05 m
+    cylinder_1:
+      dwell_coefficient: 0.3 s^-alpha
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -43,9 +46,12 @@ NOT_PRINTED = (
     'start_velocity',
     'static_friction_reading',
     'film_reading',
+    'film_rest_velocity',
     'film_rest_reading',
 )
 """Fields of ``Friction`` that the paper leaves open; Table 2 prints the others."""
+CONDITIONS = ('rest_time', 'initial_position')
+"""Conditions of an experiment that the captions do not give."""
 SPECIFICATIONS = {k: v for k, v in specifications(Friction).items() if k != 'model'}
 """Fields that a reading may give: all but the friction law, which each experiment chooses."""
 LONGEST_NAME = 60
@@ -75,11 +81,16 @@ def load_reading(source: str | Path) -> Reading:
 
 def reading_values(reading: Reading) -> dict[str, Any]:
     """Return the mapping that, as YAML or JSON, reads back to the same reading."""
-    friction = {key: SPECIFICATIONS[key].format(v) for key, v in reading.friction.items()}
-    values: dict[str, Any] = {'name': reading.name, 'friction': friction}
-    if reading.rest_time is not None:
-        values['rest_time'] = OVERRIDES['rest_time'].format(reading.rest_time)
-    return values
+    return {
+        'name': reading.name,
+        'friction': _formatted(reading.friction),
+        **{key: OVERRIDES[key].format(value) for key, value in reading.operation.items()},
+        **{name: _formatted(friction) for name, friction in reading.single.items()},
+    }
+
+
+def _formatted(friction: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: SPECIFICATIONS[key].format(value) for key, value in friction.items()}
 
 
 def short_text(specification: Specification, value: Any) -> str:
@@ -95,9 +106,13 @@ def printed_values_changed(reading: Reading) -> list[str]:
     """Return the fields in which the reading departs from what Table 2 prints."""
     return [
         key
-        for key, value in reading.friction.items()
+        for key in SPECIFICATIONS
         if key not in NOT_PRINTED
-        and any(getattr(_friction(name), key) != value for name in CYLINDERS)
+        and any(
+            getattr(_friction(name), key) != value
+            for name in CYLINDERS
+            if (value := reading.friction_of(name).get(key)) is not None
+        )
     ]
 
 
@@ -127,17 +142,26 @@ def _parsed(path: Path) -> object:
 
 
 def _read(data: object, origin: str, stem: str) -> Reading:
-    values = _mapping(data, ('name', 'friction', 'rest_time'), origin)
-    friction = _mapping(values.get('friction', {}), SPECIFICATIONS, f'{origin}: friction')
-    rest = values.get('rest_time')
+    values = _mapping(data, ('name', 'friction', *CONDITIONS, *CYLINDERS), origin)
     return Reading(
         _name(values.get('name', stem), origin),
+        _parsed_friction(values.get('friction', {}), f'{origin}: friction'),
         {
-            key: SPECIFICATIONS[key].parse(value, f'{origin}: friction.{key}')
-            for key, value in friction.items()
+            key: OVERRIDES[key].parse(values[key], f'{origin}: {key}')
+            for key in CONDITIONS
+            if key in values
         },
-        None if rest is None else OVERRIDES['rest_time'].parse(rest, f'{origin}: rest_time'),
+        {
+            name: _parsed_friction(values[name], f'{origin}: {name}')
+            for name in CYLINDERS
+            if name in values
+        },
     )
+
+
+def _parsed_friction(data: object, where: str) -> dict[str, Any]:
+    values = _mapping(data, SPECIFICATIONS, where)
+    return {k: SPECIFICATIONS[k].parse(value, f'{where}.{k}') for k, value in values.items()}
 
 
 def _mapping(data: object, allowed: Iterable[str], where: str) -> dict[str, Any]:
@@ -161,6 +185,8 @@ def _check_with_cylinders(reading: Reading, origin: str) -> None:
     """Refuse what contradicts itself once it is put into the shipped cylinders."""
     for name in CYLINDERS:
         shipped = load_configuration(name)
-        friction = shipped.model.friction._replace(**reading.friction)
-        changed = replace(shipped, model=shipped.model._replace(friction=friction))
+        friction = shipped.model.friction._replace(**reading.friction_of(name))
+        operation = shipped.model.operation._replace(**reading.operation)
+        model = shipped.model._replace(friction=friction, operation=operation)
+        changed = replace(shipped, model=model)
         configuration_from_yaml(changed.to_yaml(), f'{origin}: with {name}')

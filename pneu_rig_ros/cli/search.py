@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,20 +43,21 @@ def run_search(count: int, seed: int | None, workers: int | None, out: Path | No
 def plain(outcomes: Sequence[Outcome], seed: int) -> dict[str, Any]:
     """Return a search as plain data; each 'reading' is one that ``--reading`` accepts."""
     from pneu_rig_ros.claims.readings import reading_values
-    from pneu_rig_ros.claims.search import WANTED
     from pneu_rig_ros.claims.statements import STATEMENTS
 
     return {
         'settings_tried': len(outcomes),
+        'settings_pursued': sum(outcome.pursued for outcome in outcomes),
         'seed': seed,
+        'command': f'pneu-rig claims --search {len(outcomes)} --seed {seed}',
         'statements': {str(statement.number): statement.text for statement in STATEMENTS},
-        'ranked_first_by': list(WANTED),
-        'held_by': {str(number): held for number, held in held_by(outcomes).items()},
+        'held_by': _keyed(held_by(outcomes)),
+        'best_margin': _keyed(best_margins(outcomes)),
         'best': [
             {
                 'held': sum(outcome.holds.values()),
-                'holds': {str(number): bool(held) for number, held in outcome.holds.items()},
-                'share': {str(number): round(s, 4) for number, s in outcome.share.items()},
+                'holds': _keyed(outcome.holds),
+                'margin': _keyed(outcome.margins),
                 'reading': reading_values(outcome.reading),
             }
             for outcome in outcomes[:SHOWN]
@@ -64,15 +65,39 @@ def plain(outcomes: Sequence[Outcome], seed: int) -> dict[str, Any]:
     }
 
 
+def _keyed(values: Mapping[int, float]) -> dict[str, Any]:
+    """Return values by number of a statement as JSON has them, in four digits."""
+    return {
+        str(number): bool(value) if isinstance(value, bool) else round(float(value), 4)
+        for number, value in values.items()
+    }
+
+
 def held_by(outcomes: Sequence[Outcome]) -> dict[int, int]:
     """Return number of a statement -> number of settings under which it holds."""
-    numbers = outcomes[0].holds
-    return {number: sum(outcome.holds[number] for outcome in outcomes) for number in numbers}
+    from pneu_rig_ros.claims.statements import STATEMENTS
+
+    return {
+        statement.number: sum(outcome.holds.get(statement.number, False) for outcome in outcomes)
+        for statement in STATEMENTS
+    }
+
+
+def best_margins(outcomes: Sequence[Outcome]) -> dict[int, float]:
+    """Return number of a statement -> the largest margin under any setting [-]."""
+    from pneu_rig_ros.claims.statements import STATEMENTS
+
+    return {
+        statement.number: max(outcome.margins.get(statement.number, -1.0) for outcome in outcomes)
+        for statement in STATEMENTS
+    }
 
 
 def _print(outcomes: Sequence[Outcome]) -> None:
     from rich import box
     from rich.table import Table
+
+    from pneu_rig_ros.claims.statements import STATEMENTS
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_footer=True)
     table.add_column('rank', 'held by', justify='right', no_wrap=True)
@@ -80,13 +105,14 @@ def _print(outcomes: Sequence[Outcome]) -> None:
         table.add_column(str(number), str(held), justify='right', no_wrap=True)
     table.add_column('held', justify='right')
     for rank, outcome in enumerate(outcomes[:SHOWN], start=1):
-        fares = [_fares(outcome, number) for number in outcome.holds]
+        fares = [_fares(outcome, statement.number) for statement in STATEMENTS]
         table.add_row(str(rank), *fares, str(sum(outcome.holds.values())))
     output.print_table(table)
     terminal = output.console()
+    pursued = sum(outcome.pursued for outcome in outcomes)
     terminal.print(
-        f'\nyes: the statement holds; else the share of its findings that hold; '
-        f'held by: of {len(outcomes)} settings tried\n',
+        f'\nyes: the statement holds; else by which share its worst finding fails; held by: of '
+        f'{len(outcomes)} settings tried, of which {pursued} stick and slip on every cylinder\n',
         style='dim',
     )
     for rank, outcome in enumerate(outcomes[:SHOWN], start=1):
@@ -95,17 +121,22 @@ def _print(outcomes: Sequence[Outcome]) -> None:
 
 
 def _fares(outcome: Outcome, number: int) -> str:
-    return 'yes' if outcome.holds[number] else f'{outcome.share[number]:.0%}'
+    margin = outcome.margins.get(number)
+    return '' if margin is None else 'yes' if margin >= 0.0 else f'{margin:.0%}'
 
 
 def describe(reading: Reading) -> str:
     """Return a setting in one line."""
     from pneu_rig_ros.claims.readings import SPECIFICATIONS, short_text
+    from pneu_rig_ros.rig.configuration import OVERRIDES
 
     parts = [
-        f'{key.replace("_", " ")} {short_text(SPECIFICATIONS[key], value)}'
-        for key, value in reading.friction.items()
+        f'{key.replace("_", " ")} {short_text(specifications[key], value)}'
+        for values, specifications in (
+            (reading.friction, SPECIFICATIONS),
+            (reading.operation, OVERRIDES),
+        )
+        for key, value in values.items()
         if value != ()
     ]
-    rest = reading.rest_time
-    return ', '.join(parts if rest is None else [*parts, f'rest time {rest:.6g} s'])
+    return ', '.join(parts)

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.claims.dwell_law import PAUSES, pauses
+from pneu_rig_ros.claims.dwell_law import PAUSES, pauses, static_peaks
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Experiment, Laboratory, Stroke
 from pneu_rig_ros.claims.statements import (
     COMMANDS,
@@ -20,8 +20,8 @@ from pneu_rig_ros.claims.statements import (
     LOAD_COMMAND,
     LOADS,
     RLG,
-    STARTS,
     SUPPLIES,
+    starts,
 )
 from pneu_rig_ros.report.figure import BAR, BLUE, GREY, ORANGE, STYLE
 
@@ -197,29 +197,28 @@ def _finish_panels(axes: Sequence[Axes], strokes: Sequence[Stroke]) -> None:
     axes[3].set_xlim(0.0, 1.002 * max(float(stroke.run.time[-1]) for stroke in strokes))
 
 
-Choice = Callable[[str, float], Iterator[tuple[str, Experiment]]]
-"""Name of a cylinder, its stroke [m] -> label and experiment of each curve."""
+Choice = Callable[[Laboratory, str], Iterator[tuple[str, Experiment]]]
+"""Laboratory, name of a cylinder -> label and experiment of each curve."""
 
 
-def _commands(name: str, _: float) -> Iterator[tuple[str, Experiment]]:
+def _commands(_: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
     for u in COMMANDS[name]:
         yield f'{u:.2f} V', replace(CAPTIONS[name], u=u)
 
 
-def _supplies(name: str, _: float) -> Iterator[tuple[str, Experiment]]:
+def _supplies(_: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
     for pressure in SUPPLIES:
         yield f'{pressure / BAR - 1.0:g} bar', replace(CAPTIONS[name], supply_pressure=pressure)
 
 
-def _loads(name: str, _: float) -> Iterator[tuple[str, Experiment]]:
+def _loads(_: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
     for mass in LOADS:
         yield f'{mass:g} kg', replace(CAPTIONS[name], u=LOAD_COMMAND, load_mass=mass)
 
 
-def _starts(name: str, stroke: float) -> Iterator[tuple[str, Experiment]]:
-    for share in STARTS:
-        start = share * stroke
-        yield f'{1e3 * start:g} mm', replace(CAPTIONS[name], initial_position=start)
+def _starts(laboratory: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
+    for experiment in starts(laboratory, name):
+        yield f'{1e3 * (experiment.initial_position or 0.0):g} mm', experiment
 
 
 def _sweep(laboratory: Laboratory, choice: Choice, names: Sequence[str] = CYLINDERS) -> Figure:
@@ -228,7 +227,7 @@ def _sweep(laboratory: Laboratory, choice: Choice, names: Sequence[str] = CYLIND
         figure, axes = _figure(1, len(names), 3.4)
         for panel, name, letter in zip(axes, names, LETTERS, strict=False):
             length = laboratory.perform(CAPTIONS[name]).plant.model.cylinder.stroke
-            curves = list(choice(name, length))
+            curves = list(choice(laboratory, name))
             colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(curves)))
             for (label, experiment), color in zip(curves, colors, strict=True):
                 run = laboratory.perform(experiment).run
@@ -250,7 +249,7 @@ def _static_friction(laboratory: Laboratory) -> Figure:
         for panel, name, letter in zip(axes, CYLINDERS, LETTERS, strict=False):
             stroke = laboratory.perform(CAPTIONS[name])
             _equation_16(panel, stroke)
-            panel.plot(stroke.column('dwell', 1), stroke.column('peak_friction', 1), 'o',
+            panel.plot(stroke.column('dwell', 1), static_peaks(stroke)[1:], 'o',
                        color=BLUE, markersize=4, alpha=0.6, label='in the stroke')  # fmt: skip
             panel.plot(*pauses(laboratory, name), 's', color=ORANGE, markersize=5,
                        label='after pauses')  # fmt: skip

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.claims.experiments import CYLINDERS, END_SHARE, LONGEST_STROKE, Laboratory
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.readings import (
+    CONDITIONS,
     NOT_PRINTED,
     SPECIFICATIONS,
     printed_values_changed,
@@ -93,13 +94,16 @@ def reading_table(laboratory: Laboratory) -> Iterator[Value]:
     reading = laboratory.reading
     models = [load_configuration(name).model for name in CYLINDERS]
     for key in (*NOT_PRINTED, *printed_values_changed(reading)):
-        used = [reading.friction.get(key, getattr(model.friction, key)) for model in models]
+        used = [
+            reading.friction_of(name).get(key, getattr(model.friction, key))
+            for name, model in zip(CYLINDERS, models, strict=True)
+        ]
         texts = tuple(short_text(SPECIFICATIONS[key], value) for value in used)
         yield Value(key, SPECIFICATIONS[key].description, texts, key not in NOT_PRINTED)
-    rests = [model.operation.rest_time for model in models]
-    used = rests if reading.rest_time is None else [reading.rest_time] * len(rests)
-    rest = OVERRIDES['rest_time']
-    yield Value('rest_time', rest.description, tuple(short_text(rest, t) for t in used), False)
+    for key in CONDITIONS:
+        used = [reading.operation.get(key, getattr(m.operation, key)) for m in models]
+        texts = tuple(short_text(OVERRIDES[key], value) for value in used)
+        yield Value(key, OVERRIDES[key].description, texts, False)
 
 
 def data_address(figure: Figure) -> str:

@@ -44,9 +44,9 @@ def test_json_alone_is_the_whole_output(run: Run, tmp_path: Path) -> None:
 
 def test_row_tells_in_full_what_does_not_hold() -> None:
     findings = (
-        Finding('cylinder_1: shorter', '3, 2 s', True),
-        Finding('cylinder_1: fewer', '9, 2', True),
-        Finding('larger', '1, 1 mm', False),
+        Finding('cylinder_1: shorter', '3, 2 s', 0.5),
+        Finding('cylinder_1: fewer', '9, 2', 0.0),
+        Finding('larger', '1, 1 mm', -0.1),
     )
     row = Row(Statement(1, 'text', lambda _: findings), findings)
     assert _measured(row) == 'cylinder_1: 3, 2 s; 9, 2\nNOT larger: 1, 1 mm'

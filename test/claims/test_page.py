@@ -113,7 +113,7 @@ def one_figure(monkeypatch: pytest.MonkeyPatch) -> Picture:
 def test_hostile_names_are_text(
     rows: list[Row], laboratory: Laboratory, one_figure: Picture, tmp_path: Path
 ) -> None:
-    finding = Finding(HOSTILE, HOSTILE, False)
+    finding = Finding(HOSTILE, HOSTILE, -1.0)
     row = Row(replace(rows[0].statement, text=HOSTILE), (finding,))
     hostile = Laboratory(Reading(HOSTILE))
     hostile.perform = laboratory.perform  # type: ignore[method-assign]
@@ -128,7 +128,7 @@ def test_hostile_names_are_text(
 def test_changed_table_2_is_told(
     rows: list[Row], laboratory: Laboratory, one_figure: Picture, tmp_path: Path
 ) -> None:
-    changed = Laboratory(Reading('moved', {'dwell_coefficient': 0.5}, 60.0))
+    changed = Laboratory(Reading('moved', {'dwell_coefficient': 0.5}, {'rest_time': 60.0}))
     changed.perform = laboratory.perform  # type: ignore[method-assign]
     page = Reader(write_page(tmp_path / 'page.html', rows, changed).read_text())
     assert 'changes values that Table 2 prints: dwell_coefficient' in page.text

@@ -1,6 +1,7 @@
 """Readings are read strictly and written back to the same values."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from pneu_rig_ros.claims.readings import (
     shipped_readings,
     short_text,
 )
-from pneu_rig_ros.claims.search import anywhere
+from pneu_rig_ros.claims.search import anywhere, reading_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import FOLLOWS_CLOCK
 
@@ -27,6 +28,8 @@ friction:
   element_limit: [2.0 N]
   static_friction_reading: follows_clock
 rest_time: 900.0 s
+initial_position: 0.05 m
+cylinder_1: {dwell_coefficient: 0.3 s^-alpha}
 """
 
 
@@ -39,21 +42,25 @@ def test_file_gives_what_differs(file: Path) -> None:
     file.write_text(GOOD)
     reading = load_reading(file)
     assert reading.name == 'mine'
-    assert reading.rest_time == 900.0
+    assert reading.operation == {'rest_time': 900.0, 'initial_position': 0.05}
+    assert reading.single == {'cylinder_1': {'dwell_coefficient': 0.3}}
+    assert reading.friction_of('cylinder_1')['stop_velocity'] == 0.001
+    assert 'dwell_coefficient' not in reading.friction_of('cylinder_2')
     assert reading.friction == {
         'stop_velocity': 0.001,
         'element_stiffness': (6e4, 4e4),
         'element_limit': (2.0,),
         'static_friction_reading': FOLLOWS_CLOCK,
     }
-    assert printed_values_changed(reading) == []
+    assert printed_values_changed(reading) == ['dwell_coefficient']
 
 
 @pytest.mark.parametrize('seed', range(5))
 @pytest.mark.parametrize('write', [yaml.safe_dump, json.dumps], ids=['yaml', 'json'])
 def test_written_reading_reads_back(file: Path, seed: int, write: object) -> None:
     assert callable(write)
-    reading = anywhere(np.random.default_rng(seed))
+    drawn = reading_of(anywhere(np.random.default_rng(seed)))
+    reading = replace(drawn, single={'cylinder_2': {'coulomb_force': 0.75}})
     file.write_text(write(reading_values(reading)))
     assert load_reading(file) == reading
 
@@ -66,7 +73,7 @@ def test_shipped_readings_load(name: str) -> None:
 @pytest.mark.parametrize(
     ('text', 'complaint'),
     [
-        ('', 'expected a mapping with some of name, friction, rest_time'),
+        ('', 'expected a mapping with some of name, friction, rest_time, initial_position, '),
         ('- 1', 'expected a mapping'),
         ('{', 'not valid YAML'),
         ('frictoin: {}', "unknown name 'frictoin', did you mean 'friction'"),
@@ -82,6 +89,10 @@ def test_shipped_readings_load(name: str) -> None:
         ('friction: {film_reading: print}', "film_reading: unknown name 'print'"),
         ('friction: {film_reading: [printed]}', 'film_reading: unknown name'),
         ('friction: {coulomb_force: 24 N}', 'with cylinder_1: .*at least coulomb_force'),
+        ('cylinder_4: {}', "unknown name 'cylinder_4', did you mean"),
+        ('cylinder_2: {model: lugre}', "cylinder_2: unknown name 'model'"),
+        ('cylinder_3: {coulomb_force: 27 N}', 'with cylinder_3: .*at least coulomb_force'),
+        ('initial_position: 0.25 m', 'with cylinder_2: .*must be within the stroke'),
         ('rest_time: 5 min', 'rest_time: unit min'),
         ('rest_time: -1 s', 'rest_time: -1 s is not within 0 to'),
         ('name: 7', 'name: 7 is not a line of 1 to 60 characters'),

@@ -8,7 +8,16 @@ import pytest
 
 from pneu_rig_ros.claims import search as module
 from pneu_rig_ros.claims.readings import load_reading
-from pneu_rig_ros.claims.search import draw, search
+from pneu_rig_ros.claims.search import (
+    CHOICES,
+    LINEAR_RANGES,
+    LOG_RANGES,
+    anywhere,
+    breed,
+    draw,
+    evaluate,
+    search,
+)
 from pneu_rig_ros.claims.statements import STATEMENTS
 from pneu_rig_ros.cli.search import describe, held_by, plain
 
@@ -16,27 +25,46 @@ from .conftest import Run
 
 
 @pytest.fixture
-def one_statement(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Measure statement 3 only, in batches of two, so that settings next to others come up."""
-    monkeypatch.setattr(module, 'STATEMENTS', [s for s in STATEMENTS if s.number == 3])
-    monkeypatch.setattr(module, 'WANTED', (3,))
-    monkeypatch.setattr(module, 'BATCH', 2)
+def three_statements(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Measure statements 1 to 3 only, in batches of four, so that settings are soon bred."""
+    monkeypatch.setattr(module, 'STATEMENTS', STATEMENTS[:3])
+    monkeypatch.setattr(module, 'CHEAPEST_FIRST', STATEMENTS[:3])
+    monkeypatch.setattr(module, 'BATCH', 4)
+    monkeypatch.setattr(module, 'PARENTS', 2)
 
 
-@pytest.mark.usefixtures('one_statement')
+@pytest.mark.usefixtures('three_statements')
 def test_same_seed_same_result_whatever_the_workers() -> None:
     done: list[int] = []
-    alone = search(6, 5, 1, done.append)
-    assert search(6, 5, 2) == alone
-    assert done[-1] == len(alone) == 6
-    assert sorted(alone, key=lambda outcome: outcome.rank, reverse=True) == alone
-    assert held_by(alone) == {3: sum(outcome.holds[3] for outcome in alone)}
+    alone = search(12, 5, 1, done.append)
+    assert search(12, 5, 2) == alone
+    assert done[-1] == len(alone) == 12
+    assert sorted(alone, key=lambda outcome: outcome.score, reverse=True) == alone
+    assert alone[0].pursued
+    assert held_by(alone)[3] == sum(outcome.holds.get(3, False) for outcome in alone)
 
 
 def test_another_seed_draws_other_settings() -> None:
-    first, again, second = (list(draw(np.random.default_rng(s), [], 3)) for s in (1, 1, 2))
+    first, again, second = (draw(np.random.default_rng(s), [], 3) for s in (1, 1, 2))
     assert first == again
     assert all(a != b for a, b in zip(first, second, strict=True))
+
+
+def test_bred_settings_stay_in_range() -> None:
+    rng = np.random.default_rng(1)
+    parents = [anywhere(rng) for _ in range(4)]
+    for _ in range(100):
+        child = breed(rng, parents)
+        assert set(child) == set(parents[0])
+        assert all(0.0 <= child[name] <= 1.0 for name in (*LOG_RANGES, *LINEAR_RANGES))
+        assert all(child[name] in range(size) for name, size in CHOICES.items())
+
+
+def test_hopeless_setting_is_given_up_early() -> None:
+    genes = anywhere(np.random.default_rng(1))
+    hopeless = evaluate(genes, bar=float(len(STATEMENTS)))
+    assert len(hopeless.margins) < len(STATEMENTS)
+    assert not hopeless.pursued
 
 
 def test_command_prints_and_writes_the_best(run: Run, tmp_path: Path) -> None:

@@ -1,13 +1,26 @@
 """The statements of the paper that hold under the default reading, each with its margin."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from pneu_rig_ros.claims.dwell_law import equation_16
-from pneu_rig_ros.claims.experiments import CAPTIONS, Laboratory
-from pneu_rig_ros.claims.findings import Row, grows, unchanged
+from pneu_rig_ros.claims.dwell_law import equation_16, static_peaks
+from pneu_rig_ros.claims.experiments import CAPTIONS, Laboratory, Reading
+from pneu_rig_ros.claims.findings import (
+    Finding,
+    Row,
+    at_least,
+    at_most,
+    falls,
+    falls_throughout,
+    grows,
+    rises_throughout,
+    unchanged,
+)
+from pneu_rig_ros.claims.statements import STATEMENTS, starts
 
 HOLD = (3, 4, 10)
 
@@ -29,17 +42,51 @@ def test_equation_16_of_cylinder_1() -> None:
     assert grown == pytest.approx([4.0, 6.3, 9.3, 13.5], abs=0.06)
 
 
-@pytest.mark.parametrize(
-    ('values', 'answer'),
-    [([1.0, 2.0], True), ([2.0, 1.0], False), ([np.nan, 1.0, 2.0], True), ([1.0, np.nan], False)],
-)
-def test_growth_needs_two_values(values: list[float], answer: bool) -> None:
-    assert grows(values) == answer
+def test_static_peak_is_the_largest_force_before_the_onset() -> None:
+    stroke = Laboratory().perform(CAPTIONS['cylinder_1'])
+    whole, before = stroke.column('peak_friction'), static_peaks(stroke)
+    assert len(before) == stroke.count
+    assert np.all(before <= 1.05 * whole)
 
 
 @pytest.mark.parametrize(
-    ('values', 'answer'),
-    [([1.0, 1.2], True), ([1.0, 1.4], False), ([1.0, np.nan], False), ([np.nan, 1.0], False)],
+    ('margin', 'of'),
+    [
+        (at_least, ((3.0, 2.0), 0.5, (1.0, 2.0), -0.5)),
+        (at_most, ((1.0, 2.0), 0.5, (3.0, 2.0), -0.5)),
+        (rises_throughout, (([1.0, 2.0, 3.0],), 0.5, ([1.0, 2.0, 1.0],), -0.5)),
+        (falls_throughout, (([4.0, 2.0, 1.0],), 0.5, ([4.0, 2.0, 3.0],), -0.5)),
+        (grows, (([np.nan, 2.0, 1.0, 3.0],), 0.5, ([1.0, np.nan],), -1.0)),
+        (unchanged, (([1.0, 1.15], 0.3), 0.5, ([1.0, 1.45], 0.3), -0.5)),
+        (falls, ((np.array([1.5, 1.0, 0.5]),), 1.0, (np.array([0.5, 1.0, 1.5]),), -1.0)),
+    ],
 )
-def test_unchanged_needs_all_values(values: list[float], answer: bool) -> None:
-    assert unchanged(values, 0.3) == answer
+def test_margin_is_positive_when_it_is_so(
+    margin: Callable[..., float], of: tuple[tuple[Any, ...], float, tuple[Any, ...], float]
+) -> None:
+    so, inside, not_so, outside = of
+    assert margin(*so) == pytest.approx(inside)
+    assert margin(*not_so) == pytest.approx(outside)
+
+
+@pytest.mark.parametrize(
+    'margin',
+    [
+        at_least(np.nan, 1.0), at_most(1.0, 0.0), rises_throughout([1.0, np.nan, 2.0]),
+        falls_throughout([2.0, 0.0, 1.0]), unchanged([1.0, np.nan], 0.3), unchanged([0.0], 0.3),
+        falls(np.array([2.0, 1.0])),
+    ],
+)  # fmt: skip
+def test_nothing_measured_does_not_hold(margin: float) -> None:
+    finding = Finding('says', 'nothing', margin)
+    assert not finding.holds
+    assert finding.clipped_margin == -1.0
+    assert Row(STATEMENTS[0], (finding,)).shortfall == 1.0
+
+
+def test_stroke_starts_where_the_reading_says_unless_the_experiment_does() -> None:
+    laboratory = Laboratory(Reading('further', operation={'initial_position': 0.03}))
+    point = CAPTIONS['cylinder_2']
+    assert laboratory.plant(point).state.position == 0.03
+    assert laboratory.plant(replace(point, initial_position=0.0)).state.position == 0.0
+    assert [p.initial_position for p in starts(laboratory, 'cylinder_2')] == [0.03, 0.04, 0.05]
