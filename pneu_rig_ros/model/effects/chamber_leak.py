@@ -28,6 +28,8 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] into chamber 1 and 2: Eq. 3 with a fixed opening."""
+    if parameters.area_1 <= 0.0 and parameters.area_2 <= 0.0:
+        return 0.0, 0.0
     outside = model.gas.atmospheric_pressure
     leak_1 = port_flow(signals.pressure_1, outside, parameters.area_1, model.valve, model.gas)
     leak_2 = port_flow(signals.pressure_2, outside, parameters.area_2, model.valve, model.gas)

@@ -33,6 +33,8 @@ def contribution(
     At rest the direction is that in which the bristles are bent; it turns within half of F_c,
     so that the level has no jump.
     """
+    if parameters.asymmetry == 0.0:
+        return 0.0, 0.0
     law = model.friction
     if signals.sticking:
         direction = min(max(2.0 * signals.bristle_force / law.coulomb_force, -1.0), 1.0)

@@ -30,6 +30,8 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the weight along the outstroke [N] and no added mass."""
+    if parameters.angle == 0.0:
+        return 0.0, 0.0
     mass = model.cylinder.moving_mass + model.operation.load_mass
     return -mass * STANDARD_GRAVITY * math.sin(parameters.angle), 0.0
 

@@ -64,6 +64,8 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] that leak into chamber 1 and 2."""
+    if parameters.intake_area <= 0.0 and parameters.exhaust_area <= 0.0:
+        return 0.0, 0.0
     s = signals
     leak_1 = leak_into(s.voltage_1, s.pressure_1, s.supply_1, model, parameters)
     leak_2 = leak_into(s.voltage_2, s.pressure_2, s.supply_2, model, parameters)

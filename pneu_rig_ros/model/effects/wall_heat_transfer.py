@@ -27,6 +27,8 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the heat flows [W] into the gas of chamber 1 and 2: Newton's law of cooling."""
+    if parameters.conductance_1 <= 0.0 and parameters.conductance_2 <= 0.0:
+        return 0.0, 0.0
     wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
     gas_1 = signals.pressure_1 * signals.volume_1 / (signals.gas_mass_1 * gas_constant)
     gas_2 = signals.pressure_2 * signals.volume_2 / (signals.gas_mass_2 * gas_constant)
