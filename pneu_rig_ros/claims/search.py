@@ -11,12 +11,13 @@ import signal
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from itertools import repeat
 from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.claims.experiments import Laboratory, Reading
+from pneu_rig_ros.claims.experiments import CYLINDERS, Laboratory, Reading
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
 from pneu_rig_ros.model.parameters import (
@@ -24,6 +25,7 @@ from pneu_rig_ros.model.parameters import (
     FILM_REST_READINGS,
     STATIC_FRICTION_READINGS,
 )
+from pneu_rig_ros.rig import load_configuration
 
 WANTED = (3, 4, 5, 6, 7, 9, 10)
 """Statements that decide between settings under which as many hold."""
@@ -57,8 +59,11 @@ CHOICES = {
     'static_friction_reading': len(STATIC_FRICTION_READINGS),
     'film_reading': len(FILM_READINGS),
     'film_rest_reading': len(FILM_REST_READINGS),
+    'threshold_reading': 2,  # the same in m/s for all cylinders, or in shares of F_smax / sigma_2
 }
 """Readings searched: number of alternatives."""
+THRESHOLDS = ('stop_velocity', 'start_velocity')
+"""Quantities that are those of cylinder 1 where they are shares."""
 
 Genes = dict[str, float]
 """Name -> place of a quantity in its range, 0 to 1, or index of a reading."""
@@ -175,17 +180,36 @@ def reading_of(genes: Genes) -> Reading:
     """Return the setting as a reading."""
     value = {name: low * (high / low) ** genes[name] for name, (low, high) in LOG_RANGES.items()}
     value |= {n: low + (high - low) * genes[n] for n, (low, high) in LINEAR_RANGES.items()}
-    friction: dict[str, Any] = {name: int(genes[name]) for name in CHOICES}
+    value['start_velocity'] = max(value['start_velocity'], value['stop_velocity'])
     time = value['fluid_time_constant']
-    friction |= {
+    friction: dict[str, Any] = {
+        **{name: int(genes[name]) for name in CHOICES if name != 'threshold_reading'},
         'fluid_time_constant': time if time >= 1e-3 else 0.0,
-        'stop_velocity': value['stop_velocity'],
         'film_rest_velocity': value['film_rest_velocity'],
-        'start_velocity': max(value['start_velocity'], value['stop_velocity']),
         **_elements(value['stiffness'], value['soft_share'], value['soft_limit']),
     }
+    thresholds = {name: value[name] for name in THRESHOLDS}
     conditions = {name: value[name] for name in ('rest_time', 'initial_position')}
-    return Reading('searched', friction, conditions)
+    if not genes['threshold_reading']:
+        return Reading('searched', friction | thresholds, conditions)
+    single = {
+        cylinder: {name: limit * relative_speed(cylinder) for name, limit in thresholds.items()}
+        for cylinder in CYLINDERS
+    }
+    return Reading('searched', friction, conditions, single)
+
+
+@cache
+def relative_speed(cylinder: str) -> float:
+    """
+    Return F_smax / sigma_2 of a cylinder, in that of cylinder 1 [-].
+
+    At that speed the viscous friction alone is as large as the largest static friction: the speed
+    of the slips scales with it.
+    """
+    laws = [load_configuration(name).model.friction for name in (cylinder, CYLINDERS[0])]
+    own, first = (law.breakaway_force / law.viscous_coefficient for law in laws)
+    return own / first
 
 
 def _elements(stiffness: float, share: float, limit: float) -> dict[str, tuple[float, ...]]:

@@ -13,6 +13,7 @@ from pneu_rig_ros.cli import output
 if TYPE_CHECKING:
     from pneu_rig_ros.claims.experiments import Reading
     from pneu_rig_ros.claims.search import Outcome
+    from pneu_rig_ros.model.quantity import Specification
 
 SHOWN = 10
 """So many settings are printed and written."""
@@ -130,12 +131,11 @@ def describe(reading: Reading) -> str:
     from pneu_rig_ros.claims.readings import SPECIFICATIONS, short_text
     from pneu_rig_ros.rig.configuration import OVERRIDES
 
+    specifications: dict[str, Specification] = {**SPECIFICATIONS, **OVERRIDES}
+    sections = {'': {**reading.friction, **reading.operation}, **reading.single}
     parts = [
-        f'{key.replace("_", " ")} {short_text(specifications[key], value)}'
-        for values, specifications in (
-            (reading.friction, SPECIFICATIONS),
-            (reading.operation, OVERRIDES),
-        )
+        f'{section} {key} {short_text(specifications[key], value)}'.replace('_', ' ').strip()
+        for section, values in sections.items()
         for key, value in values.items()
         if value != ()
     ]
