@@ -52,12 +52,12 @@ def run(carry, interval, first, voltages, states, extras, tolerance, longest, mo
 
 @njit(cache=True, error_model='numpy', nogil=True)
 def follow(
-    carry, interval, voltages, actions, measured, rests, states, extras, tolerance, longest,
-    model, effects,
+    carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
+    longest, model, effects,
 ):
     _follow(
-        carry, interval, voltages, actions, measured, rests, states, extras, tolerance, longest,
-        model, effects,
+        carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
+        longest, model, effects,
     )
 
 

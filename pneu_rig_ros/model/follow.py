@@ -35,11 +35,12 @@ from pneu_rig_ros.model.dynamics import (
 )
 from pneu_rig_ros.model.integrator import ACCELERATION, END, NOW, Carry
 
-RESTART, MOTION, PRESSURES, REST, BREAK = 1, 2, 4, 8, 16
+RESTART, MOTION, PRESSURES, REST, BREAK, HOLD, RELEASE = 1, 2, 4, 8, 16, 32, 64
 """
 What to do at a sample, to be added up: restart from the measured position and pressures at rest;
 impose the measured motion, or the measured pressures, until the next sample; the piston has come
-to rest; the piston has broken away.
+to rest; the piston has broken away; go on from the measured position, creep and pressures, the
+bristle holding the piston, whatever the model makes of it; no longer impose anything.
 """
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
@@ -78,8 +79,8 @@ def touched_stop(position: float, model: CompiledModel) -> float:
     return 1.0 if position > model.cylinder.stroke - AT_STOP else 0.0
 
 
-def build_restart(start: Callable[..., None]) -> Callable[..., None]:
-    """Return the compiled restart from rest at a measured position and pressures."""
+def build_balance(start: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled balance of a piston that does not accelerate."""
 
     @compiled
     def balance(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
@@ -88,6 +89,27 @@ def build_restart(start: Callable[..., None]) -> Callable[..., None]:
             start(carry, model, effects)
             if carry.arrow[V_Z] < -LEAST_STIFFNESS:
                 carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
+
+    return balance
+
+
+def build_hold(balance: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled start from a measured state in which the seal holds the piston."""
+
+    @compiled
+    def hold(
+        carry: Carry, measured: Array, model: CompiledModel, effects: tuple[object, ...]
+    ) -> None:
+        set_position(carry.y1, measured[0], model)
+        set_pressures(carry.y1, measured[2], measured[3], model)
+        carry.y1[VELOCITY], carry.memory[CONTACT] = measured[1], 0.0
+        balance(carry, model, effects)
+
+    return hold
+
+
+def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled restart from rest at a measured position and pressures."""
 
     @compiled
     def restart(
@@ -121,7 +143,8 @@ def switch(time: float, memory: Array, action: int, grown: float, rest: float) -
 
 def build_act(start: Callable[..., None]) -> Callable[..., None]:
     """Return the compiled changes of state before an interval."""
-    restart = build_restart(start)
+    balance = build_balance(start)
+    restart, hold = build_restart(balance), build_hold(balance)
 
     @compiled
     def act(
@@ -131,6 +154,8 @@ def build_act(start: Callable[..., None]) -> Callable[..., None]:
         switch(carry.clock[END], carry.memory, action, carry.arrow[GROWN_STATIC], rest)
         if action & RESTART:
             restart(carry, measured, rest, model, effects)
+        if action & HOLD:
+            hold(carry, measured, model, effects)
         if action & MOTION:
             set_position(carry.y1, measured[0], model)
             carry.y1[VELOCITY], carry.memory[CONTACT] = measured[1], HELD
@@ -150,19 +175,19 @@ def build_follow(
     """
     Return the compiled run along a measured one.
 
-    ``follow(carry, interval, voltages, actions, measured, rests, states, extras, tolerance,
-    longest, model, effects)`` is ``run`` with, for the interval after sample i, ``actions[i]``
-    done with ``measured[i]``, (x, v, p1, p2) in SI units and corrected for the sensors, and
-    ``rests[i]``, the time at which the rest began [s]. Where the motion is imposed, the
-    acceleration in ``extras`` is the one that the forces would give a free piston.
+    ``follow(carry, interval, first, voltages, actions, measured, rests, states, extras,
+    tolerance, longest, model, effects)`` is ``run`` with, for the interval after sample i,
+    ``actions[i]`` done with ``measured[i]``, (x, v, p1, p2) in SI units and corrected for the
+    sensors, and ``rests[i]``, the time at which the rest began [s]. Where the motion is imposed,
+    the acceleration in ``extras`` is the one that the forces would give a free piston.
     """
     act = build_act(start)
 
     @compiled
     def follow(
-        carry: Carry, interval: float, voltages: Array, actions: Actions, measured: Array,
-        rests: Array, states: Array, extras: Array, tolerance: float, longest: float,
-        model: CompiledModel, effects: tuple[object, ...],
+        carry: Carry, interval: float, first: int, voltages: Array, actions: Actions,
+        measured: Array, rests: Array, states: Array, extras: Array, tolerance: float,
+        longest: float, model: CompiledModel, effects: tuple[object, ...],
     ) -> None:  # fmt: skip
         held = carry.voltages
         for i in range(len(voltages)):
@@ -171,7 +196,7 @@ def build_follow(
                 cut(carry, voltages[i], model, effects)
             if actions[i] != 0:
                 act(carry, actions[i], measured[i], rests[i], model, effects)
-            target = (i + 1) * interval
+            target = (first + i + 1) * interval
             while carry.clock[END] < target:
                 advance(carry, tolerance, longest, model, effects)
             carry.clock[NOW] = target

@@ -160,23 +160,26 @@ class Plant:
         self, voltages: Array, interval: float, actions: Actions, measured: Array, rests: Array
     ) -> Trajectory:
         """
-        Run from a reset along a measured run; return the states after each interval.
+        Run on along a measured run; return the states after each interval.
 
         :param voltages: u1, u2 [V], shape (m, 2)
         :param interval: [s]
         :param actions: what to do before each interval, see ``follow``, shape (m,)
         :param measured: x, v, p1, p2 [SI] that the actions use, shape (m, 4)
-        :param rests: when the rest began [s], shape (m,)
+        :param rests: when the rest began [s since the reset], shape (m,)
         """
         count = len(voltages)
         states = np.empty((count, self.state_size))
         extras = np.empty((count, len(integrator.EXTRA_NAMES)))
         self._solver.follow(
-            self._carry, interval, np.clip(voltages, 0.0, FULL_VOLTAGE), actions, measured,
-            rests, states, extras, self.tolerance, self.longest_step, self._arguments,
+            self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), actions,
+            measured, rests, states, extras, self.tolerance, self.longest_step, self._arguments,
             self.effects,
         )  # fmt: skip
-        time = (1.0 + np.arange(count, dtype=np.float64)) * interval
+        if count:
+            self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
+        time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
+        self._index += count
         return self._trajectory(time, states, extras)
 
     @property

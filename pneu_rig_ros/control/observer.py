@@ -1,0 +1,182 @@
+"""
+A model that runs beside a rig, fed with the same valve voltages, and what it gets wrong.
+
+Left to itself it would drift off: stick-slip amplifies a small error of pressure into a slip that
+comes earlier or later, and from then on everything differs. So it is brought back to the
+measurement, as in multiple shooting, but no more often than needed to see what it predicts:
+
+- When the measured piston comes to rest, position, creep and pressures are set to the measured
+  ones and the bristle is deflected so that it holds the driving force. Film, dwell clock and the
+  states of the effects cannot be measured and are carried on; a model that has missed the slip
+  breaks away for its memory's sake. One stick-slip cycle is predicted at a time.
+- A piston that does not come to rest within ``horizon`` is brought back under way: position,
+  velocity and pressures are set to the measured ones, and the bristle goes on as it is.
+- A hole in the samples, or their start, is bridged by waiting for a rest.
+
+What is measured is averaged over ``WINDOW``, so that noise is not fed into the model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.plant import Plant, PlantState
+from pneu_rig_ros.rig.configuration import RigConfiguration, override
+
+WINDOW = 0.05
+"""Length of the means and line fits that the model is restarted from [s]."""
+
+REST = 1e-3
+"""Measured speed below which the piston rests [m/s]."""
+
+REST_SHARE = 0.1
+"""A piston slower than this share of its last slide rests too: held by its seal, it creeps [-]."""
+
+MOTION = 3.0
+"""A piston faster than this multiple of the speed of rest moves [-]."""
+
+HORIZON = 1.0
+"""Default longest prediction of a piston that does not come to rest [s]."""
+
+
+class Measured(NamedTuple):
+    """One sample: position [m] and absolute pressures [Pa]."""
+
+    position: float
+    pressure_1: float
+    pressure_2: float
+
+
+class Window:
+    """
+    The latest samples: is the piston at rest, and where exactly is everything?
+
+    :param interval: sampling interval [s]
+    """
+
+    def __init__(self, interval: float) -> None:
+        self._size = max(2, round(WINDOW / interval))
+        self._interval = interval
+        self._samples: deque[Measured] = deque(maxlen=2 * self._size)
+        self._sums = [0.0, 0.0]
+        ages = interval * (np.arange(self._size) - (self._size - 1))
+        self._design = np.linalg.pinv(np.column_stack([np.ones(self._size), ages]))
+
+    def push(self, measured: Measured) -> float | None:
+        """Take the next sample; return the speed [m/s] as soon as the window is full."""
+        samples, size = self._samples, self._size
+        full = len(samples) == 2 * size
+        older, newer = self._sums
+        if full:
+            older += samples[size].position - samples[0].position
+            newer += measured.position - samples[size].position
+        samples.append(measured)
+        if not full:
+            positions = [sample.position for sample in samples]
+            older, newer = sum(positions[:size]), sum(positions[size:])
+        self._sums = [older, newer]
+        if len(samples) < 2 * size:
+            return None
+        return (newer - older) / (size * size * self._interval)
+
+    def state(self) -> tuple[float, float, float, float]:
+        """Return x [m], v [m/s], p1, p2 [Pa] now, by line fits over the newer half."""
+        newer = np.array(list(self._samples)[self._size :])
+        (x, p1, p2), (v, _, _) = self._design @ newer
+        return float(x), float(v), float(p1), float(p2)
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self._samples.clear()
+
+
+class Observer:
+    """
+    The model beside the rig.
+
+    :param configuration: the model; its sensors play no part
+    :param horizon: longest prediction of a piston that does not come to rest [s]
+    """
+
+    def __init__(self, configuration: RigConfiguration, horizon: float = HORIZON) -> None:
+        self.configuration = configuration
+        self.restarts = 0
+        self._interval = configuration.interval_ns * 1e-9
+        self._horizon = horizon
+        self._plant = Plant(configuration.model, configuration.effects)
+        self._window = Window(self._interval)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the rig: wait for its next rest."""
+        self._window.clear()
+        self._running = False
+        self._resting = True  # until it is seen to move
+        self._fastest = 0.0
+        self._sliding = math.inf
+        self._since_restart = 0.0
+        self._action = 0
+        self._start = (0.0, 0.0, 0.0, 0.0)
+
+    @property
+    def running(self) -> bool:
+        """Whether there is a prediction."""
+        return self._running
+
+    @property
+    def origin(self) -> tuple[float, float, float, float]:
+        """What the model was restarted from last: x [m], v [m/s], p1, p2 [Pa]."""
+        return self._start
+
+    def change_operation(self, **changes: float) -> None:
+        """Change supply pressure [Pa] or load [kg]; RigError when out of range."""
+        self.configuration = override(self.configuration, changes)
+        self._plant.change_operation(**changes)
+
+    def push(self, voltages: tuple[float, float], measured: Measured) -> PlantState | None:
+        """
+        Take the next sample; return the model's state at the same time, if it runs.
+
+        :param voltages: u1, u2 [V] held since the sample before
+        :param measured: the sample
+        """
+        state = self._advance(voltages) if self._running else None
+        speed = self._window.push(measured)
+        if speed is not None:
+            self._compare(abs(speed))
+        return state
+
+    def _advance(self, voltages: tuple[float, float]) -> PlantState:
+        self._plant.follow(
+            np.array([voltages]), self._interval, np.array([self._action]),
+            np.array([self._start]), np.zeros(1),
+        )  # fmt: skip
+        self._action = follow.RELEASE if self._action & follow.MOTION else 0
+        self._since_restart += self._interval
+        return self._plant.state
+
+    def _compare(self, speed: float) -> None:
+        """Decide whether the model goes on from the measured state."""
+        limit = max(REST, REST_SHARE * self._fastest)
+        came_to_rest = speed < limit and not (self._resting and self._running)
+        if came_to_rest:
+            self._resting = True
+        elif self._resting and speed > MOTION * limit:
+            self._resting, self._fastest, self._sliding = False, speed, 0.0
+        self._fastest = max(speed, self._fastest)
+        self._sliding += self._interval
+        if came_to_rest:
+            missed = self._plant.state.dwell_time > self._sliding
+            self._restart(follow.HOLD | (follow.BREAK if missed else 0))
+        elif self._running and not self._resting and self._since_restart >= self._horizon:
+            self._restart(follow.MOTION | follow.PRESSURES)
+
+    def _restart(self, action: int) -> None:
+        self._start = self._window.state()
+        self._action, self._running, self._since_restart = action, True, 0.0
+        self.restarts += 1

@@ -1,0 +1,37 @@
+"""A run along a measured one, sample by sample as a live node does it."""
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.rig import load_configuration
+
+INTERVAL = 1.16e-3
+
+
+def test_following_in_pieces_is_following_at_once() -> None:
+    model = load_configuration('cylinder_1').model
+    count = 3000
+    voltages = np.tile([2.8, 2.2], (count, 1))
+    actions = np.zeros(count, dtype=np.int64)
+    actions[[700, 1500]] = follow.RESTART
+    actions[2200] = follow.HOLD
+    actions[2600] = follow.MOTION | follow.PRESSURES
+    measured = np.tile([0.05, 0.02, 1.6e5, 1.1e5], (count, 1))
+    measured[2200, 1] = 0.001
+    rests = np.maximum(np.arange(count) * INTERVAL - 0.05, 0.0)
+    given = (voltages, actions, measured, rests)
+    at_once = Plant(model).follow(voltages, INTERVAL, *given[1:])
+    plant = Plant(model)
+    pieces = [
+        plant.follow(part[0], INTERVAL, *part[1:])
+        for part in zip(*(np.split(array, [1, 2, 900, 2601]) for array in given), strict=True)
+    ]
+    for name, whole in at_once._asdict().items():
+        joined = np.concatenate([getattr(piece, name) for piece in pieces])
+        assert np.array_equal(joined, whole), name
+    assert at_once.position[700] == pytest.approx(0.05, abs=1e-4)
+    assert at_once.position[2200] == pytest.approx(0.05, abs=1e-5)
+    assert at_once.velocity[2200] == pytest.approx(0.001, abs=5e-4)
+    assert plant.state.position == at_once.position[-1]
