@@ -15,7 +15,7 @@ READING = 0.01
 """Length of the readings whose mean is the initial position [s]."""
 
 
-def rerun(record: Record, configuration: RigConfiguration) -> Run:
+def rerun(record: Record, configuration: RigConfiguration, name: str | None = None) -> Run:
     """
     Simulate a record's run.
 
@@ -24,6 +24,7 @@ def rerun(record: Record, configuration: RigConfiguration) -> Run:
 
     :param record: the measured run
     :param configuration: the rig under the conditions of the record
+    :param name: of the run; that of the cylinder when not given
     :return: the simulated run, sample for sample beside the record
     """
     model = start_of(record, configuration.model)
@@ -32,7 +33,7 @@ def rerun(record: Record, configuration: RigConfiguration) -> Run:
     voltages = np.column_stack([record.voltage_1, record.voltage_2])[:-1]
     run = plant.run(voltages, record.interval)
     return Run(
-        configuration.name,
+        name or configuration.name,
         record.interval,
         np.concatenate([[first.position], run.position]),
         np.concatenate([[first.pressure_1], run.pressure_1]),

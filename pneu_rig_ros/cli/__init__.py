@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import click
 
 from pneu_rig_ros.cli.claims import claims
+from pneu_rig_ros.cli.compare import compare
 from pneu_rig_ros.cli.demo import demo
 from pneu_rig_ros.cli.effects import effects
 from pneu_rig_ros.cli.export import export
@@ -36,6 +37,7 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     '  pneu-rig repair runs/BAG            after a crash\n'
     '  pneu-rig import daq.csv --map map.yaml --out runs/measured\n'
     '  pneu-rig export runs/BAG --csv      for other programs\n'
+    '  pneu-rig compare runs/BAG --model cylinder_2\n'
     "  pneu-rig claims                     the paper's statements, each measured\n"
     '  pneu-rig effects                    the effects that the model can add\n',
 )
@@ -46,7 +48,18 @@ def command(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _subcommand in (demo, simulate, info, friction, repair, claims, effects, import_, export):
+for _subcommand in (
+    demo,
+    simulate,
+    info,
+    friction,
+    repair,
+    claims,
+    effects,
+    import_,
+    export,
+    compare,
+):
     command.add_command(_subcommand)
 
 

@@ -1,0 +1,46 @@
+"""`pneu-rig compare`."""
+
+import json
+from pathlib import Path
+
+from .conftest import Terminal
+
+
+def test_model_that_made_the_bag_is_near_it(terminal: Terminal, bag: Path) -> None:
+    done = terminal.run('compare', bag, '--model', 'cylinder_2', '--json')
+    assert done.code == 0, done.err
+    data = json.loads(done.out)
+    assert set(data['signals']) == {
+        'position', 'velocity', 'pressure_1', 'pressure_2', 'friction'
+    }  # fmt: skip
+    assert data['signals']['pressure_2']['unit'] == 'Pa'
+    assert data['signals']['pressure_2']['multiple'] < 2.0
+    assert data['conditions']['load_mass'] == {'value': 0.2, 'unit': 'kg', 'from': 'bag'}
+    events = data['events']
+    assert events['measured']['cycle_count'] == events['model']['cycle_count'] > 0
+    assert events['measured']['stroke_time'] is None
+
+
+def test_tables_and_page(terminal: Terminal, bag: Path) -> None:
+    done = terminal.run('compare', bag, '--model', 'cylinder_2', '--out', 'page.html')
+    assert done.code == 0, done.err
+    for text in ('RMSE / noise', 'pressure 2', 'median dwell', 'supply pressure 500000 Pa'):
+        assert text in done.out
+    assert (terminal.directory / 'page.html').read_text().startswith('<!DOCTYPE html>')
+    again = terminal.run('compare', bag, '--model', 'cylinder_2', '--out', 'page.html')
+    assert (again.code, 'page.html exists' in again.err) == (2, True)
+    assert terminal.run('compare', bag, '--model', bag, '--quiet') == (0, '', '')
+
+
+def test_what_is_wrong_is_said(terminal: Terminal, bag: Path) -> None:
+    for arguments, message in (
+        ((bag, '--model', 'cylinder_9'), "did you mean 'cylinder_"),
+        (('none', '--model', 'cylinder_2'), 'does not exist'),
+        ((bag, '--model', 'cylinder_2', '--shift', '1'), '--shift is for two bags'),
+        ((bag, '--model', bag, '--shift', '90'), 'do not overlap'),
+        ((bag,), '--model'),
+    ):
+        done = terminal.run('compare', *arguments)
+        assert done.code == 2
+        assert message in done.err
+        assert done.err.count('\n') == 1

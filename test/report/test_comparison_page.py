@@ -1,0 +1,110 @@
+"""The page of two runs: self-contained, with every metric and cycle; its figures thin honestly."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.analysis.side_by_side import (
+    Comparison,
+    compare_with_bag,
+    compare_with_model,
+)
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.report.comparison_figures import MOST_POINTS, detail, draw_cycles, thinned
+from pneu_rig_ros.report.comparison_page import signal_rows, write_page
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Seven seconds of cylinder 2: more cycles than the detail shows."""
+    configuration = load_configuration('cylinder_2')
+    return simulate(configuration, 0.34, 7.0, tmp_path_factory.mktemp('bags') / 'measured')
+
+
+@pytest.fixture(scope='module')
+def comparison(bag: Path) -> Comparison:
+    return compare_with_model(bag, load_configuration('cylinder_2', friction='lugre'), 'a <model>')
+
+
+@pytest.mark.filterwarnings('error')
+def test_page_is_whole_and_needs_nothing_else(comparison: Comparison, tmp_path: Path) -> None:
+    told: list[int] = []
+    text = write_page(tmp_path / 'page.html', comparison, told.append).read_text()
+    assert told == [1, 2, 3, 4]
+    assert text.count('<img src="data:image/svg+xml;base64,') == 4
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert 'a &lt;model&gt;' in text
+    for row in signal_rows(comparison):
+        assert f'<td>{row.signal}</td><td class="number">{row.rmse}</td>' in text
+    for cycle in comparison.measured.events.cycles:
+        assert f'{cycle.breakaway_time:.3f}' in text
+    assert list(tmp_path.iterdir()) == [tmp_path / 'page.html']
+
+
+def test_metrics_are_shown_in_the_units_of_people(comparison: Comparison) -> None:
+    position, pressure = comparison.gaps['position'], comparison.gaps['pressure_1']
+    rows = {row.signal: row for row in signal_rows(comparison)}
+    assert float(rows['position'].rmse) == pytest.approx(1e3 * position.rmse, rel=5e-3)
+    assert (rows['position'].unit, rows['pressure 1'].unit) == ('mm', 'kPa')
+    assert float(rows['pressure 1'].bias) == pytest.approx(1e-3 * pressure.bias, rel=5e-3)
+    assert position.multiple is not None
+    assert float(rows['position'].multiple) == pytest.approx(position.multiple, abs=0.05)
+
+
+def test_bag_against_itself_is_no_gap(bag: Path, tmp_path: Path) -> None:
+    same = compare_with_bag(bag, bag)
+    assert all(gap.largest == 0.0 for gap in same.gaps.values())
+    assert same.shift == 0.0
+    assert 'Second bag' in write_page(tmp_path / 'page.html', same).read_text()
+
+
+def test_shift_moves_the_second_bag(bag: Path) -> None:
+    moved = compare_with_bag(bag, bag, shift=0.116)
+    first, second = moved.measured.position, moved.simulated.position
+    np.testing.assert_allclose(first[100:], second[:-100], atol=1e-9)
+
+
+def test_conditions_are_those_of_the_bag(bag: Path) -> None:
+    other = load_configuration('cylinder_2', load_mass=5.0, supply_pressure=7e5)
+    comparison = compare_with_model(bag, other)
+    values = {condition.name: condition.value for condition in comparison.conditions}
+    assert (values['load_mass'], values['supply_pressure']) == (0.2, 5e5)
+    assert all(condition.measured for condition in comparison.conditions)
+    assert len(comparison.measured.events.cycles) == len(comparison.simulated.events.cycles)
+
+
+def test_thinned_curve_keeps_every_extreme() -> None:
+    time = np.arange(20_000.0)
+    values = np.random.default_rng(0).standard_normal(20_000)
+    values[12_345] = 50.0
+    t, v = thinned(time, values)
+    assert t.size <= MOST_POINTS
+    assert (v.max(), v.min()) == (50.0, values.min())
+    assert (np.diff(t) > 0).all()
+    np.testing.assert_array_equal(values[t.astype(int)], v)
+    assert thinned(time[:10], values[:10])[0].size == 10
+
+
+def test_detail_holds_the_first_cycles(comparison: Comparison) -> None:
+    span = detail(comparison)
+    assert span is not None
+    times = [cycle.breakaway_time for cycle in comparison.measured.events.cycles]
+    assert span[0] < times[0]
+    assert times[2] < span[1] < comparison.measured.time[-1] + 1e-9
+
+
+def test_run_without_cycles_has_no_picture_of_them(tmp_path: Path) -> None:
+    configuration = load_configuration('cylinder_2')
+    still = simulate(configuration, 0.0, 1.0, tmp_path / 'still')
+    comparison = compare_with_model(still, configuration)
+    assert draw_cycles(comparison) is None
+    assert 'Stick-slip cycles' not in write_page(tmp_path / 'page.html', comparison).read_text()
+
+
+def test_page_that_cannot_be_written(comparison: Comparison, tmp_path: Path) -> None:
+    with pytest.raises(RigError, match='cannot write the page'):
+        write_page(tmp_path / 'none' / 'page.html', comparison)
