@@ -25,6 +25,7 @@ CONSTANTS = (
     'friction.film_time_acceleration', 'friction.film_time_deceleration',
     'friction.film_time_dwell', 'friction.fluid_time_constant', 'friction.dwell_exponent',
     'friction.dwell_coefficient', 'friction.stop_velocity', 'friction.start_velocity',
+    'friction.film_rest_velocity',
     'valve.intake_coefficient', 'valve.exhaust_coefficient', 'valve.intake_voltage',
     'valve.exhaust_voltage', 'valve.laminar_pressure_ratio', 'gas.atmospheric_pressure',
     'gas.supply_temperature', 'gas.heat_capacity_ratio', 'gas.gas_constant',
@@ -33,14 +34,14 @@ CONSTANTS = (
 """Numbers of the configuration, section.key, in the order of the constants below."""
 (
     A1, A2, V10, V20, STROKE, MASS, F_S, F_C, V_S, N, SIGMA_2, SIGMA_1, V_B, TAU_P, TAU_M, TAU_0,
-    T_FLUID, ALPHA, GAMMA, V_STOP, V_START, K_V1, K_V2, U_M, U_N, LAMINAR, P_ATM, T_S, KAPPA, R,
-    P_S, LOAD, LAW, READING, FILM, FILM_REST,
+    T_FLUID, ALPHA, GAMMA, V_STOP, V_START, V_FILM, K_V1, K_V2, U_M, U_N, LAMINAR, P_ATM, T_S,
+    KAPPA, R, P_S, LOAD, LAW, READING, FILM, FILM_REST,
 ) = range(len(CONSTANTS) + 4)  # fmt: skip
 
 LAWS = ('coulomb_viscous', 'lugre', 'revised_lugre', 'revised_lugre_dwell')
 READINGS = ('follows_clock', 'latched_at_breakaway', 'held_to_next_breakaway')
 FILMS = ('printed', 'normalised')
-FILM_RESTS = ('with_dwell_clock', 'below_stop_velocity')
+FILM_RESTS = ('with_dwell_clock', 'by_speed')
 
 HIDDEN = (
     'supply_droop.resistance', 'cross_piston_leak.area', 'chamber_leak.area_1',

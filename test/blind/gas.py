@@ -53,7 +53,7 @@ from .constants import (
 FULL_VOLTAGE = 5.0
 
 
-@numba.njit(cache=True)
+@numba.njit
 def orifice(upstream: float, downstream: float, area: float, c: np.ndarray) -> float:
     """Mass flow [kg/s] of Eq. 3-5 through an area [m^2]; negative if downstream is higher."""
     if downstream > upstream:
@@ -70,7 +70,7 @@ def orifice(upstream: float, downstream: float, area: float, c: np.ndarray) -> f
     return psi * upstream * math.sqrt(k / (c[R] * c[T_S])) * area
 
 
-@numba.njit(cache=True)
+@numba.njit
 def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
     """Areas [m^2] of intake and exhaust with the spool at a voltage; full opening unbent."""
     if spool > c[U_M]:
@@ -81,14 +81,14 @@ def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-@numba.njit(cache=True)
+@numba.njit
 def drawn(supply: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray) -> float:
     """Flow [kg/s] out of the supply line at a pressure [Pa]; back flow does not raise it."""
     flow_1, flow_2 = orifice(supply, y[P1], in_1, c), orifice(supply, y[P2], in_2, c)
     return max(flow_1, 0.0) + max(flow_2, 0.0)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray) -> float:
     """Supply pressure [Pa] behind a resistance, found by bisection."""
     if e[DROOP] == 0.0 or in_1 + in_2 == 0.0:
@@ -105,7 +105,7 @@ def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np
     return c[P_S] - 0.5 * (low + high)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] past the lands: a gap's resistance grows with its length."""
     half = max(0.5 * (c[U_M] - c[U_N]), 1e-3)
@@ -115,7 +115,7 @@ def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> fl
     return into - orifice(pressure, c[P_ATM], exhaust, c)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def gas_rates(
     y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> None:

@@ -52,8 +52,8 @@ from .constants import (
     TAU_M,
     TAU_P,
     V_B,
+    V_FILM,
     V_S,
-    V_STOP,
     WARMTH,
     WORK,
     H,
@@ -66,7 +66,7 @@ from .constants import (
 GRAVITY = 9.80665
 
 
-@numba.njit(cache=True)
+@numba.njit
 def elements(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray) -> float:
     """F(z) [N]: springs, each but the last behind a slider."""
     total = 0.0
@@ -78,7 +78,7 @@ def elements(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndar
     return total
 
 
-@numba.njit(cache=True)
+@numba.njit
 def drag(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray) -> None:
     """Let the sliders that slip take their springs along."""
     for i in range(len(limit)):
@@ -86,7 +86,7 @@ def drag(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray)
         memory[ANCHORS + i] = max(z - reach, min(z + reach, memory[ANCHORS + i]))
 
 
-@numba.njit(cache=True)
+@numba.njit
 def levels(
     y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> tuple[float, float]:
@@ -102,7 +102,7 @@ def levels(
     return coulomb, max((1.0 + share) * c[F_S] + added, 0.01 * c[F_S])
 
 
-@numba.njit(cache=True)
+@numba.njit
 def static_after(dwell: float, coulomb: float, largest: float, c: np.ndarray) -> float:
     """F_s [N] after a dwell time [s], Eq. 16; the largest where the law has none."""
     if c[LAW] < 3.0:
@@ -110,7 +110,7 @@ def static_after(dwell: float, coulomb: float, largest: float, c: np.ndarray) ->
     return largest - (largest - coulomb) * math.exp(-c[GAMMA] * dwell ** c[ALPHA])
 
 
-@numba.njit(cache=True)
+@numba.njit
 def static_force(
     t: float, coulomb: float, largest: float, memory: np.ndarray, c: np.ndarray
 ) -> float:
@@ -121,7 +121,7 @@ def static_force(
     return static_after(dwell, coulomb, largest, c)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray) -> float:
     """g(v, h) [N], Eq. 11."""
     if c[LAW] == 0.0:
@@ -133,7 +133,7 @@ def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray) -> flo
     return coulomb + (top - coulomb) * math.exp(-((abs(y[V]) / c[V_S]) ** c[N]))
 
 
-@numba.njit(cache=True)
+@numba.njit
 def film_rate(
     y: np.ndarray, static: float, coulomb: float, memory: np.ndarray, c: np.ndarray
 ) -> float:
@@ -141,13 +141,13 @@ def film_rate(
     steady = min(abs(y[V]) / c[V_B], 1.0) ** (2.0 / 3.0)
     if c[FILM] == 0.0:
         steady *= max(1.0 - coulomb / static, 0.0)
-    resting = memory[STICKING] == 1.0 if c[FILM_REST] == 0.0 else abs(y[V]) < c[V_STOP]
+    resting = memory[STICKING] == 1.0 if c[FILM_REST] == 0.0 else abs(y[V]) < c[V_FILM]
     if resting:
         return (steady - y[H]) / c[TAU_0]
     return (steady - y[H]) / (c[TAU_P] if y[H] <= steady else c[TAU_M])
 
 
-@numba.njit(cache=True)
+@numba.njit
 def cushion(depth: float, speed: float, e: np.ndarray) -> float:
     """Push [N] of a cushion that is pressed in by a depth [m] at a speed [m/s]."""
     if depth <= 0.0:
@@ -156,7 +156,7 @@ def cushion(depth: float, speed: float, e: np.ndarray) -> float:
     return max(e[CUSHION_K] * depth + damping * speed, 0.0)
 
 
-@numba.njit(cache=True)
+@numba.njit
 def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] along the outstroke of weight, spring and cushions."""
     weight = -(c[MASS] + c[LOAD]) * GRAVITY * math.sin(e[ANGLE])
@@ -166,7 +166,7 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return weight + spring + inner - outer
 
 
-@numba.njit(cache=True)
+@numba.njit
 def motion_rates(
     t: float,
     y: np.ndarray,

@@ -1,6 +1,7 @@
 """Configuration files as plain numbers: read as YAML, changed, written back with units."""
 
 import copy
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ CONFIG = Path(__file__).resolve().parents[2] / 'config'
 Settings = dict[str, dict[str, Any]]
 
 
+@cache
 def texts(cylinder: str) -> dict[str, Any]:
-    """Return the complete configuration of a shipped cylinder as it is printed, with units."""
+    """Return the complete configuration of a shipped cylinder as printed; not to be changed."""
     shared = yaml.safe_load((CONFIG / 'rig.yaml').read_text())
     return {**shared, **yaml.safe_load((CONFIG / f'{cylinder}.yaml').read_text())}
 

@@ -153,8 +153,8 @@ def _wrong(name: str, cylinder: str, key: str) -> Any:
     section, field = name.split('.')
     model = settings(cylinder)[section][field]
     random = np.random.default_rng([zlib.crc32(key.encode()), zlib.crc32(name.encode())])
-    sign = random.choice([-1.0, 1.0])
+    sign = float(random.choice([-1.0, 1.0]))
     if section == 'valve' and field.endswith('voltage'):
-        return model + sign * random.uniform(0.01, 0.04)  # of an overlap of 0.15 V
-    factor = 1.0 + sign * random.uniform(0.1, 0.3)
+        return model + sign * float(random.uniform(0.01, 0.04))  # of an overlap of 0.15 V
+    factor = 1.0 + sign * float(random.uniform(0.1, 0.3))
     return [factor * item for item in model] if isinstance(model, list) else factor * model

@@ -1,0 +1,114 @@
+"""
+``make blind``: the whole matrix, or a part of it, and the page about it.
+
+Answers are kept in ``build/blind/answers.jsonl``, one line a trial: what is there already is not
+run again. ``--fresh`` forgets them.
+"""
+
+import json
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from . import page, scores
+from .answers import Answer, carry_out
+from .hidden import STRENGTHS
+from .trials import NOISES, PARTS, Trial, matrix
+
+ROOT = Path(__file__).resolve().parents[2]
+STORE = ROOT / 'build' / 'blind'
+ANSWERS = STORE / 'answers.jsonl'
+
+
+def kept() -> list[Answer]:
+    """Return the answers given so far, of trials that are still in the matrix."""
+    keys = {trial.key for trial in matrix()}
+    if not ANSWERS.exists():
+        return []
+    lines = [json.loads(line) for line in ANSWERS.read_text().splitlines()]
+    return [answer for answer in lines if answer['key'] in keys]
+
+
+def run(trials: list[Trial], workers: int, console: Console) -> None:
+    """Carry out the trials and append each answer to the file."""
+    columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
+               TimeElapsedColumn(), TimeRemainingColumn())  # fmt: skip
+    pool = ProcessPoolExecutor(workers, get_context('spawn'), max_tasks_per_child=50)
+    with Progress(*columns, console=console) as progress, pool, ANSWERS.open('a') as file:
+        task = progress.add_task('blind trials', total=len(trials))
+        waiting = [pool.submit(carry_out, trial, STORE) for trial in trials]
+        for done in as_completed(waiting):
+            answer = done.result()
+            file.write(json.dumps(answer) + '\n')
+            file.flush()
+            progress.update(task, advance=1, description=answer['key'])
+
+
+def chosen(
+    part: tuple[str, ...],
+    cylinder: tuple[str, ...],
+    noise: tuple[float, ...],
+    strength: tuple[str, ...],
+    effect: tuple[str, ...],
+) -> list[Trial]:
+    """Return the trials of the matrix that all filters let through; an empty one lets all."""
+    return [
+        trial for trial in matrix(part or PARTS)
+        if (not cylinder or trial.cylinder[-1] in cylinder)
+        and (not noise or trial.noise in noise)
+        and (not strength or trial.strength in strength)
+        and (not effect or set(effect) & set(trial.names))
+    ]  # fmt: skip
+
+
+@click.command()
+@click.option('--part', multiple=True, type=click.Choice(PARTS))
+@click.option('--cylinder', multiple=True, type=click.Choice(['1', '2', '3']))
+@click.option('--noise', multiple=True, type=click.Choice([f'{n:g}' for n in NOISES]))
+@click.option('--strength', multiple=True, type=click.Choice(STRENGTHS))
+@click.option('--effect', multiple=True, help='effect or section.key that is hidden')
+@click.option('--limit', type=int, help='at most so many trials that are not yet answered')
+@click.option('--workers', default=2, show_default=True)
+@click.option('--fresh', is_flag=True, help='forget the answers given so far')
+@click.option('--docs', type=click.Path(path_type=Path), default=ROOT / 'docs')
+def main(
+    part: tuple[str, ...],
+    cylinder: tuple[str, ...],
+    noise: tuple[str, ...],
+    strength: tuple[str, ...],
+    effect: tuple[str, ...],
+    limit: int | None,
+    workers: int,
+    fresh: bool,
+    docs: Path,
+) -> None:
+    """Run blind trials, then write docs/blind.md, docs/blind.json and the picture."""
+    console = Console()
+    STORE.mkdir(parents=True, exist_ok=True)
+    if fresh:
+        ANSWERS.unlink(missing_ok=True)
+    answered = {answer['key'] for answer in kept()}
+    wanted = chosen(part, cylinder, tuple(map(float, noise)), strength, effect)
+    trials = [trial for trial in wanted if trial.key not in answered][:limit]
+    run(trials, workers, console)
+    answers = kept()
+    page.write(answers, docs)
+    for name, figure in scores.figures(answers).items():
+        console.print(
+            f'{name:20s} {page.percent(figure["value"], 1):>8s}  {figure["trials"]} trials'
+        )
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,92 @@
+"""
+Carrying out a trial: bags and a model file go into the workflow, an answer comes out.
+
+The workflow is handed paths and nothing else; what was hidden is joined to its answer only after
+it has been given.
+"""
+
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from pneu_rig_ros.records.description import git_revision
+
+from .hidden import true_parameters
+from .rig import make_bags, visibility
+from .settings import settings
+from .trials import Trial
+
+Answer = dict[str, Any]
+LONGEST_RANKING = 6
+"""Candidates kept of the ranking."""
+
+
+def ask(fit: list[Path], verify: list[Path], model: Path, out: Path, **options: Any) -> Answer:
+    """Return what the workflow says: diagnosis.json as a dict."""
+    from pneu_rig_ros.gap.diagnosis import diagnose
+
+    return diagnose(fit, model, verify, out, **options)
+
+
+def carry_out(trial: Trial, scratch: Path) -> Answer:
+    """Return one line of the results: the trial, the answer, and how the two compare."""
+    folder = Path(tempfile.mkdtemp(prefix='blind_', dir=scratch))
+    try:
+        bags = make_bags(folder / 'bags', trial.cylinder, trial.secret, trial.noise, trial.seed)
+        start = time.perf_counter()
+        said = ask(*bags, folder / 'out', seed=1, without=trial.without, workers=1)
+        said['seconds'] = time.perf_counter() - start
+    except Exception as error:  # a crash is a wrong answer, not the end of the matrix
+        said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
+    finally:
+        shutil.rmtree(folder)
+    return joined(trial, said)
+
+
+def joined(trial: Trial, said: Answer) -> Answer:
+    """Return the answer with the truth beside it, cut down to what the tables need."""
+    line = {
+        'key': trial.key, 'part': trial.part, 'cylinder': trial.cylinder, 'noise': trial.noise,
+        'strength': trial.strength, 'names': list(trial.names),
+        'visibility': visibility(trial.cylinder, trial.secret, trial.noise),
+    }  # fmt: skip
+    ranking = [c['name'] for c in said.get('candidates', [])]
+    gap, unknown = said.get('gap') or {}, said.get('unknown') or {}
+    return line | {
+        'verdict': said['verdict'],
+        'error': said.get('error', ''),
+        'ranking': ranking[:LONGEST_RANKING],
+        'effects': [effect['name'] for effect in said.get('effects', [])],
+        'parameters': [parameter['name'] for parameter in said.get('parameters', [])],
+        'alike': said.get('indistinguishable', []),
+        'balance': unknown.get('balance', ''),
+        'where': [place['balance'] for place in said.get('where', [])],
+        'before': gap.get('before'), 'after': gap.get('after'), 'cut': gap.get('cut'),
+        'errors': _parameter_errors(trial, said),
+        'seconds': said.get('seconds'),
+        'revision': git_revision(),
+    }  # fmt: skip
+
+
+def _parameter_errors(trial: Trial, said: Answer) -> dict[str, float]:
+    """Return effect.parameter or section.key -> relative error of what was fitted."""
+    friction = settings(trial.cylinder)['friction']
+    truth: dict[str, float] = {}
+    for name in trial.names:
+        if '.' in name:
+            value = trial.secret.truth[name]
+            truth[name] = sum(value) if isinstance(value, list) else value
+        else:
+            own = true_parameters(name, trial.secret, friction)
+            truth |= {f'{name}.{parameter}': value for parameter, value in own.items()}
+    fitted = {p['name']: p['value'] for p in said.get('parameters', [])}
+    for effect in said.get('effects', []):
+        values = effect['parameters'].items()
+        fitted |= {f'{effect["name"]}.{name}': entry['value'] for name, entry in values}
+    return {
+        name: abs(fitted[name] - value) / abs(value)
+        for name, value in truth.items()
+        if name in fitted and value != 0.0
+    }

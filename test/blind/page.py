@@ -1,0 +1,256 @@
+"""``docs/blind.md``, ``docs/blind.json`` and the picture: written from the answers alone."""
+
+import json
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+
+from . import scores
+from .answers import Answer
+from .hidden import CYLINDERS, EFFECTS, STRENGTHS
+from .trials import NOISES, PARTS, matrix
+
+PICTURE = 'images/blind.png'
+MEANING = {
+    'single_top1': 'one effect hidden: the right name stands first',
+    'false_alarm': 'nothing hidden: something is said to be missing',
+    'parameter_top1': '1 to 3 parameters wrong: `parameter`, a wrong one first',
+    'pairs_both': 'two effects hidden: both are named',
+    'unknown_recognised': 'the effect is not in the library: `unknown`',
+    'unknown_balance': 'of these: the right balance',
+    'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, bags left out',
+    'parameter_error': 'median error of the fitted parameters, right name',
+}
+OTHERS = ('a parameter', 'consistent', 'unknown', 'crashed')
+
+
+def said(answer: Answer) -> str:
+    """Return the column of the confusion table that an answer belongs to."""
+    if answer['verdict'] == 'effect':
+        return str(scores.first_name(answer))
+    return 'a parameter' if answer['verdict'] == 'parameter' else str(answer['verdict'])
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Return a Markdown table."""
+    lines = [list(head)]
+    lines.append(['---'] * len(lines[0]))
+    lines += [[str(cell) for cell in row] for row in rows]
+    return '\n'.join(f'| {" | ".join(line)} |' for line in lines) + '\n'
+
+
+def percent(value: float | None, digits: int = 0) -> str:
+    """Return a share as text."""
+    return '-' if value is None else f'{100.0 * value:.{digits}f} %'
+
+
+def ratio(answers: list[Answer], good: Any) -> str:
+    """Return '7 of 9', '-' for none."""
+    return f'{sum(map(good, answers))} of {len(answers)}' if answers else '-'
+
+
+def headline(answers: list[Answer]) -> str:
+    """Return the table of the wanted figures."""
+    rows = []
+    for name, figure in scores.figures(answers).items():
+        sense, bound = scores.WANTED[name]
+        mark = 'yes' if scores.reached(name, figure['value']) else 'no'
+        value = percent(figure['value'], 1)
+        row = f'`{name}`', MEANING[name], value, f'{sense} {bound:.0%}', mark, figure['trials']
+        rows.append(row)
+    return table(('figure', 'what', 'measured', 'wanted', 'reached', 'trials'), rows)
+
+
+def coverage(answers: list[Answer]) -> str:
+    """Return how much of the matrix was run."""
+    whole = Counter((t.part, t.noise) for t in matrix())
+    run = Counter((a['part'], a['noise']) for a in answers)
+    rows = [
+        (part, *(f'{run[part, n]} of {whole[part, n]}' if whole[part, n] else '' for n in NOISES))
+        for part in PARTS
+    ]
+    return table(('part', *(f'noise x {noise:g}' for noise in NOISES)), rows)
+
+
+def by_effect(answers: list[Answer]) -> str:
+    """Return one row an effect: named first, at each noise, and what else was said."""
+    rows = []
+    for effect in EFFECTS:
+        own = [a for a in answers if a['part'] == 'single' and a['names'] == [effect]]
+        cells = [ratio(scores.seen(own, 'single', noise), scores.named_first) for noise in NOISES]
+        near = scores.seen(own, 'single')
+        right = [a for a in near if scores.named_first(a)]
+        errors = [e for a in right for e in a['errors'].values()]
+        cuts = [a['cut'] for a in near if a['cut'] is not None]
+        rest = Counter(said(a) for a in near if not scores.named_first(a))
+        rows.append((
+            f'`{effect}`', *cells, percent(median(cuts)) if cuts else '-',
+            percent(median(errors)) if errors else '-',
+            ', '.join(f'{name} ({count})' for name, count in rest.most_common()),
+        ))  # fmt: skip
+    head = 'effect', *(f'named first, noise x {n:g}' for n in NOISES)
+    return table((*head, 'gap cut', 'parameter error', 'else said (noise x 1)'), rows)
+
+
+def by_strength(answers: list[Answer]) -> str:
+    """Return named first by strength and cylinder, noise of the rig."""
+    single = scores.seen(answers, 'single')
+    rows = [
+        (strength, *(
+            ratio(
+                [a for a in single if (a['strength'], a['cylinder']) == (strength, cylinder)],
+                scores.named_first,
+            )
+            for cylinder in CYLINDERS
+        ))
+        for strength in STRENGTHS
+    ]  # fmt: skip
+    return table(('', *CYLINDERS), rows)
+
+
+def misses(answers: list[Answer]) -> str:
+    """Return every wrong answer at the noise of the rig."""
+    judges = {
+        'single': scores.named_first, 'parameter': scores.parameter_first,
+        'pair': scores.both_named, 'removed': scores.unknown,
+    }  # fmt: skip
+    rows = []
+    for part in PARTS:
+        good = judges.get(part, lambda a: not scores.alarm(a))
+        for a in scores.seen(answers, part):
+            if not good(a):
+                answer = a['error'] or ', '.join([*a['effects'], *a['parameters']]) or '-'
+                first = ', '.join(a['ranking'][:3])
+                rows.append((
+                    f'`{a["key"]}`', f'{a["visibility"]:.0f}', a['verdict'], answer, first,
+                    percent(a['cut']) if a['cut'] is not None else '-', cause(a),
+                ))  # fmt: skip
+    rows.sort()
+    return table(('trial', 'visibility', 'verdict', 'added', 'ranked', 'cut', 'cause'), rows)
+
+
+def cause(answer: Answer) -> str:
+    """Return what the answer itself shows of why it is wrong."""
+    right = set(answer['names'])
+    if answer['verdict'] == 'crashed':
+        return 'the workflow failed'
+    if any(right & set(alike) for alike in answer['alike']):
+        return 'said to be inseparable from the right one on these bags'
+    if answer['part'] == 'removed' and answer['verdict'] in ('effect', 'parameter'):
+        return 'another one takes its place'
+    if right and right <= {*answer['effects'], *answer['parameters']}:
+        return 'found, but not first'
+    if answer['verdict'] == 'consistent':
+        return 'not significant on these bags' if right else ''
+    if right & {*answer['effects'], *answer['parameters']}:
+        return 'one found, not all'
+    if right & set(answer['ranking']):
+        return 'ranked, another fits better'
+    return 'another takes its place' if right else 'fits noise'
+
+
+def confusion(answers: list[Answer]) -> tuple[list[str], np.ndarray]:
+    """Return the columns and the counts, a row for each effect and one for nothing hidden."""
+    columns = [*EFFECTS, *OTHERS]
+    rows = {name: i for i, name in enumerate((*EFFECTS, 'nothing'))}
+    counts = np.zeros((len(rows), len(columns)), dtype=int)
+    for a in [*scores.seen(answers, 'single'), *scores.seen(answers, 'none')]:
+        row = rows[a['names'][0] if a['names'] else 'nothing']
+        counts[row, columns.index(said(a))] += 1
+    return columns, counts
+
+
+def draw(answers: list[Answer], path: Path) -> None:
+    """Draw the confusion table."""
+    mpl.use('Agg')
+    import matplotlib.pyplot as plt
+
+    columns, counts = confusion(answers)
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    figure, axes = plt.subplots(figsize=(9.5, 8.4), layout='constrained')
+    axes.imshow(shares, cmap='Blues', vmin=0.0, vmax=1.0, aspect='auto')
+    for row, column in zip(*np.nonzero(counts), strict=True):
+        dark = shares[row, column] > 0.5
+        axes.text(column, row, counts[row, column], ha='center', va='center', fontsize=7,
+                  color='white' if dark else 'black')  # fmt: skip
+    names = [name.replace('_', ' ') for name in columns]
+    axes.set_xticks(range(len(columns)), names, rotation=90, fontsize=8)
+    rows = [*names[: len(EFFECTS)], 'nothing']
+    axes.set_yticks(range(len(rows)), rows, fontsize=8)
+    axes.axvline(len(EFFECTS) - 0.5, color='grey', linewidth=0.8)
+    axes.axhline(len(EFFECTS) - 0.5, color='grey', linewidth=0.8)
+    axes.set_xlabel('answered')
+    axes.set_ylabel('hidden')
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def as_json(answers: list[Answer]) -> dict[str, Any]:
+    """Return the content of ``docs/blind.json``."""
+    whole = matrix()
+    seconds = [a['seconds'] for a in answers if a['seconds']]
+    wider = {
+        f'single_top1_noise_{noise:g}': scores.share(
+            scores.seen(answers, 'single', noise), scores.named_first
+        )
+        for noise in NOISES[1:]
+    }
+    return {
+        **scores.figures(answers),
+        **wider,
+        'matrix': {'run': len(answers), 'trials': len(whole)},
+        'seconds': scores.middle(seconds, len(seconds)),
+    }
+
+
+TEXT = """# Blind trials
+
+Written by `make blind`. The workflow of `pneu-rig diagnose` gets six bags and a model file and
+nothing else; bags come from a second plant (`test/blind/plant.py`: SciPy's LSODA, none of the
+package's model code) through 12-bit sensors with noise. What is hidden where is told in
+`test/blind/hidden.py` and `test/blind/trials.py`. {run} of {whole} trials of the matrix were run,
+{seconds} s each (median, one processor).
+
+Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
+more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and
+are not counted.
+
+{headline}
+## How much of the matrix was run
+
+{coverage}
+## What is hidden, and what is answered
+
+![Confusion table](images/blind.png)
+
+*Counts at the noise of the rig; a row for what is hidden, a column for what stands first.*
+
+{by_effect}
+Named first, at the noise of the rig, by strength and cylinder:
+
+{by_strength}
+## Misses at the noise of the rig
+
+{misses}"""
+
+
+def write(answers: list[Answer], docs: Path) -> None:
+    """Write the page, the figures and the picture into a folder."""
+    whole = matrix()
+    hidden = [a for a in answers if a['part'] != 'none' and a['noise'] == scores.NEAR]
+    seconds = [a['seconds'] for a in answers if a['seconds']]
+    text = TEXT.format(
+        run=len(answers), whole=len(whole), seconds=f'{median(seconds):.0f}' if seconds else '-',
+        visible=scores.VISIBLE, dim=sum(a['visibility'] <= scores.VISIBLE for a in hidden),
+        headline=headline(answers), coverage=coverage(answers), by_effect=by_effect(answers),
+        by_strength=by_strength(answers), misses=misses(answers),
+    )  # fmt: skip
+    draw(answers, docs / PICTURE)
+    (docs / 'blind.md').write_text(text)
+    (docs / 'blind.json').write_text(json.dumps(as_json(answers), indent=2) + '\n')

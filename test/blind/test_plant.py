@@ -1,0 +1,104 @@
+"""The second plant against the package's: written twice, solved by two methods, one motion."""
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.plant import Plant as PackagePlant
+from pneu_rig_ros.rig import configuration_from_yaml
+
+from .bags import valve_voltages
+from .constants import HIDDEN
+from .hidden import CYLINDERS, EFFECTS, Secret, hide, true_parameters
+from .plan import FIT, Experiment, command, set_up
+from .plant import Plant, flatten
+from .rig import INTERVAL, truth_of
+from .sensors import distorted
+from .settings import changed, model_file, settings
+
+NOTHING = Secret({}, {}, {})
+AGREEMENT = 1e-4
+"""Share of full scale."""
+SETTLED = 1e-6
+"""Two tolerances of one method agree so well where the motion is not yet sensitive to them."""
+LONGEST_STEP = 1e-3
+"""Of the package's plant, which leaves an end stop at the end of a step only [s]."""
+DRAGGED = {'spool_hysteresis': 3e-3}
+"""The library drags a spool in 1 ms, the second plant at once."""
+
+
+def signals(
+    cylinder: str, secret: Secret, experiment: Experiment, samples: int, tolerance: float
+) -> np.ndarray:
+    """Return x [m], p1, p2 [Pa] of the second plant, and whether it rests, shape (4, n)."""
+    true = truth_of(cylinder, secret)
+    prepared = changed(true, set_up(experiment, cylinder, true['cylinder']['stroke']))
+    hidden = flatten(secret.effects)
+    inside = {name: value for name, value in hidden.items() if name in HIDDEN}
+    voltages = valve_voltages(command(experiment, cylinder, INTERVAL))[:samples]
+    motion = Plant(prepared, inside, tolerance).run(voltages, INTERVAL)
+    return np.vstack([distorted(motion, hidden), motion.sticking])[:, 1:]
+
+
+def expected(
+    cylinder: str, secret: Secret, effect: str, experiment: Experiment, samples: int
+) -> np.ndarray:
+    """Return x, p1, p2 of the package's plant with the library's effect, shape (3, n)."""
+    friction, stroke = settings(cylinder)['friction'], settings(cylinder)['cylinder']['stroke']
+    text = model_file(cylinder, {**secret.model, **set_up(experiment, cylinder, stroke)})
+    effects = {name: library.load(name).null for name in library.names()}
+    if effect:
+        values = true_parameters(effect, secret, friction)
+        effects[effect] = library.load(effect).parameters(**values)
+    model = configuration_from_yaml(text, 'test').model
+    plant = PackagePlant(model, effects, tolerance=1e-7, longest_step=LONGEST_STEP)
+    voltages = valve_voltages(command(experiment, cylinder, INTERVAL))[:samples]
+    run = plant.run(voltages, INTERVAL)
+    return np.stack([run.position_reading, run.pressure_1_reading, run.pressure_2_reading])
+
+
+def scales(cylinder: str) -> np.ndarray:
+    return np.array([[settings(cylinder)['cylinder']['stroke']], [5e5], [5e5]])
+
+
+def determined(cylinder: str, first: np.ndarray, second: np.ndarray) -> int:
+    """Return how many samples go by before two solutions of the same equations part."""
+    apart = np.max(np.abs(first[:3] - second[:3]) / scales(cylinder), axis=0) > SETTLED
+    return int(np.argmax(apart)) if apart.any() else len(apart)
+
+
+@pytest.mark.parametrize('experiment', [FIT[0], FIT[2]], ids=['stick-slip', 'onto the stop'])
+@pytest.mark.parametrize('cylinder', CYLINDERS)
+def test_moves_as_the_package_plant_does(cylinder: str, experiment: Experiment) -> None:
+    samples = round(14.0 / INTERVAL)
+    coarse, fine = (
+        signals(cylinder, NOTHING, experiment, samples, tolerance) for tolerance in (1e-8, 1e-9)
+    )
+    model = expected(cylinder, NOTHING, '', experiment, samples)
+    until = determined(cylinder, coarse, fine)
+    breakaways = np.sum(np.diff(fine[3, :until]) < 0.0)
+    assert until * INTERVAL > 2.0
+    assert breakaways >= 1
+    gap = np.max(np.abs(fine[:3] - model) / scales(cylinder), axis=0)
+    assert gap[:until].max() < AGREEMENT
+
+
+@pytest.mark.parametrize('effect', EFFECTS)
+def test_hides_what_the_library_describes(effect: str) -> None:
+    cylinder, samples = 'cylinder_2', round(8.5 / INTERVAL)
+    secret = hide(effect, cylinder, 'medium', settings(cylinder)['friction'])
+    for experiment in (FIT[0], FIT[2]):
+        truth = signals(cylinder, secret, experiment, samples, 1e-8)
+        model = expected(cylinder, secret, effect, experiment, samples)
+        until = determined(cylinder, truth, signals(cylinder, secret, experiment, samples, 1e-9))
+        gap = np.max(np.abs(truth[:3] - model) / scales(cylinder), axis=0)
+        assert until * INTERVAL > 2.0
+        assert gap[:until].max() < DRAGGED.get(effect, AGREEMENT)
+
+
+def test_gas_stays_in_shut_chambers() -> None:
+    plant = Plant(changed(settings('cylinder_2'), {'operation.initial_pressure_1': 1.3e5}))
+    plant.run(np.full((2000, 2), 2.5), INTERVAL)
+    masses = plant.states[:, 6:8]
+    assert np.ptp(plant.states[:, 0]) > 1e-6  # it has moved
+    assert masses == pytest.approx(np.tile(masses[0], (len(masses), 1)), rel=1e-12)

@@ -1,0 +1,104 @@
+"""The judges, on answers written by hand."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from . import page, scores
+from .answers import joined
+from .trials import matrix
+
+
+def answer(part: str, names: list[str], verdict: str, **more: Any) -> dict[str, Any]:
+    """Return an answer as it is kept."""
+    base = {
+        'key': f'{part}/{"+".join(names)}/{verdict}', 'part': part, 'cylinder': 'cylinder_1',
+        'noise': 1.0, 'strength': 'medium', 'names': names, 'visibility': 50.0,
+        'verdict': verdict, 'error': '', 'ranking': [], 'effects': [], 'parameters': [],
+        'alike': [], 'balance': '', 'where': [], 'before': 9.0, 'after': 1.0, 'cut': None,
+        'errors': {}, 'seconds': 60.0, 'revision': 'x',
+    }  # fmt: skip
+    return {**base, **more}
+
+
+ANSWERS = [
+    answer('single', ['stribeck'], 'effect', ranking=['stribeck'], effects=['stribeck'], cut=0.9,
+           errors={'stribeck.excess': 0.02, 'stribeck.stribeck_velocity': 0.2}),
+    answer('single', ['valve_lag'], 'effect', ranking=['line_lag', 'valve_lag'],
+           effects=['line_lag'], alike=[['line_lag', 'valve_lag']], cut=0.7),
+    answer('single', ['inclination'], 'parameter', ranking=['friction.coulomb_force'], cut=0.1),
+    answer('single', ['load_spring'], 'consistent', visibility=1.0),
+    answer('single', ['load_spring'], 'effect', ranking=['load_spring'], noise=10.0),
+    answer('none', [], 'consistent'),
+    answer('none', [], 'consistent'),
+    answer('none', [], 'effect', ranking=['inclination'], effects=['inclination']),
+    answer('parameter', ['friction.coulomb_force'], 'parameter',
+           ranking=['friction.coulomb_force'], parameters=['friction.coulomb_force']),
+    answer('parameter', ['friction.coulomb_force'], 'effect', ranking=['inclination']),
+    answer('pair', ['supply_droop', 'inclination'], 'effect',
+           ranking=['inclination'], effects=['inclination', 'supply_droop']),
+    answer('pair', ['supply_droop', 'inclination'], 'effect',
+           ranking=['inclination'], effects=['inclination']),
+    answer('removed', ['supply_droop'], 'unknown', balance='gas mass 1'),
+    answer('removed', ['inclination'], 'unknown', balance='gas mass 2'),
+    answer('removed', ['stribeck'], 'effect', ranking=['inclination'], effects=['inclination']),
+]  # fmt: skip
+
+
+def test_figures_count_what_is_right_and_visible() -> None:
+    found = {name: tuple(f.values()) for name, f in scores.figures(ANSWERS).items()}
+    assert found == {
+        'single_top1': (1 / 3, 3),
+        'false_alarm': (1 / 3, 3),
+        'parameter_top1': (0.5, 2),
+        'pairs_both': (0.5, 2),
+        'unknown_recognised': (2 / 3, 3),
+        'unknown_balance': (0.5, 2),
+        'heldout_gap_cut': (0.7, 3),
+        'parameter_error': (0.11, 1),
+    }
+
+
+def test_figures_of_nothing_are_none_and_not_reached() -> None:
+    for name, figure in scores.figures([]).items():
+        assert figure == {'value': None, 'trials': 0}
+        assert not scores.reached(name, figure['value'])
+
+
+def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
+    page.write(ANSWERS, tmp_path)
+    text = (tmp_path / 'blind.md').read_text()
+    causes = text.split('## Misses')[1]
+    assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 1
+    assert 'said to be inseparable from the right one' in causes
+    assert 'one found, not all' in causes
+    assert 'fits noise' in causes
+    assert 'single/load_spring' not in causes
+    written = json.loads((tmp_path / 'blind.json').read_text())
+    assert written['single_top1'] == {'value': 1 / 3, 'trials': 3}
+    assert (tmp_path / page.PICTURE).stat().st_size < 200_000
+
+
+def test_confusion_puts_each_answer_in_its_cell() -> None:
+    columns, counts = page.confusion(ANSWERS)
+    rows = dict(zip([*page.EFFECTS, 'nothing'], counts, strict=True))
+    assert rows['valve_lag'][columns.index('line_lag')] == 1
+    assert rows['inclination'][columns.index('a parameter')] == 1
+    assert rows['nothing'][columns.index('consistent')] == 2
+    assert counts.sum() == 6
+
+
+def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters() -> None:
+    trial = next(t for t in matrix() if t.key == 'single/inclination/cylinder_1/medium/1')
+    said = {
+        'verdict': 'effect',
+        'candidates': [{'name': 'inclination'}, {'name': 'load_spring'}],
+        'effects': [{'name': 'inclination', 'parameters': {'angle': {'value': 0.066}}}],
+        'gap': {'before': 5.0, 'after': 0.5, 'cut': 0.9},
+        'where': [{'balance': 'force'}],
+    }
+    line = joined(trial, said)
+    assert scores.named_first(line)
+    assert abs(line['errors']['inclination.angle'] - 0.1) < 1e-9
+    assert line['visibility'] > scores.VISIBLE
+    assert json.loads(json.dumps(line)) == line

@@ -1,0 +1,82 @@
+"""The matrix: complete, repeatable, and within what the library can express."""
+
+from collections import Counter
+
+import pytest
+
+from pneu_rig_ros.gap.candidates import FORCE_PARAMETERS, GAS_PARAMETERS
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.quantity import specifications
+from pneu_rig_ros.rig import configuration_from_yaml
+
+from .hidden import CYLINDERS, EFFECTS, STRENGTHS, hide, true_parameters
+from .scores import GAS, SENSOR
+from .settings import model_file, settings
+from .trials import NOISES, PAIRS, PARAMETERS, PARTS, matrix
+
+
+def test_every_effect_of_the_library_is_hidden_in_turn() -> None:
+    causes = {name for name in library.names() if not name.startswith('described_')}
+    assert set(EFFECTS) == causes
+    assert len(EFFECTS) == 25
+
+
+def test_matrix_is_complete() -> None:
+    trials = matrix()
+    assert len({trial.key for trial in trials}) == len(trials)
+    single = [t for t in trials if t.part == 'single']
+    combinations = {(t.names[0], t.cylinder, t.strength, t.noise) for t in single}
+    assert len(combinations) == 25 * 3 * 3 * 3 == len(single)
+    assert {t.names[0] for t in trials if t.part == 'removed'} == set(EFFECTS)
+    assert all(t.without == t.names for t in trials if t.part == 'removed')
+    assert {len(t.names) for t in trials if t.part == 'parameter'} == {1, 2, 3}
+    assert Counter(t.part for t in trials).keys() == set(PARTS)
+
+
+def test_any_first_part_of_the_matrix_is_a_fair_sample() -> None:
+    near = [t for t in matrix() if t.noise == NOISES[0]]
+    head = Counter(t.part for t in near[: len(near) // 4])
+    whole = Counter(t.part for t in near)
+    assert all(0.1 < head[part] / whole[part] < 0.5 for part in PARTS)
+    assert matrix()[: len(near)] == near
+
+
+@pytest.mark.parametrize('effect', EFFECTS)
+def test_truth_is_within_the_library(effect: str) -> None:
+    wanted = specifications(library.load(effect).parameters)
+    for cylinder in CYLINDERS:
+        friction = settings(cylinder)['friction']
+        seen = []
+        for strength in STRENGTHS:
+            secret = hide(effect, cylinder, strength, friction)
+            values = true_parameters(effect, secret, friction)
+            assert set(values) == set(wanted)
+            for name, value in values.items():
+                wanted[name].check(value, name)
+            seen.append(tuple(values.values()))
+        assert len(set(seen)) == len(STRENGTHS)
+
+
+def test_pairs_are_of_known_effects_and_differ() -> None:
+    assert {name for pair in PAIRS for name in pair} <= set(EFFECTS)
+    assert len({frozenset(pair) for pair in PAIRS}) == len(PAIRS) >= 20
+
+
+def test_wrong_parameters_are_wrong_by_up_to_30_percent_and_loadable() -> None:
+    assert set(PARAMETERS) <= {*GAS_PARAMETERS, *FORCE_PARAMETERS}
+    for trial in matrix(('parameter',)):
+        model = settings(trial.cylinder)
+        for name, value in trial.secret.truth.items():
+            section, key = name.split('.')
+            given = model[section][key]
+            ratio = value[0] / given[0] if isinstance(given, list) else value / given
+            assert 0.003 < abs(ratio - 1.0) <= 0.3
+        configuration_from_yaml(model_file(trial.cylinder, trial.secret.truth), trial.key)
+
+
+def test_balances_name_effects() -> None:
+    assert set(EFFECTS) >= GAS | SENSOR
+    for name in GAS:
+        assert library.load(name).balance.name in ('SPOOL', 'SUPPLY', 'MASS', 'HEAT')
+    for name in SENSOR:
+        assert library.load(name).balance.name.endswith('READING')
