@@ -192,9 +192,11 @@ def _samples(grid: Grid) -> Iterator[tuple[str, Message]]:
         return
     nothing = np.full(grid.sample.size, np.nan)
     x = signals.get('position', nothing)
-    velocity = signals.get('velocity')
-    v = velocity if velocity is not None else smoothed_velocity(x, grid.interval_ns * 1e-9)
-    columns = (x, v, *(signals.get(name, nothing) for name in ('pressure_1', 'pressure_2')))
+    columns = (
+        x,
+        signals.get('velocity', _velocity(grid)),
+        *(signals.get(name, nothing) for name in ('pressure_1', 'pressure_2')),
+    )
     rows = list(zip(*(column.tolist() for column in columns), strict=True))
     plant = PlantMessages(pressure_variance=0.0)  # 0 is "not known", as sensor_msgs says
     packed: dict[str, bytes] = {}
@@ -209,6 +211,14 @@ def _samples(grid: Grid) -> Iterator[tuple[str, Message]]:
         return message
 
     yield from ((topic, message_of(topic)) for topic in topics)
+
+
+def _velocity(grid: Grid) -> Floats:
+    """Return the velocity of the samples that there are [m/s]; NaN without a position."""
+    if 'position' not in grid.signals:
+        return np.full(grid.sample.size, np.nan)
+    position = grid.filled()[1]['position']
+    return smoothed_velocity(position, grid.interval_ns * 1e-9)[grid.sample]
 
 
 def _forces(grid: Grid) -> Iterator[tuple[str, Message]]:

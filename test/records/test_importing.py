@@ -16,6 +16,7 @@ from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.exporting import read_signals, write_csv, write_parquet
 from pneu_rig_ros.records.importing import smoothed_velocity, write_bag
 from pneu_rig_ros.records.table import Table, read_table
+from pneu_rig_ros.records.table_record import record_of
 from pneu_rig_ros.rig import load_configuration
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -233,3 +234,23 @@ def test_parquet_holds_signals_units_and_conditions(bag: Path, tmp_path: Path) -
     assert table.schema.field('pressure_1_Pa').metadata == {b'unit': b'Pa'}
     assert b'supply_pressure: 500000.0 Pa' in table.schema.metadata[b'conditions']
     assert b'cylinder_2' in table.schema.metadata[b'configuration']
+
+
+def test_table_as_a_record_is_what_the_bag_would_be(foreign: Path, tmp_path: Path) -> None:
+    full = read_table(foreign, {'topics': TOPICS})
+    kept = np.delete(np.arange(full.time.size), [7, 8, 200])
+    signals = {name: values[kept] for name, values in full.signals.items() if name != 'velocity'}
+    table = Table('here', full.time[kept], signals, full.epoch_ns, 1e5)
+    direct = record_of(table, conditions={'load_mass': 2.0})
+    write_bag(table, tmp_path / 'bag', {'load_mass': 2.0})
+    record = read_record(tmp_path / 'bag')
+    for name in ('position', 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2'):
+        np.testing.assert_allclose(getattr(direct, name), getattr(record, name), rtol=1e-12)
+    there = record.arrival_ns > 0
+    np.testing.assert_allclose(direct.velocity[there], record.velocity[there], atol=1e-12)
+    for topic in direct.missing:
+        np.testing.assert_array_equal(direct.missing[topic], record.missing[topic])
+    assert direct.interval_ns == record.interval_ns
+    assert conditions_of(tmp_path, direct) == conditions_of(tmp_path / 'bag', record)
+    with pytest.raises(RigError, match='without position, pressure_2 it is a part of a rig'):
+        record_of(part('pressure_1'))
