@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles, velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Record
@@ -122,14 +122,18 @@ class Run:
 
     @cached_property
     def signals(self) -> dict[str, Floats]:
-        """Name of :data:`UNITS` -> signal, shape (n,); no friction where the rig is not known."""
+        """
+        Name of :data:`UNITS` -> signal, shape (n,).
+
+        Without friction where the rig is not known, or the sampling too slow for its filter.
+        """
         found = {
             'position': self.position,
             'velocity': velocity_of(self.position, self.interval),
             'pressure_1': self.pressure_1,
             'pressure_2': self.pressure_2,
         }
-        if self.balance is not None:
+        if self.balance is not None and 2.0 * CUTOFF * self.interval < 1.0:
             found['friction'] = friction_zero_phase(
                 self.position, self.pressure_1, self.pressure_2, self.interval, self.balance
             )

@@ -126,6 +126,9 @@ def acceleration_zero_phase(
     x = np.asarray(position, dtype=np.float64)
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
+    if 2.0 * cutoff * interval >= 1.0:
+        raise RigError(f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
+                       f'{cutoff:g} Hz filter of the acceleration')  # fmt: skip
     # Turned about its end points, the position goes on beyond them without a jump in velocity.
     margin = min(x.size - 1, 2 * delay_samples(interval))
     extended = np.pad(x, margin, mode='reflect', reflect_type='odd')

@@ -19,6 +19,7 @@ from pneu_rig_ros.analysis.comparison import (
     signal_noise,
 )
 from pneu_rig_ros.analysis.rerun import rerun
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Record, read_record
 from pneu_rig_ros.records.conditions import (
     CONDITIONS,
@@ -99,9 +100,13 @@ def compare_with_model(
 
     :param configuration: the model
     :param name: what to call it; the name of its cylinder when not given
-    :raises RigError: when the bag cannot be read, or its conditions are out of range
+    :raises RigError: when the bag cannot be read, has no voltages to drive the model with, or its
+        conditions are out of range
     """
     record = read_record(bag)
+    if not record.counts.get('valve_voltages'):
+        raise RigError(f'{bag}: no valve_voltages in it, so that no model can be driven; '
+                       'import it with u, or voltage_1 and voltage_2')  # fmt: skip
     known = conditions_of(bag, record)
     model = apply_conditions(configuration, known)
     measured = Run.of(str(bag), record, _rig(record, known) or model)

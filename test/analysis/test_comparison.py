@@ -15,7 +15,7 @@ from pneu_rig_ros.analysis.comparison import (
     signal_noise,
     stroke_time,
 )
-from pneu_rig_ros.analysis.friction import ForceBalance
+from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.analysis.stick_slip import WINDOW
 from pneu_rig_ros.errors import RigError
@@ -145,3 +145,11 @@ def test_records_that_do_not_overlap(record: Record) -> None:
     run = Run.of('a', record)
     with pytest.raises(RigError, match='a and a do not overlap'):
         common(run, run, 60.0)
+
+
+def test_slow_sampling_leaves_friction_out() -> None:
+    still = np.zeros(100)
+    assert 'friction' in Run('a', 0.01, still, still, still, BALANCE).signals
+    assert 'friction' not in Run('a', 0.02, still, still, still, BALANCE).signals
+    with pytest.raises(RigError, match='a sample every 20 ms is too slow for the 32 Hz filter'):
+        friction_zero_phase(still, still, still, 0.02, BALANCE)

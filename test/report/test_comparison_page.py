@@ -1,6 +1,7 @@
 """The page of two runs: self-contained, with every metric and cycle; its figures thin honestly."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from pneu_rig_ros.analysis.side_by_side import (
     compare_with_model,
 )
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.importing import write_bag
+from pneu_rig_ros.records.table import read_table
 from pneu_rig_ros.report.comparison_figures import MOST_POINTS, detail, draw_cycles, thinned
 from pneu_rig_ros.report.comparison_page import signal_rows, write_page
 from pneu_rig_ros.rig import load_configuration
@@ -75,6 +78,16 @@ def test_conditions_are_those_of_the_bag(bag: Path) -> None:
     assert (values['load_mass'], values['supply_pressure']) == (0.2, 5e5)
     assert all(condition.measured for condition in comparison.conditions)
     assert len(comparison.measured.events.cycles) == len(comparison.simulated.events.cycles)
+
+
+def test_bag_without_voltages_drives_no_model(bag: Path, tmp_path: Path) -> None:
+    table = read_table(bag)
+    signals = {name: table[name] for name in ('position', 'pressure_1', 'pressure_2')}
+    write_bag(replace(table, signals=signals), tmp_path / 'undriven')
+    with pytest.raises(RigError, match='no valve_voltages in it'):
+        compare_with_model(tmp_path / 'undriven', load_configuration('cylinder_2'))
+    gaps = compare_with_bag(tmp_path / 'undriven', bag).gaps
+    assert gaps['pressure_1'].largest == 0.0
 
 
 def test_thinned_curve_keeps_every_extreme() -> None:
