@@ -109,7 +109,7 @@ class Cells:
         reason = f'{text.strip()!r} is not a finite number'
         if self.decimal == '.' and _DECIMAL_COMMA.fullmatch(text):
             return f"{reason}; decimal comma? Add to the mapping: decimal: ','"
-        if row == 0 and self.names and math.isnan(_number(text)):
+        if row == 0 and self.names and not any(map(str.isdigit, text)):
             return f'{reason}; a line of units? Add to the mapping: skip_after_header: 1'
         return reason
 
