@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Signals, at_ports
 
 Array = NDArray[np.float64]
 Pair = Callable[[Signals, CompiledModel, Any, Array, Array], tuple[float, float]]
@@ -39,11 +40,13 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     :param first_state: index of the first effect state in the state array
     """
     sums: dict[Balance, Pair] = dict.fromkeys(Balance, _nothing)
-    offset = first_state
-    for index, effect in enumerate(effects):
-        end = offset + len(effect.states)
-        sums[effect.balance] = _plus(sums[effect.balance], effect, index, offset, end)
-        offset = end
+    ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
+    for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
+        effect = effects[index]
+        join = _behind if effect.balance is Balance.SPOOL else _plus
+        sums[effect.balance] = join(
+            sums[effect.balance], effect, index, ends[index], ends[index + 1]
+        )
     return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
 
 
@@ -63,6 +66,23 @@ def _plus(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pai
     ) -> tuple[float, float]:
         a, b = others(signals, model, effects, state, rate)
         c, d = own(signals, model, effects[index], state[start:end], rate[start:end])
+        return a + c, b + d
+
+    return total
+
+
+def _behind(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pair:
+    """Return the contributions of a chain of spools: the last sees what the others leave."""
+    own = effect.contribution
+
+    @compiled
+    def total(
+        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+    ) -> tuple[float, float]:
+        s = signals
+        a, b = others(s, model, effects, state, rate)
+        seen = at_ports(s, s.voltage_1 + a, s.voltage_2 + b, s.supply_1, s.supply_2)
+        c, d = own(seen, model, effects[index], state[start:end], rate[start:end])
         return a + c, b + d
 
     return total

@@ -77,6 +77,17 @@ def static_forces(
 
 
 @compiled
+def counted_dwell(time: float, memory: Array, law: Friction) -> float:
+    """Return the dwell [s] that F_s stands for at ``time`` [s], under the reading of Eq. 16."""
+    if law.static_friction_reading == HELD_TO_NEXT_BREAKAWAY:
+        return float(memory[HELD_DWELL])
+    if memory[STICKING] != 0.0:
+        return time - float(memory[REST_START])
+    latched = law.static_friction_reading == LATCHED_AT_BREAKAWAY
+    return float(memory[HELD_DWELL]) if latched else 0.0
+
+
+@compiled
 def flow_slope(
     flow: float, pressure: float, supply_pressure: float, model: CompiledModel
 ) -> float:
@@ -247,7 +258,7 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
         volume_1, volume_2 = chambers.volumes(x, model.cylinder)
         bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], model.friction)
         sticking = memory[STICKING] != 0.0
-        dwell = time - memory[REST_START] if sticking else memory[HELD_DWELL]
+        dwell = counted_dwell(time, memory, model.friction)
         elastic = Signals(
             time, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
             state[GAS_MASS_1], state[GAS_MASS_2], voltages[0], voltages[1], supply, supply, z,

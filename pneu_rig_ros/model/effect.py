@@ -29,8 +29,8 @@ class Balance(Enum):
     ``PRESSURE_READING``  Pa       added to what the sensors read as p1, p2
     ====================  =======  ======================================================
 
-    Effects on the same balance are summed, each seeing the signals without the others: two effects
-    on ``SPOOL`` do not act in a chain.
+    Effects on the same balance are summed, each seeing the signals without the others. Those on
+    ``SPOOL`` are a chain: each sees the voltages that the earlier stages leave.
     """
 
     SPOOL = 'V'
@@ -67,8 +67,9 @@ class Signals(NamedTuple):
     The voltages are the commanded ones and the supply pressures those of the regulator; for
     ``MASS`` both are those at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them
     (``SUPPLY`` sees the voltages at the ports). ``bristle_force`` is F(z), for ``LEVEL`` and
-    later ones with the contributions to ``BRISTLE``. ``dwell_time`` is the time at rest so far
-    while the piston sticks, and the dwell that ended with the last breakaway while it slides.
+    later ones with the contributions to ``BRISTLE``. ``dwell_time`` is the dwell that static
+    friction stands for under the reading of Eq. 16; latched at breakaway, it is the time at rest
+    so far while the piston sticks, and the dwell before the last breakaway while it slides.
     Readings see only the state: for them time, voltages, bristle force and dwell are NaN.
     """
 
@@ -128,7 +129,9 @@ class Effect:
     :param null: the parameters with which the effect vanishes exactly
     :param probes: a few plausible strengths, weak to strong, from which a fit starts
     :param laws: names of the friction laws that lack it; none named: it adds to any law
+    :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
+    :param describes: whether it only describes what has no name yet: no candidate for a name
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
         compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
     """
@@ -142,4 +145,6 @@ class Effect:
     contribution: Callable[..., tuple[float, float]]
     probes: tuple[Any, ...]
     laws: tuple[str, ...] = ()
+    stage: int = 0
     states: tuple[str, ...] = ()
+    describes: bool = False

@@ -257,6 +257,21 @@ def test_flow_effects_see_the_spool_not_the_command() -> None:
     assert np.all(np.diff(run.gas_mass_1) == 0.0)
 
 
+def test_opening_is_bent_where_the_lagging_spool_stands() -> None:
+    """With the spool halfway to its voltage the flow is that of the bent opening there."""
+    chosen = {name: effects.load(name).null for name in effects.names()}
+    chosen['valve_lag'] = effects.load('valve_lag').parameters(1.0)
+    chosen['nonlinear_opening'] = effects.load('nonlinear_opening').parameters(2.0)
+    at_rest = {'friction': {'breakaway_force': 1e4, 'coulomb_force': 1e4}}
+    run = stroke(Plant(changed('cylinder_2', **at_rest), chosen), 1.0, 0.7)
+    spool = 2.5 + 1.0 - math.exp(-run.time[-1])
+    full = 5.0 - VALVE.intake_voltage
+    opening = VALVE.intake_coefficient * (spool - VALVE.intake_voltage) ** 2 / full
+    flow = valve.port_flow(SUPPLY, run.pressure_1[-1], opening, VALVE, GAS)
+    rate = np.gradient(run.gas_mass_1, run.time)[-2:].mean()
+    assert rate == pytest.approx(flow, rel=5e-3)
+
+
 def test_levels_together_leave_some_friction() -> None:
     chosen = {name: effects.load(name).null for name in effects.names()}
     for name, values in {

@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.parameters import (
+    FILM_RESTS_BY_SPEED,
+    STATIC_FRICTION_READINGS,
+    Friction,
+)
 from pneu_rig_ros.model.plant import Plant, Trajectory
 
 from .rigs import CYLINDERS, INTERVAL, changed, worst
@@ -84,6 +88,23 @@ RUNGS = {
         fluid,
     ),
 }
+
+
+@pytest.mark.parametrize('reading', range(len(STATIC_FRICTION_READINGS)))
+def test_dwell_and_film_keep_to_the_readings_of_the_law(reading: int) -> None:
+    keys = {'static_friction_reading': reading, 'film_rest_reading': FILM_RESTS_BY_SPEED}
+    rung = Rung(
+        lambda _: {'model': DWELL, **keys},
+        lambda law: {
+            'model': LUGRE,
+            'breakaway_force': some_constant_static_friction(law),
+            **keys,
+        },
+        lambda law: film(law) | dwell(law),
+    )
+    wanted, found, without = runs(rung, 'cylinder_1')
+    assert worst(wanted.position, found.position, 0.3) < AGREE
+    assert worst(wanted.position, without.position, 0.3) > 100.0 * AGREE
 
 
 @pytest.mark.parametrize('cylinder', CYLINDERS)

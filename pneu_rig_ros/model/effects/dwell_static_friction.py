@@ -33,8 +33,7 @@ def contribution(
     """
     Return no change of F_c, and what is added to F_smax [N] so that F_s becomes Eq. 16.
 
-    While the piston sticks the dwell is the time at rest so far; while it slides, that of the
-    last rest: F_s is held for the slip.
+    The law's reading of Eq. 16 says what F_s does during the slip; by default it is held.
     """
     if parameters.breakaway_force <= 0.0:
         return 0.0, 0.0

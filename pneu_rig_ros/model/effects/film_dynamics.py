@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.friction import film_rests
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -40,7 +41,7 @@ def contribution(
         return 0.0, 0.0
     film, ratio = state[0], min(abs(signals.velocity) * parameters.growth, 1.0)
     steady = np.cbrt(ratio * ratio)
-    if signals.sticking:
+    if film_rests(signals.velocity, signals.sticking, model.friction):
         time = parameters.time_dwell
     elif film <= steady:
         time = parameters.time_acceleration

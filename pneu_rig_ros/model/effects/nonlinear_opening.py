@@ -66,4 +66,5 @@ EFFECT = Effect(
     null=Parameters(1.0),
     contribution=contribution,
     probes=(Parameters(0.85), Parameters(0.95), Parameters(1.05), Parameters(1.2)),
+    stage=2,
 )

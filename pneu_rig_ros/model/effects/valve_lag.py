@@ -51,5 +51,6 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(0.01), Parameters(0.05), Parameters(0.2)),
+    stage=1,
     states=('spool_1', 'spool_2'),
 )
