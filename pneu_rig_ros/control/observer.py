@@ -109,8 +109,17 @@ class Observer:
         self._interval = configuration.interval_ns * 1e-9
         self._horizon = horizon
         self._plant = Plant(configuration.model, configuration.effects)
+        self._warm_up()
         self._window = Window(self._interval)
         self.reset()
+
+    def _warm_up(self) -> None:
+        """Make one step before time counts: the first one loads compiled code."""
+        self._plant.follow(
+            np.zeros((1, 2)), self._interval, np.zeros(1, dtype=np.int64), np.zeros((1, 4)),
+            np.zeros(1),
+        )  # fmt: skip
+        self._plant.reset()
 
     def reset(self) -> None:
         """Forget the rig: wait for its next rest."""

@@ -56,7 +56,7 @@ class ExcitationNode(RigNode):
         return self._elapsed % self._excitation.duration if self._repeat else self._elapsed
 
     @property
-    def finished(self) -> bool:
+    def played(self) -> bool:
         """Whether the end has been played."""
         return not self._repeat and self._elapsed >= self._excitation.duration
 
@@ -70,7 +70,7 @@ class ExcitationNode(RigNode):
             'duration [s]': f'{self._excitation.duration:g}',
         }
         waiting = 'waiting for joint_states' if self._start_ns is None else 'running'
-        return Report(DiagnosticStatus.OK, 'finished' if self.finished else waiting, values)
+        return Report(DiagnosticStatus.OK, 'finished' if self.played else waiting, values)
 
 
 def main() -> int:

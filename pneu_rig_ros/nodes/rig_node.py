@@ -59,6 +59,8 @@ class RigNode(Node):
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
     period_ns: int = 0
     """Least time between two turns [ns] when the node shares a loop with others."""
+    done: bool = False
+    """Whether the node has nothing left to do: its process ends."""
 
     def __init__(
         self, name: str, context: Context | None, overrides: Mapping[str, Any] | None

@@ -112,7 +112,7 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
     gc.collect()
     gc.freeze()
     try:
-        runner.run(lambda: not stop)
+        runner.run(lambda: not stop and not any(node.done for node in runner.nodes))
     finally:
         runner.close()
     return 0

@@ -9,10 +9,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from pneu_rig_ros.records.topics import TOPICS, Topic
-
-DEPTH = 4000
-"""Queue [messages]: 4.6 s at 862 Hz, so that a stalled reader loses nothing."""
+from pneu_rig_ros.records.topics import DEPTH, TOPICS, Topic
 
 
 class Arrival(NamedTuple):

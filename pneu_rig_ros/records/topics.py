@@ -7,6 +7,9 @@ DIAGNOSTICS = '/diagnostics'
 PISTON = 'piston'
 """Name of the only joint in `joint_states` and `friction`."""
 
+DEPTH = 4000
+"""Queue [messages]: 4.6 s at 862 Hz, so that a stalled reader loses nothing."""
+
 EACH_SAMPLE = 'each sample'
 EACH_COMMAND = 'each command'
 ONCE = 'once, kept for late joiners'
@@ -143,6 +146,13 @@ _TABLE = (
 )
 
 TOPICS: dict[str, Topic] = {topic.name: topic for topic in _TABLE}
+
+
+def topic_named(name: str) -> Topic | None:
+    """Return the topic that an absolute name in any namespace stands for, None if unknown."""
+    ends = (t for t in TOPICS.values() if name == t.name or name.endswith(f'/{t.name}'))
+    return max(ends, key=lambda topic: len(topic.name), default=None)
+
 
 DERIVED = ('predicted/', 'residual/')
 """What the names of topics begin with that repeat the rig's own below it."""

@@ -19,12 +19,21 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal
 
-from rosbags.interfaces import Connection
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.topics import DEPTH, topic_named
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
@@ -37,6 +46,26 @@ _MESSAGE = struct.Struct('<BQHIQQ')
 
 _FIXED_SIZE = 22
 """Bytes of a message record between its length and its data."""
+
+
+_FOREVER = QosTime(9_223_372_036, 854_775_807)
+
+
+def offered(topic: str) -> Qos:
+    """Return the quality of service that `ros2 bag play` gives a topic, as the live one has."""
+    known = topic_named(topic)
+    latched = known is not None and known.latched
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=1 if latched else DEPTH,
+        reliability=QosReliability.RELIABLE,
+        durability=QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+        deadline=_FOREVER,
+        lifespan=_FOREVER,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=_FOREVER,
+        avoid_ros_namespace_conventions=False,
+    )
 
 
 class BagWriter:
@@ -74,7 +103,7 @@ class BagWriter:
         if type_name not in self._typestore.fielddefs:
             raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
         self._connections[topic] = self._writer.add_connection(
-            topic, type_name, typestore=self._typestore
+            topic, type_name, typestore=self._typestore, offered_qos_profiles=[offered(topic)]
         )
 
     def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:

@@ -106,7 +106,9 @@ def test_sliding_mode_reaches_the_reference(context, bystander, step):
 
 
 def test_controller_listens_to_a_reference_and_holds_its_setpoint_before(context, bystander):
-    node = PositionControllerNode(context, {'use_sim_time': True, 'setpoint': 0.03, 'law': 'sliding_mode'})
+    node = PositionControllerNode(
+        context, {'use_sim_time': True, 'setpoint': 0.03, 'law': 'sliding_mode'}
+    )
     runner = lock_step(context, node)
     joints = bystander.hear('joint_states')
     say = bystander.speak('reference')

@@ -1,0 +1,107 @@
+"""The messages of a bag in the order in which they happened, for playing them again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from pathlib import Path
+from typing import NamedTuple
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.bag import find_namespace, open_bag
+from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS
+
+COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
+"""Topics that nodes compute anew from the others, and that a replay leaves to them."""
+
+
+class Message(NamedTuple):
+    """One message: log time [ns], topic of the table, bytes."""
+
+    time_ns: int
+    topic: str
+    cdr: bytes
+
+
+class Playback:
+    """
+    A bag to be played; a context manager, open from ``__enter__`` on.
+
+    :param path: the bag's directory, or a file in it
+    :param only: topics to play, relative; those of the rig that are not computed when empty
+    :param without: topics to leave out
+    :raises RigError: when it is no complete bag of a rig, or lacks a topic asked for
+    """
+
+    start_ns: int
+    """Log time of the first message in the bag [ns]."""
+    duration: float
+    """Time from the first to the last message in the bag [s]."""
+
+    def __init__(
+        self, path: Path | str, only: Iterable[str] = (), without: Iterable[str] = ()
+    ) -> None:
+        self._opened = open_bag(path)
+        self._path = path
+        self._only, self._without = set(only), set(without)
+
+    def __enter__(self) -> Playback:
+        self._reader = self._opened.__enter__()
+        try:
+            self._connections = self._choose(self._reader)
+        except RigError as error:
+            self._opened.__exit__(None, None, None)
+            raise RigError(f'{self._path}: {error}') from error
+        self.start_ns = int(self._reader.start_time)
+        # rosbags counts the end one nanosecond after the last message
+        self.duration = max(self._reader.duration - 1, 0) * 1e-9
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._opened.__exit__(None, None, None)
+
+    @property
+    def topics(self) -> list[str]:
+        """Names of the topics that are played, relative to the rig's namespace."""
+        return list(self._connections)
+
+    def messages(self) -> Iterator[Message]:
+        """Yield the messages; of those logged at the same time, the sample comes first."""
+        names = {connection.id: topic for topic, connection in self._connections.items()}
+        rank = {topic: index for index, topic in enumerate(_CAUSES_FIRST)}
+        found = (
+            Message(time_ns, names[connection.id], bytes(cdr))
+            for connection, time_ns, cdr in self._reader.messages(self._connections.values())
+        )
+        for _, together in groupby(found, key=lambda message: message.time_ns):
+            yield from sorted(together, key=lambda message: rank[message.topic])
+
+    def _choose(self, reader: Reader) -> dict[str, Connection]:
+        namespace = find_namespace(reader.connections)
+        present = {c.topic: c for c in reader.connections if c.msgcount}
+        names = {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
+        known = {t: present[name] for t, name in names.items() if name in present}
+        for topic in (self._only | self._without) - set(TOPICS):
+            raise RigError(f'{topic} is no topic of a rig, allowed: {", ".join(TOPICS)}')
+        for topic in self._only - set(known):
+            raise RigError(f'the bag has no message on {topic}, it has {", ".join(known)}')
+        wanted = self._only or set(known) - COMPUTED
+        chosen = {t: c for t, c in known.items() if t in wanted - self._without}
+        if not chosen:
+            raise RigError('no topic is left to play')
+        return chosen
+
+
+def _causes_first() -> list[str]:
+    """Return all topics: what describes, then samples, then what answers them."""
+    sampled = ['joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure']
+    latched = [topic.name for topic in TOPICS.values() if topic.latched]
+    answers = ['reference', 'u', 'valve_voltages']
+    first = [*latched, CLOCK, *sampled, *answers]
+    return [*first, *(topic for topic in TOPICS if topic not in first)]
+
+
+_CAUSES_FIRST = _causes_first()

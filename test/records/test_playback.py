@@ -1,0 +1,88 @@
+"""Bags for playing: order of the messages, choice of topics, and what `ros2 bag play` reads."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import BagWriter
+from pneu_rig_ros.records.playback import COMPUTED, Playback
+from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp('playback') / 'bag'
+    return simulate(load_configuration('cylinder_1'), 0.3, 0.5, path)
+
+
+def test_messages_come_in_order_with_causes_before_effects(bag: Path) -> None:
+    with Playback(bag) as playback:
+        messages = list(playback.messages())
+        assert playback.duration == pytest.approx(0.5, abs=2e-3)
+        assert not COMPUTED & set(playback.topics)
+    times = [message.time_ns for message in messages]
+    assert times == sorted(times)
+    for stamp in set(times[100:]) - {times[-1]}:  # the last sample has no answer
+        topics = [m.topic for m in messages if m.time_ns == stamp]
+        assert topics[0] == 'joint_states'
+        assert topics[-1] == 'valve_voltages'
+
+
+def test_topics_are_chosen(bag: Path) -> None:
+    with Playback(bag, only=['u', 'friction']) as playback:
+        assert {m.topic for m in playback.messages()} == {'u', 'friction'}
+    with Playback(bag, without=['u']) as playback:
+        assert 'u' not in playback.topics
+
+
+@pytest.mark.parametrize(
+    ('only', 'without', 'told'),
+    [
+        (['speed'], [], 'speed is no topic of a rig'),
+        ([], ['speed'], 'speed is no topic of a rig'),
+        (['reference'], [], 'no message on reference'),
+        (['u'], ['u'], 'no topic is left'),
+    ],
+)
+def test_a_wrong_choice_is_refused(bag: Path, only: list[str], without: list[str], told: str):
+    with pytest.raises(RigError, match=told), Playback(bag, only, without):
+        pass
+
+
+def test_metadata_are_those_that_rosbag2_writes(bag: Path) -> None:
+    information = yaml.safe_load((bag / 'metadata.yaml').read_text())[
+        'rosbag2_bagfile_information'
+    ]
+    assert information['version'] == 9
+    assert information['storage_identifier'] == 'mcap'
+    assert [bag / name for name in information['relative_file_paths']] == list(bag.glob('*.mcap'))
+    for entry in information['topics_with_message_count']:
+        topic = entry['topic_metadata']
+        known = TOPICS[topic['name'] if topic['name'] in TOPICS else topic['name'].lstrip('/')]
+        (quality,) = topic['offered_qos_profiles']
+        assert topic['type'] == known.type
+        assert topic['serialization_format'] == 'cdr'
+        assert topic['type_description_hash'].startswith('RIHS01_')
+        assert quality['reliability'] == 'reliable'
+        assert quality['history'] == 'keep_last'
+        assert quality['durability'] == ('transient_local' if known.latched else 'volatile')
+        assert quality['deadline'] == {'sec': 9_223_372_036, 'nsec': 854_775_807}
+
+
+def test_predictions_are_not_taken_for_another_rig(tmp_path: Path) -> None:
+    source = simulate(load_configuration('cylinder_1'), 0.3, 0.1, tmp_path / 'plain')
+    with BagWriter(tmp_path / 'both') as writer, Playback(source) as plain:
+        for message in plain.messages():
+            for prefix in ('/left/', '/left/predicted/'):
+                if prefix == '/left/' or f'predicted/{message.topic}' in TOPICS:
+                    kind = TOPICS[message.topic].type
+                    writer.write(prefix + message.topic, kind, message.time_ns, message.cdr)
+    with Playback(tmp_path / 'both') as playback:
+        assert 'predicted/joint_states' not in playback.topics
+        assert 'joint_states' in playback.topics
+    with Playback(tmp_path / 'both', only=['predicted/joint_states']) as playback:
+        assert len(list(playback.messages())) == 87

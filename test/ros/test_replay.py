@@ -1,0 +1,127 @@
+"""A bag played over DDS: what is sent, when, and what the nodes make of it."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from std_srvs.srv import SetBool
+
+from pneu_rig_ros.analysis.friction import friction_of
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
+from pneu_rig_ros.nodes.recorder import RecorderNode
+from pneu_rig_ros.nodes.replay import ReplayNode
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records.playback import Playback
+from pneu_rig_ros.records.topics import CLOCK
+from pneu_rig_ros.records.wire import unpack_stamp
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
+
+pytestmark = pytest.mark.live
+
+FAST = {'rate': 10.0, 'delay': 0.0}
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp('replay') / 'bag'
+    return simulate(load_configuration('cylinder_1'), 0.3, 4.0, path)
+
+
+def play(runner: Runner) -> None:
+    runner.run(lambda: not runner.nodes[0].done)
+
+
+def test_what_is_played_is_what_was_recorded(bag, context, bystander):
+    with Playback(bag) as playback:
+        recorded = list(playback.messages())
+        heard = {topic: bystander.hear(topic) for topic in playback.topics}
+    node = ReplayNode(context, {'bag': str(bag), 'wait_for_subscribers': 1, **FAST})
+    runner = Runner([node])
+    play(runner)
+    node.await_delivery()
+    for topic, inlet in heard.items():
+        assert list(inlet.take_all()) == [m.cdr for m in recorded if m.topic == topic], topic
+    runner.close()
+
+
+def test_friction_of_a_replayed_bag_is_that_of_the_bag(bag, context, tmp_path):
+    again = tmp_path / 'again'
+    runner = Runner(
+        [
+            ReplayNode(context, {'bag': str(bag), **FAST}),
+            FrictionEstimatorNode(context, {}),
+            RecorderNode(context, {'output': str(again)}),
+        ]
+    )
+    play(runner)
+    runner.close()
+    live, offline = read_record(again), read_record(bag)
+    assert np.array_equal(live.position, offline.position)
+    assert np.array_equal(live.friction, offline.friction, equal_nan=True)
+    known = np.isfinite(live.friction)
+    assert known.sum() == live.position.size - 50
+    # the causal filter is cut off where 0.3 % of its area is left
+    difference = live.friction[known] - friction_of(offline)[known]
+    assert np.sqrt(np.mean(difference**2)) < 0.05
+
+
+@pytest.mark.parametrize('rate', [1.0, 4.0])
+def test_rate_is_played_over_recorded_time(bag, context, bystander, rate):
+    node = ReplayNode(context, {'bag': str(bag), 'rate': rate, 'delay': 0.0})
+    runner = Runner([node])
+    start = time.monotonic()
+    runner.run(lambda: node.elapsed < 0.5 * rate)
+    elapsed = time.monotonic() - start
+    runner.close()
+    assert elapsed == pytest.approx(0.5, rel=0.3)
+
+
+def test_clock_runs_with_the_samples_and_pause_stops_them(bag, context, bystander):
+    clock, samples = bystander.hear(CLOCK), bystander.hear('joint_states')
+    node = ReplayNode(context, {'bag': str(bag), 'clock': True, 'delay': 0.2})
+    runner = Runner([node])
+    runner.run(lambda: node.elapsed < 0.2)
+    answer = bystander.call(runner, SetBool, '/replay/pause', SetBool.Request(data=True))
+    assert answer.message == 'paused'
+    stamps = [unpack_stamp(cdr) for cdr in samples.take_all()]
+    assert [unpack_stamp(cdr) for cdr in clock.take_all()] == stamps
+    for _ in range(30):
+        runner.turn()
+    assert samples.take() is None
+    before = node.elapsed
+    bystander.call(runner, SetBool, '/replay/pause', SetBool.Request(data=False))
+    runner.run(lambda: node.elapsed < before + 0.1)
+    assert unpack_stamp(samples.take()) > stamps[-1]
+    runner.close()
+
+
+def test_repeat_begins_anew(bag, context, bystander):
+    node = ReplayNode(
+        context, {'bag': str(bag), 'repeat': True, 'topics': 'u, valve_voltages', **FAST}
+    )
+    runner, commands = Runner([node]), bystander.hear('u')
+    heard: list[bytes] = []
+    runner.run(lambda: (heard.extend(commands.take_all()), len(heard) < 3)[1])
+    assert not node.done
+    runner.close()
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'told'),
+    [
+        ({}, 'bag is empty'),
+        ({'bag': '/none'}, '/none does not exist'),
+        ({'rate': 0.0}, 'rate'),
+        ({'topics': 'speed'}, 'speed is no topic of a rig'),
+    ],
+)
+def test_a_wrong_start_is_refused_in_one_line(context, bag, parameters, told):
+    given = {'bag': str(bag), **parameters} if parameters else {}
+    with pytest.raises(RigError) as caught:
+        ReplayNode(context, given)
+    assert told in str(caught.value)
+    assert '\n' not in str(caught.value)
