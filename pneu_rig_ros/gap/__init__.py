@@ -1,0 +1,1 @@
+"""The missing-effect workflow: where a model and measured data disagree, and why."""

@@ -1,0 +1,38 @@
+"""Bags to be diagnosed: read, their conditions applied, parted into fitted and left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.gap.experiment import Experiment
+from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records.conditions import apply_conditions, conditions_of
+from pneu_rig_ros.rig import RigConfiguration
+
+HELD_OUT = 3
+"""One of so many bags is left out of the fits when none is named for it."""
+
+
+def read_experiment(bag: Path, configuration: RigConfiguration) -> Experiment:
+    """Return the run in a bag under its own conditions."""
+    record = read_record(bag)
+    conditioned = apply_conditions(configuration, conditions_of(bag, record))
+    return Experiment.of(bag.name, record, conditioned)
+
+
+def part(bags: Sequence[Path], verify: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+    """
+    Return the bags to be fitted and those left out.
+
+    :raises RigError: when a bag is in both, or there are too few
+    """
+    if twice := sorted({str(bag) for bag in bags} & {str(bag) for bag in verify}):
+        raise RigError(f'--verify {twice[0]}: also among the bags to be fitted')
+    if verify:
+        return list(bags), list(verify)
+    if len(bags) < 2:
+        raise RigError('one bag alone: give another, or one with --verify, to judge the fit by')
+    held = list(bags[HELD_OUT - 1 :: HELD_OUT]) or [bags[-1]]
+    return [bag for bag in bags if bag not in held], held

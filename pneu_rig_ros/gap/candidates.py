@@ -1,0 +1,230 @@
+"""What may explain a gap: a parameter of the model with another value, or an effect it lacks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import READING_BALANCES, Balance
+from pneu_rig_ros.model.parameters import (
+    FRICTION_MODELS,
+    LUGRE,
+    REVISED_LUGRE,
+    REVISED_LUGRE_DWELL,
+    SECTIONS,
+)
+from pneu_rig_ros.model.quantity import Quantity, specifications
+
+Floats = NDArray[np.float64]
+
+GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
+
+GAS_PARAMETERS = (
+    'valve.intake_coefficient', 'valve.exhaust_coefficient', 'valve.intake_voltage',
+    'valve.exhaust_voltage', 'cylinder.cap_dead_volume', 'cylinder.rod_dead_volume',
+)  # fmt: skip
+"""Parameters that are identified from the pressures under the measured motion."""
+
+FORCE_PARAMETERS: dict[str, int] = {
+    'friction.breakaway_force': LUGRE, 'friction.coulomb_force': 0,
+    'friction.stribeck_velocity': LUGRE, 'friction.viscous_coefficient': 0,
+    'friction.element_stiffness': 0, 'friction.film_velocity': REVISED_LUGRE,
+    'friction.film_time_acceleration': REVISED_LUGRE,
+    'friction.film_time_deceleration': REVISED_LUGRE,
+    'friction.film_time_dwell': REVISED_LUGRE,
+    'friction.dwell_coefficient': REVISED_LUGRE_DWELL,
+    'friction.dwell_exponent': REVISED_LUGRE_DWELL, 'cylinder.moving_mass': 0,
+}  # fmt: skip
+"""Parameters that are identified from the motion -> the first friction law that has it."""
+
+VOLTAGE_RANGE = 0.15
+"""How far a valve's opening voltage may be off [V]."""
+FACTOR = 2.0
+"""How far any other parameter may be off: by this factor, either way [-]."""
+TRIED = (0.85, 1.18)
+"""Factors at which a parameter is screened [-]."""
+TRIED_VOLTAGES = (-0.02, 0.02)
+"""Shifts at which an opening voltage is screened [V]."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """
+    A number to be fitted, and how the fit sees it.
+
+    :param name: of the parameter
+    :param quantity: unit and meaning
+    :param low, high: range [unit]
+    :param scale: what 1 is to the fit: a factor of e for a logarithmic one [-], else [unit]
+    :param logarithmic: whether the fit varies the logarithm
+    :param null: value without the explanation [unit]
+    """
+
+    name: str
+    quantity: Quantity
+    low: float
+    high: float
+    scale: float
+    logarithmic: bool
+    null: float = 0.0
+
+    def inward(self, value: float) -> float:
+        """Return what the fit sees of a value."""
+        inside = min(max(value, self.low), self.high)
+        return float(np.log(inside)) if self.logarithmic else inside / self.scale
+
+    def outward(self, seen: float) -> float:
+        """Return the value that the fit sees so, within the range."""
+        value = float(np.exp(seen)) if self.logarithmic else seen * self.scale
+        return min(max(value, self.low), self.high)
+
+    def scaled(self, seen: float, factor: float) -> float:
+        """Return what the fit sees of a value that is so many times as far from the null."""
+        return self.inward(self.null + factor * (self.outward(seen) - self.null))
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The range as the fit sees it."""
+        return self.inward(self.low), self.inward(self.high)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """
+    A possible explanation.
+
+    :param name: of the effect, or section.name of the parameter
+    :param balance: what it acts on
+    :param modes: predictions that show it
+    :param coordinates: what is to be fitted
+    :param starts: values to start from, each of shape (len(coordinates),)
+    :param was: value of a parameter in the given model [SI], NaN for an effect
+    """
+
+    name: str
+    balance: str
+    modes: tuple[Mode, ...]
+    coordinates: tuple[Coordinate, ...]
+    starts: tuple[tuple[float, ...], ...]
+    was: float = math.nan
+
+    @property
+    def is_effect(self) -> bool:
+        """Whether it is an effect, not a parameter."""
+        return '.' not in self.name
+
+    @property
+    def describes(self) -> bool:
+        """Whether it only describes."""
+        return self.is_effect and library.load(self.name).describes
+
+    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+        """Return the hypothesis with this explanation [SI]."""
+        if self.is_effect:
+            changed = {c.name: v for c, v in zip(self.coordinates, values, strict=True)}
+            return hypothesis.with_effect(
+                self.name, library.load(self.name).null._replace(**changed)
+            )
+        section, name = self.name.split('.')
+        old = getattr(getattr(hypothesis.model, section), name)
+        if isinstance(old, tuple):  # all elements of F(z) alike
+            new: Any = tuple(values[0] / sum(old) * item for item in old)
+        else:
+            new = float(values[0])
+        return hypothesis.with_parameter(section, name, new)
+
+
+def candidates(given: Hypothesis, without: Sequence[str] = ()) -> list[Candidate]:
+    """
+    Return everything that may explain a gap of a given model.
+
+    :param without: names of effects that are left out
+    """
+    return [*parameters(given), *effects(given, without)]
+
+
+def parameters(given: Hypothesis) -> Iterator[Candidate]:
+    """Yield the parameters of the given model that may be wrong."""
+    law = given.model.friction.model
+    for name in GAS_PARAMETERS:
+        yield parameter(given, name, 'gas mass', (Mode.CHAMBERS,))
+    for name, first_law in FORCE_PARAMETERS.items():
+        if law >= first_law:
+            yield parameter(given, name, 'force', (Mode.CYCLES,))
+
+
+def parameter(
+    given: Hypothesis, full_name: str, balance: str, modes: tuple[Mode, ...]
+) -> Candidate:
+    """Return a parameter of the given model as a candidate."""
+    section, name = full_name.split('.')
+    value = getattr(getattr(given.model, section), name)
+    specification = specifications(SECTIONS[section])[name]
+    quantity = cast(Quantity, getattr(specification, 'item', specification))
+    was = float(sum(value)) if isinstance(value, tuple) else float(value)
+    if quantity.unit == 'V':
+        low, high = was - VOLTAGE_RANGE, was + VOLTAGE_RANGE
+        starts = tuple((was + shift,) for shift in TRIED_VOLTAGES)
+        coordinate = Coordinate(name, quantity, low, high, 0.1, False, was)
+    else:
+        starts = tuple((was * factor,) for factor in TRIED)
+        coordinate = Coordinate(name, quantity, was / FACTOR, was * FACTOR, 1.0, True, was)
+    return Candidate(full_name, balance, modes, (coordinate,), starts, was)
+
+
+def effects(given: Hypothesis, without: Sequence[str]) -> Iterator[Candidate]:
+    """Yield the effects that the given model lacks and its friction law has room for."""
+    law = FRICTION_MODELS[given.model.friction.model]
+    for name in library.names():
+        effect = library.load(name)
+        fits = not effect.laws or law in effect.laws
+        if name in given.effects or name in without or effect.describes or not fits:
+            continue
+        yield effect_candidate(name)
+
+
+def effect_candidate(name: str) -> Candidate:
+    """Return an effect of the library as a candidate."""
+    effect = library.load(name)
+    specs = specifications(effect.parameters)
+    columns = list(zip(*effect.probes, strict=True))
+    coordinates = tuple(
+        effect_coordinate(field, cast(Quantity, specs[field]), column, null)
+        for field, column, null in zip(specs, columns, effect.null, strict=True)
+    )
+    starts = tuple(tuple(float(v) for v in probe) for probe in effect.probes)
+    return Candidate(
+        name, balance_name(effect.balance), modes_of(effect.balance), coordinates, starts
+    )
+
+
+def effect_coordinate(
+    name: str, quantity: Quantity, probes: Sequence[float], null: float
+) -> Coordinate:
+    """Return how the fit sees a parameter of an effect."""
+    logarithmic = quantity.low >= 0.0 and min(probes) > 0.0
+    largest = max(abs(value) for value in probes) or 1.0
+    low = max(quantity.low, 1e-3 * min(probes)) if logarithmic else quantity.low
+    return Coordinate(name, quantity, low, quantity.high, largest, logarithmic, null)
+
+
+def balance_name(balance: Balance) -> str:
+    """Return the name of a balance for a reader."""
+    return balance.name.lower().replace('_', ' ')
+
+
+def modes_of(balance: Balance) -> tuple[Mode, ...]:
+    """Return the predictions that show what acts on a balance."""
+    if balance in GAS_BALANCES:
+        return (Mode.CHAMBERS,)
+    if balance in READING_BALANCES:
+        return Mode.CHAMBERS, Mode.CYCLES
+    return (Mode.CYCLES,)

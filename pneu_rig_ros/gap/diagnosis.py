@@ -1,0 +1,179 @@
+"""
+The workflow: where does the model disagree, what is missing, and how far does it shrink the gap.
+
+The chambers are looked at first, under the measured motion; once they are explained, the whole
+rig from rest to rest, so that what remains is a matter of forces.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from pneu_rig_ros.gap.bags import part, read_experiment
+from pneu_rig_ros.gap.candidates import candidates
+from pneu_rig_ros.gap.discriminate import NextExperiment, next_experiment
+from pneu_rig_ros.gap.evidence import Evidence
+from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode
+from pneu_rig_ros.gap.selection import AT_FLOOR, CONSISTENT, Search
+from pneu_rig_ros.gap.unknown import Description, describe
+from pneu_rig_ros.gap.where import Disagreement, disagreements
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
+
+Tell = Callable[[str, float], None]
+STAGES = ((Mode.CHAMBERS, 'gas and valves'), (Mode.CYCLES, 'forces'))
+FINAL_ROUNDS = 6
+RIVALS = 3
+"""Explanations that the next experiment is to tell apart."""
+
+
+@dataclass
+class Diagnosis:
+    """
+    What a diagnosis found.
+
+    :param configuration: the model given
+    :param fitted, held: experiments of the fits, and those left out
+    :param explanation: what closes the gap, with intervals in ``final``
+    :param unexplained: prediction whose gap nothing in the library closes, None if there is none
+    :param searches: one for each prediction that had a gap
+    """
+
+    configuration: RigConfiguration
+    fitted: Evidence
+    held: Evidence
+    seed: int = 0
+    seconds: float = 0.0
+    where: list[Disagreement] = field(default_factory=list)
+    unknown: Description | None = None
+    next_experiment: NextExperiment | None = None
+    explanation: Explanation = field(default_factory=Explanation)
+    final: Fit | None = None
+    unexplained: Mode | None = None
+    searches: dict[Mode, Search] = field(default_factory=dict)
+    costs: dict[Mode, float] = field(default_factory=dict)
+
+    @property
+    def given(self) -> Hypothesis:
+        """The hypothesis to begin with."""
+        return Hypothesis(self.configuration.model, dict(self.configuration.effects))
+
+    @property
+    def improved(self) -> Hypothesis:
+        """The hypothesis in the end."""
+        return self.explanation.apply(self.given)
+
+    @property
+    def best(self) -> Hypothesis:
+        """The hypothesis in the end, with the description of what is not known."""
+        return self.unknown.hypothesis if self.unknown else self.improved
+
+    @property
+    def rivals(self) -> dict[str, Hypothesis]:
+        """The explanation that was chosen last and those of the same size next to it."""
+        if not self.searches:
+            return {}
+        search = list(self.searches.values())[-1]
+        size = len(search.best.fit.explanation.parts) if search.best else 1
+        alike = [one.fit.explanation for one in search.ranking
+                 if len(one.fit.explanation.parts) == size]  # fmt: skip
+        return {one.name: one.apply(search.given) for one in alike[:RIVALS]}
+
+    @property
+    def verdict(self) -> str:
+        """One of consistent, parameter, effect, unknown."""
+        if self.unexplained is not None:
+            return 'unknown'
+        if not self.explanation.parts:
+            return 'consistent'
+        effects = any(part.is_effect for part in self.explanation.parts)
+        return 'effect' if effects else 'parameter'
+
+
+def diagnose(
+    bags: Sequence[Path], model: str | Path, verify: Sequence[Path] = (), seed: int = 0,
+    without: Sequence[str] = (), workers: int = 1, tell: Tell = lambda text, share: None,
+) -> Diagnosis:  # fmt: skip
+    """
+    Diagnose a model with measured bags.
+
+    :param bags: measured runs
+    :param model: name of a cylinder or a configuration file
+    :param verify: runs that are left out of the fits
+    :param seed: of the propagated errors
+    :param without: effects that the library shall lack
+    :param workers: threads
+    :param tell: told what is done now, and the share of the work done [-]
+    :raises RigError: when a bag or the model cannot be used
+    """
+    begin = time.perf_counter()
+    configuration = load_configuration(model)
+    rng = np.random.default_rng(seed)
+    groups = []
+    for group in part(bags, verify):
+        tell('reading', 0.02)
+        runs = [read_experiment(bag, configuration) for bag in group]
+        groups.append(Evidence(runs, rng, workers))
+    diagnosis = Diagnosis(configuration, groups[0], groups[1], seed)
+    tell('where the model disagrees', 0.04)
+    diagnosis.where = disagreements(diagnosis.given, diagnosis.fitted)
+    for index, (mode, title) in enumerate(STAGES):
+        stage = partial(_tell_stage, tell, title, 0.06 + 0.42 * index)
+        explain(diagnosis, mode, without, stage)
+        if diagnosis.unexplained is not None:
+            break
+    finish(diagnosis, partial(_tell_stage, tell, 'in the end', 0.9))
+    tell('what to measure next', 0.95)
+    diagnosis.next_experiment = next_experiment(diagnosis.rivals, diagnosis.fitted.experiments[0])
+    diagnosis.seconds = time.perf_counter() - begin
+    return diagnosis
+
+
+def _tell_stage(tell: Tell, title: str, share: float, text: str) -> None:
+    tell(f'{title}: {text}', share)
+
+
+def explain(
+    diagnosis: Diagnosis, mode: Mode, without: Sequence[str], tell: Callable[[str], None]
+) -> None:
+    """Find out what closes the gap of one prediction; changes the diagnosis."""
+    tell('comparing')
+    known = diagnosis.improved
+    search = Search(known, diagnosis.fitted, diagnosis.held, (mode,), tell)
+    search.settle(known)
+    diagnosis.costs[mode] = search.cost(known)
+    if diagnosis.costs[mode] < CONSISTENT:
+        return
+    diagnosis.searches[mode] = search
+    pool = [one for one in candidates(known, without) if mode in one.modes]
+    found = search.run(pool)
+    if found is None:
+        diagnosis.unexplained = mode
+        return
+    for one, values in zip(found.fit.explanation.parts, found.fit.explanation.values, strict=True):
+        diagnosis.explanation = diagnosis.explanation.plus(one, values)
+
+
+def finish(diagnosis: Diagnosis, tell: Callable[[str], None]) -> None:
+    """Fit all parts of the explanation together; changes the diagnosis."""
+    explanation = diagnosis.explanation
+    if diagnosis.unexplained is not None:
+        tell('describing what is not known')
+        diagnosis.unknown = describe(
+            diagnosis.improved, diagnosis.fitted, diagnosis.held, diagnosis.unexplained, AT_FLOOR
+        )
+    if not explanation.parts:
+        return
+    tell('fitting all together')
+    modes = explanation.modes
+    for evidence in (diagnosis.fitted, diagnosis.held):
+        evidence.settle_floors(diagnosis.improved, modes)
+    diagnosis.final = fit(diagnosis.given, explanation, diagnosis.fitted, modes, FINAL_ROUNDS)
+    diagnosis.explanation = diagnosis.final.explanation

@@ -1,0 +1,208 @@
+"""A measured run, prepared for comparison: its rests, its smoothed motion, its noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from pneu_rig_ros.analysis.stick_slip import velocity_of
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.gap.noise import configured_noise, mean_noise, reading_noise
+from pneu_rig_ros.model.parameters import Operation
+from pneu_rig_ros.records import Record
+from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.rig.sensors import Sensors
+
+Floats = NDArray[np.float64]
+
+BLOCK = 0.029
+"""Length of the means that are compared [s]."""
+REST_SPEED = 1.5e-3
+"""A piston slower than this rests, unless the noise asks for more [m/s]."""
+REST_WINDOW = 0.046
+"""Length of the line fits that give the speed [s]."""
+LEAST_REST = 0.1
+"""A rest is at least this long [s]."""
+LEAST_SLIDE = 1e-3
+"""Rests that are less than this way apart are one, with creep in it [m]."""
+SETTLING = 0.03
+"""From the beginning of a rest to the readings that a restart is made of [s]."""
+READING = 0.04
+"""Length of the readings that a restart is made of [s]."""
+SMOOTHING = 0.017
+"""Window of the cubic fits that smooth the measured position [s]."""
+LEAST_DURATION = 1.0
+"""A shorter run says nothing [s]."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """
+    A stretch in which the piston rests, in samples.
+
+    :param start: first sample
+    :param end: one after the last
+    :param restart: sample from which a prediction starts again
+    :param readings: x, v = 0, p1, p2 there [SI]
+    """
+
+    start: int
+    end: int
+    restart: int
+    readings: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """
+    A measured run under known conditions.
+
+    :param name: of the bag
+    :param record: the signals
+    :param operation: supply, load and rest before the run; where the piston starts
+    :param atmospheric_pressure: [Pa]
+    :param sensors: of the rig
+    """
+
+    name: str
+    record: Record
+    operation: Operation
+    atmospheric_pressure: float
+    sensors: Sensors
+
+    def __post_init__(self) -> None:
+        if self.record.duration < LEAST_DURATION:
+            raise RigError(
+                f'{self.name}: {self.record.duration:.2f} s, at least {LEAST_DURATION:g} s needed'
+            )
+
+    @classmethod
+    def of(cls, name: str, record: Record, configuration: RigConfiguration) -> Experiment:
+        """Return the run of a record under a configuration whose conditions are those of it."""
+        model, sensors = configuration.model, configuration.sensors
+        first = slice(0, max(1, round(READING / record.interval)))
+        position = float(record.position[first].mean())
+        operation = model.operation._replace(
+            initial_position=min(max(position, 0.0), model.cylinder.stroke),
+            initial_pressure_1=_line_at(record.pressure_1[first], 0),
+            initial_pressure_2=_line_at(record.pressure_2[first], 0),
+        )
+        return cls(name, record, operation, model.gas.atmospheric_pressure, sensors)
+
+    @property
+    def interval(self) -> float:
+        """Sampling interval [s]."""
+        return self.record.interval
+
+    @cached_property
+    def measured(self) -> Floats:
+        """Position [m], smoothed velocity [m/s], p1, p2 [Pa], shape (n, 4)."""
+        r = self.record
+        velocity = np.gradient(self.smooth_position, self.interval)
+        return np.column_stack([r.position, velocity, r.pressure_1, r.pressure_2])
+
+    @cached_property
+    def smooth_position(self) -> Floats:
+        """Position without most of its noise [m], shape (n,)."""
+        size = 2 * round(0.5 * SMOOTHING * self._roughness / self.interval) + 1
+        smooth: Floats = savgol_filter(self.record.position, max(size, 5), 3)
+        return smooth
+
+    @property
+    def _roughness(self) -> float:
+        """How much wider noise beyond the data sheet makes the windows [-]."""
+        return float((self.noise[0] / configured_noise(self.sensors)[0]) ** 0.4)
+
+    @cached_property
+    def voltages(self) -> Floats:
+        """u1, u2 from each sample but the last to the next [V], shape (n - 1, 2)."""
+        return np.column_stack([self.record.voltage_1, self.record.voltage_2])[:-1]
+
+    @cached_property
+    def noise(self) -> tuple[float, float, float]:
+        """Standard deviation of a reading of x [m], p1, p2 [Pa]."""
+        position, pressure = configured_noise(self.sensors)
+        r = self.record
+        return (
+            reading_noise(r.position, position),
+            reading_noise(r.pressure_1, pressure),
+            reading_noise(r.pressure_2, pressure),
+        )
+
+    @property
+    def codes(self) -> tuple[float, float, float]:
+        """Step of the converter in x [m], p1, p2 [Pa]."""
+        last = 2.0**self.sensors.resolution - 1.0
+        pressure = self.sensors.pressure_span / last
+        return self.sensors.position_span / last, pressure, pressure
+
+    @cached_property
+    def block(self) -> int:
+        """Samples of the means that are compared."""
+        return max(1, round(BLOCK / self.interval))
+
+    @cached_property
+    def floor(self) -> Floats:
+        """Standard deviation of a block's mean of x [m], p1, p2 [Pa], shape (3,)."""
+        pairs = zip(self.noise, self.codes, strict=True)
+        return np.array([mean_noise(noise, step, self.block) for noise, step in pairs])
+
+    @cached_property
+    def speed(self) -> Floats:
+        """|v| by line fits [m/s], shape (n,)."""
+        return np.abs(velocity_of(self.record.position, self.interval, self._rest_window))
+
+    @property
+    def _rest_window(self) -> float:
+        return REST_WINDOW * self._roughness
+
+    @cached_property
+    def rests(self) -> Sequence[Rest]:
+        """The rests, in the order of time."""
+        samples = self._rest_window / self.interval
+        noise = self.noise[0] / self.interval * np.sqrt(12.0 / samples**3)
+        resting = self.speed < max(REST_SPEED, 4.0 * noise)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], resting, [0]]).astype(int)))
+        pairs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+        long = [(a, b) for a, b in pairs if b - a >= LEAST_REST / self.interval]
+        return [self._rest(a, b) for a, b in self._without_creep(long)]
+
+    def _without_creep(self, stretches: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+        """Return rests that a slide divides: creep before a breakaway belongs to the rest."""
+        joined: list[tuple[int, int]] = []
+        for start, end in stretches:
+            if joined and abs(self._between(joined[-1][1], start)) < LEAST_SLIDE:
+                joined[-1] = joined[-1][0], end
+            else:
+                joined.append((start, end))
+        return joined
+
+    def _between(self, end: int, start: int) -> float:
+        """Return the way from the end of a rest to the start of the next [m]."""
+        position = self.smooth_position
+        return float(position[start] - position[end - 1])
+
+    def _rest(self, start: int, end: int) -> Rest:
+        first = 0 if start == 0 else start + round(SETTLING / self.interval)
+        last = min(first + round(READING / self.interval), end)
+        restart = first if start == 0 else (first + last) // 2
+        window = slice(first, last)
+        position = float(self.record.position[window].mean())
+        pressures = (
+            _line_at(signal[window], restart - first)
+            for signal in (self.record.pressure_1, self.record.pressure_2)
+        )
+        p1, p2 = pressures
+        return Rest(start, end, restart, (position, 0.0, p1, p2))
+
+
+def _line_at(values: Floats, sample: int) -> float:
+    """Return the value at a sample of the straight line through some values."""
+    index = np.arange(values.size)
+    slope, offset = np.polyfit(index, values, 1)
+    return float(offset + slope * sample)

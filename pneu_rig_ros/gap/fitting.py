@@ -1,0 +1,167 @@
+"""Fit of one or more explanations by simulation: multiple shooting, restarted at every rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from pneu_rig_ros.gap.candidates import Candidate, Coordinate
+from pneu_rig_ros.gap.evidence import Evidence
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode
+
+Floats = NDArray[np.float64]
+
+STEP = 1e-2
+"""Step of the finite differences, in units of a coordinate: above the integrator's noise [-]."""
+STRENGTHS = (0.3, 0.6, 1.0, 1.7, 3.0)
+"""Multiples of a start's strength from which the best is fitted [-]."""
+QUANTILE = 1.96
+"""Half-width of an interval of 95 % in standard deviations [-]."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    Candidates with values.
+
+    :param parts: the candidates
+    :param values: of each one's coordinates [SI]
+    """
+
+    parts: tuple[Candidate, ...] = ()
+    values: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The names of all parts."""
+        return ' + '.join(part.name for part in self.parts)
+
+    def apply(self, given: Hypothesis) -> Hypothesis:
+        """Return the given hypothesis with all explanations."""
+        for part, values in zip(self.parts, self.values, strict=True):
+            given = part.apply(given, values)
+        return given
+
+    def plus(self, part: Candidate, values: Sequence[float]) -> Explanation:
+        """Return the explanation with one more part."""
+        return Explanation((*self.parts, part), (*self.values, tuple(values)))
+
+    def without(self, index: int) -> Explanation:
+        """Return the explanation without one of its parts."""
+        keep = [i for i in range(len(self.parts)) if i != index]
+        return Explanation(tuple(self.parts[i] for i in keep), tuple(self.values[i] for i in keep))
+
+    @property
+    def coordinates(self) -> list[Coordinate]:
+        """All coordinates in a row."""
+        return [coordinate for part in self.parts for coordinate in part.coordinates]
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """The predictions that show it."""
+        return tuple(mode for mode in Mode if any(mode in part.modes for part in self.parts))
+
+    @property
+    def seen(self) -> Floats:
+        """What the fit sees of all values in a row."""
+        flat = [value for values in self.values for value in values]
+        pairs = zip(self.coordinates, flat, strict=True)
+        return np.array([coordinate.inward(value) for coordinate, value in pairs])
+
+    def moved(self, seen: Floats) -> Explanation:
+        """Return the explanation with other values, as the fit sees them."""
+        pairs = zip(self.coordinates, seen, strict=True)
+        flat = iter([coordinate.outward(float(value)) for coordinate, value in pairs])
+        values = tuple(tuple(next(flat) for _ in part.coordinates) for part in self.parts)
+        return Explanation(self.parts, values)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """
+    A fitted explanation.
+
+    :param explanation: with the best values
+    :param cost: at them, on the experiments of the fit [-]
+    :param deviations: standard deviation of what the fit sees, shape (coordinates,)
+    """
+
+    explanation: Explanation
+    cost: float
+    deviations: Floats
+
+    def intervals(self) -> list[tuple[float, float]]:
+        """Return an interval of about 95 % for each coordinate [SI]."""
+        triples = zip(
+            self.explanation.coordinates, self.explanation.seen, self.deviations, strict=True
+        )
+        return [
+            (c.outward(value - QUANTILE * d), c.outward(value + QUANTILE * d))
+            for c, value, d in triples
+        ]
+
+
+def fit(
+    given: Hypothesis, start: Explanation, evidence: Evidence, modes: Sequence[Mode], rounds: int
+) -> Fit:
+    """
+    Return the explanation fitted to the evidence from a start.
+
+    :param rounds: of the least-squares solver at most
+    """
+    low, high = np.array([c.bounds for c in start.coordinates]).T
+
+    def residual(seen: Floats) -> Floats:
+        return evidence.residual(start.moved(seen).apply(given), modes)
+
+    first = np.clip(scan(start, residual), low + 1e-6, high - 1e-6)
+
+    def slopes(seen: Floats) -> Floats:
+        here, columns = residual(seen), []
+        for index in range(seen.size):
+            there = seen.copy()
+            there[index] += STEP if seen[index] + STEP < high[index] else -STEP
+            columns.append((residual(there) - here) / (there[index] - seen[index]))
+        return np.column_stack(columns)
+
+    solution = least_squares(
+        residual, first, jac=slopes, bounds=(low, high), max_nfev=rounds, xtol=1e-4, ftol=1e-4,
+        gtol=1e-8,
+    )  # fmt: skip
+    return Fit(start.moved(solution.x), 2.0 * float(solution.cost), _deviations(solution))
+
+
+def scan(start: Explanation, residual: Callable[[Floats], Floats]) -> Floats:
+    """
+    Return the best of some strengths of the last part, as the fit sees them.
+
+    A least-squares solver goes downhill only, and slips that come at the wrong time make hills.
+    The first coordinate of a part is its strength; a description has all of its terms scaled.
+    """
+    seen = start.seen
+    last = start.parts[-1]
+    first = seen.size - len(last.coordinates)
+    strengths = range(first, seen.size) if last.describes else (first,)
+    tried = []
+    for factor in STRENGTHS:
+        there = seen.copy()
+        for index in strengths:
+            there[index] = start.coordinates[index].scaled(float(seen[index]), factor)
+        tried.append(there)
+    return min(tried, key=lambda there: float(np.sum(residual(there) ** 2)))
+
+
+def _deviations(solution: object) -> Floats:
+    """Return standard deviations from the curvature, with the residual as its own measure."""
+    jacobian, residual = solution.jac, solution.fun  # type: ignore[attr-defined]
+    spare = max(residual.size - jacobian.shape[1], 1)
+    variance = float(residual @ residual) / spare
+    curvature = jacobian.T @ jacobian
+    covariance = variance * np.linalg.pinv(curvature, hermitian=True)
+    deviations: Floats = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return deviations

@@ -1,0 +1,53 @@
+"""The noise of a measured signal, from the signal itself and from what its converter resolves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.rig.sensors import Sensors
+
+Floats = NDArray[np.float64]
+
+KEPT = 0.9
+"""Share of the smallest second differences that count: the others may be motion [-]."""
+TRIMMED = 0.79
+"""Standard deviation of a normal variable whose largest tenth is left out [-]."""
+SMOOTH = 25
+"""Samples over which a slow signal is taken as straight."""
+
+
+def reading_noise(signal: Floats, configured: float) -> float:
+    """
+    Return the standard deviation of a reading [unit of the signal].
+
+    Second differences of white noise have a variance of six times its own, and those of a smooth
+    signal next to none. A resting signal that stays within one step of its converter shows no
+    noise at all, so the configured noise is the least.
+
+    :param signal: equally spaced readings, shape (n,)
+    :param configured: standard deviation by the data sheet [unit]
+    """
+    bends = np.sort(np.abs(np.diff(signal, 2)))[: max(1, int(KEPT * (signal.size - 2)))]
+    seen = float(np.sqrt(np.mean(bends**2))) / (TRIMMED * np.sqrt(6.0)) if bends.size else 0.0
+    return max(seen, configured)
+
+
+def configured_noise(sensors: Sensors) -> tuple[float, float]:
+    """Return the standard deviation of a position [m] and a pressure [Pa] by the data sheet."""
+    codes = 2.0**sensors.resolution - 1.0
+    position = np.hypot(sensors.position_noise, sensors.position_span / codes / np.sqrt(12.0))
+    pressure = np.hypot(sensors.pressure_noise, sensors.pressure_span / codes / np.sqrt(12.0))
+    return float(position), float(pressure)
+
+
+def mean_noise(noise: float, code: float, samples: int) -> float:
+    """
+    Return the standard deviation of the mean of some readings [unit].
+
+    Noise averages out; the rounding of a signal that moves by less than a code does not.
+
+    :param noise: standard deviation of a reading [unit]
+    :param code: step of the converter [unit]
+    """
+    return float(np.hypot(noise / np.sqrt(samples), 0.5 * code / np.sqrt(12.0)))

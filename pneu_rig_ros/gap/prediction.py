@@ -1,0 +1,185 @@
+"""What a hypothesis predicts for an experiment, and how far that is from what was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.gap.experiment import Experiment
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.effect import READING_BALANCES
+from pneu_rig_ros.model.plant import Trajectory
+
+Floats = NDArray[np.float64]
+
+HOLD, HOLD_AT_REST = 5, 25
+"""Samples over which an imposed velocity is constant, moving and at rest."""
+
+
+class Mode(Enum):
+    """
+    What of the measured run a prediction uses.
+
+    ``CHAMBERS`` imposes the measured motion, so that only gas and valves are predicted; like
+    ``CYCLES``, which predicts all, it starts again from the readings at every rest. ``FREE`` has
+    the beginning alone.
+    """
+
+    CHAMBERS = 'chambers'
+    CYCLES = 'cycles'
+    FREE = 'free run'
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """
+    Errors of the readings that a prediction starts from.
+
+    :param rng: source of the errors
+    :param scale: standard deviation of x [m], p1, p2 [Pa]
+    """
+
+    rng: np.random.Generator
+    scale: Floats
+
+    def draw(self, count: int) -> Floats:
+        """Return errors of x, v, p1, p2, shape (count, 4)."""
+        errors = np.zeros((count, 4))
+        errors[:, [0, 2, 3]] = self.scale * self.rng.standard_normal((count, 3))
+        return errors
+
+
+class Prediction(NamedTuple):
+    """
+    A predicted run.
+
+    :param readings: x [m], p1, p2 [Pa] as the sensors would show them, shape (n - 1, 3); sample 0
+        is the start
+    :param run: true states
+    """
+
+    readings: Floats
+    run: Trajectory
+
+
+def predict(
+    hypothesis: Hypothesis, experiment: Experiment, mode: Mode, jitter: Jitter | None = None
+) -> Prediction:
+    """
+    Return what a hypothesis predicts for an experiment.
+
+    :param jitter: errors of the readings from which it starts and starts again
+    """
+    no_bias = np.zeros((len(experiment.voltages) + 1, 4))
+    bias = no_bias
+    if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
+        # what the sensors add is found along the measured motion, then taken off what is measured
+        rough = _run(hypothesis, experiment, Mode.CHAMBERS, no_bias, jitter)
+        bias[1:] = _readings(rough) - _true(rough)
+        bias[0] = bias[1]
+    run = _run(hypothesis, experiment, mode, bias, jitter)
+    return Prediction(_readings(run)[:, [0, 2, 3]], run)
+
+
+def _run(
+    hypothesis: Hypothesis, experiment: Experiment, mode: Mode, bias: Floats,
+    jitter: Jitter | None,
+) -> Trajectory:  # fmt: skip
+    start = -bias[0]
+    actions, measured, rests = guidance(experiment, mode, bias)
+    if jitter is not None:
+        restarts = (actions & follow.RESTART) != 0
+        measured[restarts] += jitter.draw(int(restarts.sum()))
+        start = start + jitter.draw(1)[0]
+    plant = hypothesis.plant(experiment, start)
+    return plant.follow(experiment.voltages, experiment.interval, actions, measured, rests)
+
+
+def _readings(run: Trajectory) -> Floats:
+    return np.column_stack(
+        [run.position_reading, run.velocity_reading, run.pressure_1_reading,
+         run.pressure_2_reading]
+    )  # fmt: skip
+
+
+def _true(run: Trajectory) -> Floats:
+    return np.column_stack([run.position, run.velocity, run.pressure_1, run.pressure_2])
+
+
+def guidance(
+    experiment: Experiment, mode: Mode, bias: Floats
+) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """
+    Return the actions, the measured states and the starts of rest of ``Plant.follow``.
+
+    :param bias: what the sensors add to x, v, p1, p2 [SI], shape (n, 4)
+    """
+    count = len(experiment.voltages)
+    actions, begins = np.zeros(count, dtype=np.int64), np.zeros(count)
+    measured = experiment.measured[:-1] - bias[:-1]
+    if mode is Mode.FREE:
+        return actions, measured, begins
+    for rest in experiment.rests:
+        if 0 < rest.restart < count:
+            actions[rest.restart] = follow.RESTART
+            begins[rest.restart] = _begin(experiment, rest.start)
+            measured[rest.restart] = rest.readings - bias[rest.restart]
+    if mode is Mode.CHAMBERS:
+        _impose_motion(experiment, actions, measured, bias[:, 0])
+    return actions, measured, begins
+
+
+def _begin(experiment: Experiment, sample: int) -> float:
+    """Return when a rest began [s], before the run for the one that it starts with."""
+    return -experiment.operation.rest_time if sample == 0 else sample * experiment.interval
+
+
+def _impose_motion(
+    experiment: Experiment, actions: NDArray[np.int64], measured: Floats, bias: Floats
+) -> None:
+    """Move the piston along straight lines through the measured positions."""
+    count, smooth = len(actions), experiment.smooth_position - bias
+    actions[[rest.end for rest in experiment.rests if rest.end < count]] |= follow.BREAK
+    actions[_knots(experiment)] |= follow.MOTION
+    actions[actions != 0] |= follow.MOTION
+    knots = np.append(np.flatnonzero(actions), count)
+    lengths = np.diff(knots) * experiment.interval
+    measured[knots[:-1], 0] = smooth[knots[:-1]]
+    measured[knots[:-1], 1] = np.diff(smooth[knots]) / lengths
+
+
+def _knots(experiment: Experiment) -> NDArray[np.intp]:
+    """Return the samples at which an imposed velocity changes: fewer while the piston rests."""
+    every = np.arange(len(experiment.voltages))
+    moving = np.ones(every.size, dtype=np.bool_)
+    for rest in experiment.rests:
+        moving[rest.start + HOLD_AT_REST : rest.end - HOLD_AT_REST] = False
+    return np.flatnonzero(every % np.where(moving, HOLD, HOLD_AT_REST) == 0)
+
+
+def block_means(signals: Floats, block: int) -> Floats:
+    """Return the means over blocks of samples, shape (n // block, columns)."""
+    whole = len(signals) // block * block
+    columns = signals.shape[1]
+    means: Floats = signals[:whole].reshape(-1, block, columns).mean(axis=1)
+    return means
+
+
+def gap(hypothesis: Hypothesis, experiment: Experiment, mode: Mode) -> Floats:
+    """
+    Return measured less predicted, block by block, in SI units.
+
+    Columns x, p1, p2; shape (blocks, 3). A motion that is imposed has no gap: column x is 0.
+    """
+    predicted = predict(hypothesis, experiment, mode).readings
+    measured = experiment.measured[1:, [0, 2, 3]]
+    difference = block_means(measured - predicted, experiment.block)
+    if mode is Mode.CHAMBERS:
+        difference[:, 0] = 0.0
+    return difference

@@ -1,0 +1,70 @@
+"""Which candidates are worth a fit: how much of the gap each closes as it stands or scaled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.gap.candidates import Candidate
+from pneu_rig_ros.gap.evidence import Evidence
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode
+
+Floats = NDArray[np.float64]
+
+SHARES = np.linspace(0.1, 1.6, 16)
+"""Shares of a candidate's change of the prediction that are tried [-]."""
+
+
+class Screened(NamedTuple):
+    """
+    A candidate and what it may close.
+
+    :param candidate: the candidate
+    :param values: the start that did best, scaled where that is possible [SI]
+    :param cost: expected from there [-]
+    """
+
+    candidate: Candidate
+    values: tuple[float, ...]
+    cost: float
+
+
+def screen(
+    hypothesis: Hypothesis, pool: Sequence[Candidate], evidence: Evidence,
+    modes: Sequence[Mode],
+) -> list[Screened]:  # fmt: skip
+    """Return the candidates, the most promising first."""
+    here = {mode: evidence.gaps(hypothesis, mode) for mode in modes}
+    screened = []
+    for candidate in pool:
+        tried = [try_start(hypothesis, candidate, s, evidence, here) for s in candidate.starts]
+        screened.append(min(tried, key=lambda one: one.cost))
+    return sorted(screened, key=lambda one: one.cost)
+
+
+def try_start(
+    hypothesis: Hypothesis, candidate: Candidate, start: tuple[float, ...], evidence: Evidence,
+    here: dict[Mode, list[Floats]],
+) -> Screened:  # fmt: skip
+    """Return what a candidate closes from one start, its change scaled by the best share."""
+    changed = candidate.apply(hypothesis, start)
+    pairs = []
+    for mode in here:
+        there = evidence.gaps(changed, mode)
+        pairs.append((_flat(here[mode]), _flat(there)))
+    costs = [_cost(pairs, share) for share in SHARES]
+    best = int(np.argmin(costs))
+    return Screened(candidate, start, min(costs[best], _cost(pairs, 1.0)))
+
+
+def _flat(gaps: list[Floats]) -> Floats:
+    return np.concatenate([g.ravel() for g in gaps])
+
+
+def _cost(pairs: list[tuple[Floats, Floats]], share: float) -> float:
+    each = [np.mean(np.arcsinh(a + share * (b - a)) ** 2) for a, b in pairs]
+    return float(np.mean(each))

@@ -1,0 +1,147 @@
+"""
+Which explanation the data ask for: as few parts as close the gap, judged on runs not fitted.
+
+Explanations grow part by part. At each size the most promising candidates are fitted by
+simulation and compared on the experiments left out; the first size at which one of them leaves
+nothing significant is the answer. A wrong parameter is preferred to a missing effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from pneu_rig_ros.gap.candidates import Candidate
+from pneu_rig_ros.gap.evidence import Evidence
+from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode
+from pneu_rig_ros.gap.screening import Screened, screen
+
+AT_FLOOR = 0.45
+"""Mean square of the compressed gap of a true hypothesis, about [-]."""
+CONSISTENT = 0.85
+"""Mean square of the compressed gap below which nothing significant is left [-]."""
+EFFECTS_FITTED, PARAMETERS_FITTED = 4, 3
+"""Candidates of either kind that are fitted at each size."""
+BEAM = 2
+"""Explanations of one size that grow further."""
+LARGEST = 3
+"""Parts of an explanation at most."""
+LEAST_GAIN = 0.85
+"""One more part that leaves more than this share of the cost leads nowhere [-]."""
+ROUNDS = 8
+"""Rounds of a fit."""
+ALIKE = 0.05
+"""Explanations whose costs differ by less cannot be told apart [-]."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """
+    A fitted explanation and its cost where it was not fitted.
+
+    :param fit: the fit
+    :param held_out: cost on the experiments left out [-]
+    """
+
+    fit: Fit
+    held_out: float
+
+    @property
+    def worst(self) -> float:
+        """The larger of both costs."""
+        return max(self.fit.cost, self.held_out)
+
+    @property
+    def effects(self) -> int:
+        """Number of effects in the explanation."""
+        return sum(part.is_effect for part in self.fit.explanation.parts)
+
+
+@dataclass
+class Search:
+    """
+    The search for an explanation of one kind of prediction.
+
+    :param given: the hypothesis to be explained
+    :param fitted: experiments for the fits
+    :param held: experiments for the comparison
+    :param modes: predictions that are to be explained
+    :param tell: told what is done now
+    """
+
+    given: Hypothesis
+    fitted: Evidence
+    held: Evidence
+    modes: tuple[Mode, ...]
+    tell: Callable[[str], None]
+    screened: list[Screened] = field(default_factory=list)
+    scored: list[Scored] = field(default_factory=list)
+    best: Scored | None = None
+
+    @property
+    def ranking(self) -> list[Scored]:
+        """Everything fitted, best first."""
+        return sorted(self.scored, key=lambda one: one.worst)
+
+    def cost(self, hypothesis: Hypothesis) -> float:
+        """Return the larger cost, of the experiments fitted and left out [-]."""
+        costs = [evidence.cost(hypothesis, self.modes) for evidence in (self.fitted, self.held)]
+        return max(costs)
+
+    def settle(self, hypothesis: Hypothesis) -> None:
+        """Propagate the errors of the readings under a hypothesis."""
+        for evidence in (self.fitted, self.held):
+            evidence.settle_floors(hypothesis, self.modes)
+
+    def run(self, pool: Sequence[Candidate]) -> Scored | None:
+        """Return the smallest explanation that closes the gap; None if there is none."""
+        level, reached = [Explanation()], self.cost(self.given)
+        for size in range(1, LARGEST + 1):
+            scored = [one for base in level for one in self.grow(base, pool, size)]
+            if not scored:
+                return None
+            scored = self.again(sorted(scored, key=lambda one: one.worst))
+            self.scored += scored
+            if closing := [one for one in scored if one.worst < CONSISTENT]:
+                self.best = min(closing, key=lambda one: (one.effects, one.worst))
+                return self.best
+            if scored[0].worst > LEAST_GAIN * reached:
+                return None
+            reached = scored[0].worst
+            level = [one.fit.explanation for one in scored[:BEAM]]
+        return None
+
+    def grow(self, base: Explanation, pool: Sequence[Candidate], size: int) -> Iterator[Scored]:
+        """Yield the fits of an explanation with one more part."""
+        names = {part.name for part in base.parts}
+        rest = [candidate for candidate in pool if candidate.name not in names]
+        self.tell(f'screening {len(rest)} candidates')
+        ranked = screen(base.apply(self.given), rest, self.fitted, self.modes)
+        if size == 1:
+            self.screened = ranked
+        effects = [one for one in ranked if one.candidate.is_effect][:EFFECTS_FITTED]
+        others = [one for one in ranked if not one.candidate.is_effect][:PARAMETERS_FITTED]
+        for one in effects + others:
+            start = base.plus(one.candidate, one.values)
+            self.tell('fitting ' + ' + '.join(part.name for part in start.parts))
+            result = fit(self.given, start, self.fitted, self.modes, ROUNDS)
+            yield self.score(result)
+
+    def score(self, result: Fit) -> Scored:
+        """Return a fit with its cost on the experiments left out."""
+        hypothesis = result.explanation.apply(self.given)
+        return Scored(result, self.held.cost(hypothesis, self.modes))
+
+    def again(self, scored: Sequence[Scored]) -> list[Scored]:
+        """Return fits with the noise floors of the best one, best first."""
+        best = scored[0].fit.explanation
+        self.settle(best.apply(self.given))
+        first = self.score(fit(self.given, best, self.fitted, self.modes, ROUNDS))
+        others = []
+        for one in scored[1:]:
+            hypothesis = one.fit.explanation.apply(self.given)
+            cost = self.fitted.cost(hypothesis, self.modes)
+            others.append(self.score(Fit(one.fit.explanation, cost, one.fit.deviations)))
+        return sorted([first, *others], key=lambda one: one.worst)

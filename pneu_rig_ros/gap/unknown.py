@@ -1,0 +1,183 @@
+"""
+What nobody has named yet: a sparse term that describes the gap, and can be added and simulated.
+
+The terms are those of the ``described_...`` effects. Which of them are needed is found by sparse
+regression (pysindy) of the residual of the balance; their coefficients are then fitted by
+simulation like those of any effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.gap.candidates import Candidate, effect_candidate
+from pneu_rig_ros.gap.evidence import Evidence
+from pneu_rig_ros.gap.experiment import Experiment
+from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode, block_means
+from pneu_rig_ros.gap.where import disagreements, residuals
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.compiled import plain
+from pneu_rig_ros.model.compiled_model import compiled_model
+from pneu_rig_ros.model.effect import Signals
+
+Floats = NDArray[np.float64]
+
+DESCRIPTIONS = {
+    Mode.CHAMBERS: ('described_flow',),
+    Mode.CYCLES: ('described_friction', 'described_force'),
+}
+"""Prediction whose gap is described -> effects that may describe it."""
+ALWAYS = {'described_friction': ('constant', 'static')}
+"""Coefficients that sliding alone cannot show, or that any other needs beside it."""
+THRESHOLD = 0.15
+"""Terms that add less than this share of the residual are left out [-]."""
+MOST_TERMS = 4
+"""Terms of a description at most."""
+ROUNDS = 12
+
+
+@dataclass(frozen=True)
+class Description:
+    """
+    A description of what is not known.
+
+    :param balance, regime, unit: where it shows
+    :param term: formula for a person
+    :param gap_left: share of the cost above the floor that is left on runs not fitted [-]
+    :param hypothesis: with the description as an effect
+    :param fit: of its coefficients
+    """
+
+    balance: str
+    regime: str
+    unit: str
+    term: str
+    gap_left: float
+    hypothesis: Hypothesis
+    fit: Fit
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what diagnosis.json says of it."""
+        return {'balance': self.balance, 'regime': self.regime, 'unit': self.unit,
+                'term': self.term, 'gap_left': self.gap_left}  # fmt: skip
+
+
+def describe(
+    known: Hypothesis, fitted: Evidence, held: Evidence, mode: Mode, at_floor: float
+) -> Description:
+    """
+    Return the description that shrinks the gap of a prediction most.
+
+    :param at_floor: cost of a true hypothesis [-]
+    """
+    tried = []
+    for name in DESCRIPTIONS[mode]:
+        terms = sparse_terms(known, fitted, name)
+        part = _only(effect_candidate(name), terms)
+        start = Explanation().plus(part, tuple(terms[c.name] for c in part.coordinates))
+        tried.append(fit(known, start, fitted, (mode,), ROUNDS))
+    best = min(tried, key=lambda one: one.cost)
+    hypothesis = best.explanation.apply(known)
+    before, after = (held.cost(one, (mode,)) for one in (known, hypothesis))
+    where = [one for one in disagreements(known, fitted) if _shows(one.balance, mode)]
+    balance, regime, unit = (
+        (where[0].balance, where[0].regime, where[0].unit) if where else _default(mode)
+    )
+    left = max(after - at_floor, 0.0) / max(before - at_floor, 1e-9)
+    return Description(balance, regime, unit, formula(best.explanation), left, hypothesis, best)
+
+
+def _shows(balance: str, mode: Mode) -> bool:
+    return balance.startswith('gas') == (mode is Mode.CHAMBERS)
+
+
+def _default(mode: Mode) -> tuple[str, str, str]:
+    if mode is Mode.CHAMBERS:
+        return 'gas mass 1', 'sliding out', 'kg/s'
+    return 'force', 'breakaway', 'N'
+
+
+def sparse_terms(known: Hypothesis, evidence: Evidence, name: str) -> dict[str, float]:
+    """Return the coefficients of a description that the residuals ask for [SI]."""
+    from pysindy import STLSQ
+
+    names = list(library.load(name).parameters._fields)
+    columns, targets = [], []
+    floors = evidence.floors[Mode.CHAMBERS]
+    for experiment, floor in zip(evidence.experiments, floors, strict=True):
+        features = term_values(known, experiment, name)
+        for residual, part in zip(
+            _concerned(residuals(known, experiment, floor), name), features, strict=True
+        ):
+            good = np.isfinite(residual.values)
+            columns.append(part[good])
+            targets.append(residual.values[good])
+    matrix, target = np.concatenate(columns), np.concatenate(targets)
+    size = np.sqrt(np.mean(matrix**2, axis=0))
+    size[size == 0.0] = 1.0
+    scale = float(np.sqrt(np.mean(target**2))) or 1.0
+    optimizer = STLSQ(threshold=THRESHOLD, alpha=1e-3)
+    optimizer.fit(matrix / size, (target / scale)[:, np.newaxis])
+    weights = np.ravel(optimizer.coef_)
+    order = [int(i) for i in np.argsort(-np.abs(weights))[:MOST_TERMS] if weights[i] != 0.0]
+    found = {names[i]: float(weights[i] * scale / size[i]) for i in order}
+    return dict.fromkeys(ALWAYS.get(name, names[:1]), 0.0) | found
+
+
+def _concerned(every: Sequence[Any], name: str) -> Sequence[Any]:
+    return every[:2] if name == 'described_flow' else every[2:]
+
+
+def term_values(known: Hypothesis, experiment: Experiment, name: str) -> list[Floats]:
+    """
+    Return what each coefficient of a description multiplies, block by block.
+
+    The contribution is linear in its coefficients, so that it gives the terms one by one.
+
+    :return: one table, shape (blocks, coefficients), for each residual concerned
+    """
+    effect = library.load(name)
+    signals = _signals(experiment)
+    gas = known.model.gas._replace(atmospheric_pressure=experiment.atmospheric_pressure)
+    model = known.model._replace(operation=experiment.operation, gas=gas)
+    signs = {'described_friction': np.sign(signals.velocity), 'described_force': -1.0}
+    sign = signs.get(name, 1.0)
+    term = plain(effect.contribution)
+    tables: tuple[list[Floats], list[Floats]] = [], []
+    for unit in np.eye(len(effect.null)):
+        pair = term(signals, compiled_model(model), effect.parameters(*unit), None, None)
+        for table, value in zip(tables, pair, strict=True):
+            table.append(np.broadcast_to(sign * value, signals.velocity.shape))
+    concerned = tables if name == 'described_flow' else tables[:1]
+    return [np.column_stack(table) for table in concerned]
+
+
+def _signals(experiment: Experiment) -> Any:
+    """Return the measured signals block by block, as a contribution takes them."""
+    x, v, p1, p2 = block_means(experiment.measured[1:], experiment.block).T
+    u1, u2 = block_means(experiment.voltages, experiment.block).T
+    supply: Any = np.full(x.size, experiment.operation.supply_pressure)
+    unseen: Any = np.full(x.size, np.nan)
+    return Signals(unseen, x, v, p1, p2, unseen, unseen, unseen, unseen, u1, u2, supply, supply,
+                   unseen, unseen, unseen, unseen)  # fmt: skip
+
+
+def _only(candidate: Candidate, terms: Mapping[str, float]) -> Candidate:
+    """Return the candidate with some of its coordinates alone, the others at their null."""
+    kept = tuple(c for c in candidate.coordinates if c.name in terms)
+    return replace(candidate, coordinates=kept, starts=())
+
+
+def formula(explanation: Explanation) -> str:
+    """Return a description's formula for a person."""
+    part, values = explanation.parts[0], explanation.values[0]
+    texts = [f'{value:+.3g} {c.quantity.unit} {c.name}'
+             for c, value in zip(part.coordinates, values, strict=True)]  # fmt: skip
+    return ' '.join(texts).removeprefix('+')
