@@ -8,7 +8,7 @@ simulation like those of any effect.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,13 +34,13 @@ DESCRIPTIONS = {
     Mode.CYCLES: ('described_friction', 'described_force'),
 }
 """Prediction whose gap is described -> effects that may describe it."""
-ALWAYS = {'described_friction': ('constant', 'static')}
-"""Coefficients that sliding alone cannot show, or that any other needs beside it."""
-THRESHOLD = 0.15
-"""Terms that add less than this share of the residual are left out [-]."""
-MOST_TERMS = 4
+ALWAYS = {'described_friction': ('static',)}
+"""Coefficients that sliding cannot show."""
+MOST_TERMS = 3
 """Terms of a description at most."""
-ROUNDS = 12
+LEAST_GAIN = 0.9
+"""One more term that leaves more than this share of the cost is left out [-]."""
+ROUNDS = 8
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,12 @@ def describe(
 
     :param at_floor: cost of a true hypothesis [-]
     """
-    tried = []
-    for name in DESCRIPTIONS[mode]:
-        terms = sparse_terms(known, fitted, name)
-        part = _only(effect_candidate(name), terms)
-        start = Explanation().plus(part, tuple(terms[c.name] for c in part.coordinates))
-        tried.append(fit(known, start, fitted, (mode,), ROUNDS))
-    best = min(tried, key=lambda one: one.cost)
+    tried = [
+        one for name in DESCRIPTIONS[mode] for one in growing(known, fitted, held, name, mode)
+    ]
+    best = min(
+        tried, key=lambda one: max(one.cost, held.cost(one.explanation.apply(known), (mode,)))
+    )
     hypothesis = best.explanation.apply(known)
     before, after = (held.cost(one, (mode,)) for one in (known, hypothesis))
     where = [one for one in disagreements(known, fitted) if _shows(one.balance, mode)]
@@ -104,31 +103,58 @@ def _default(mode: Mode) -> tuple[str, str, str]:
     return 'force', 'breakaway', 'N'
 
 
-def sparse_terms(known: Hypothesis, evidence: Evidence, name: str) -> dict[str, float]:
-    """Return the coefficients of a description that the residuals ask for [SI]."""
-    from pysindy import STLSQ
+def growing(
+    known: Hypothesis, fitted: Evidence, held: Evidence, name: str, mode: Mode
+) -> Iterator[Fit]:
+    """Yield the fits of a description with more and more terms, as long as they are worth it."""
+    matrix, target = regression(known, fitted, name)
+    reached = held.cost(known, (mode,))
+    for count in range(1, MOST_TERMS + 1):
+        terms = sparse_terms(matrix, target, name, count)
+        part = _only(effect_candidate(name), terms)
+        start = Explanation().plus(part, tuple(terms[c.name] for c in part.coordinates))
+        result = fit(known, start, fitted, (mode,), ROUNDS)
+        cost = held.cost(result.explanation.apply(known), (mode,))
+        if cost > LEAST_GAIN * reached:
+            if count == 1:
+                yield result
+            return
+        reached = cost
+        yield result
 
-    names = list(library.load(name).parameters._fields)
+
+def regression(known: Hypothesis, evidence: Evidence, name: str) -> tuple[Floats, Floats]:
+    """Return the terms of a description and the residual that they are to explain, stacked."""
     columns, targets = [], []
     floors = evidence.floors[Mode.CHAMBERS]
     for experiment, floor in zip(evidence.experiments, floors, strict=True):
-        features = term_values(known, experiment, name)
-        for residual, part in zip(
-            _concerned(residuals(known, experiment, floor), name), features, strict=True
-        ):
+        tables = term_values(known, experiment, name)
+        concerned = _concerned(residuals(known, experiment, floor), name)
+        for residual, table in zip(concerned, tables, strict=True):
             good = np.isfinite(residual.values)
-            columns.append(part[good])
+            columns.append(table[good])
             targets.append(residual.values[good])
-    matrix, target = np.concatenate(columns), np.concatenate(targets)
-    size = np.sqrt(np.mean(matrix**2, axis=0))
-    size[size == 0.0] = 1.0
-    scale = float(np.sqrt(np.mean(target**2))) or 1.0
-    optimizer = STLSQ(threshold=THRESHOLD, alpha=1e-3)
-    optimizer.fit(matrix / size, (target / scale)[:, np.newaxis])
-    weights = np.ravel(optimizer.coef_)
-    order = [int(i) for i in np.argsort(-np.abs(weights))[:MOST_TERMS] if weights[i] != 0.0]
-    found = {names[i]: float(weights[i] * scale / size[i]) for i in order}
-    return dict.fromkeys(ALWAYS.get(name, names[:1]), 0.0) | found
+    return np.concatenate(columns), np.concatenate(targets)
+
+
+def sparse_terms(matrix: Floats, target: Floats, name: str, count: int) -> dict[str, float]:
+    """
+    Return the coefficients of a description with so many terms [SI].
+
+    The terms are chosen one after the other by forward regression with orthogonal least squares.
+    """
+    from pysindy import FROLS
+
+    names = list(library.load(name).parameters._fields)
+    known = np.flatnonzero(np.any(matrix != 0.0, axis=0))
+    size = np.sqrt(np.mean(matrix[:, known] ** 2, axis=0))
+    optimizer = FROLS(max_iter=count, alpha=1e-6)
+    optimizer.fit(matrix[:, known] / size, target[:, np.newaxis])
+    order = np.argsort(-np.abs(np.ravel(optimizer.coef_)))[:count]
+    chosen = known[order]
+    values, *_ = np.linalg.lstsq(matrix[:, chosen], target, rcond=None)
+    found = {names[int(i)]: float(value) for i, value in zip(chosen, values, strict=True)}
+    return dict.fromkeys(ALWAYS.get(name, ()), 0.0) | found
 
 
 def _concerned(every: Sequence[Any], name: str) -> Sequence[Any]:

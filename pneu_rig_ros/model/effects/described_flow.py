@@ -33,7 +33,8 @@ class Parameters(NamedTuple):
 @compiled
 def out_of(flow: float, ratio: float) -> float:
     """Return the flow [kg/s], less of it out of a chamber with little gas left."""
-    return flow if flow > 0.0 else flow * min(max(ratio, 0.0), 1.0)
+    inward, outward = 0.5 * (flow + abs(flow)), 0.5 * (flow - abs(flow))
+    return inward + outward * 0.5 * (1.0 + ratio - abs(1.0 - ratio))
 
 
 @compiled
