@@ -22,7 +22,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
-        (f'share/{package}/config', sorted(glob('config/*.yaml') + glob('config/*.xml'))),
+        (f'share/{package}/config', sorted(glob('config/*.*'))),
         (f'share/{package}/config/excitations', sorted(glob('config/excitations/*.yaml'))),
         (f'share/{package}/config/readings', sorted(glob('config/readings/*.yaml'))),
         (f'share/{package}/launch', sorted(glob('launch/*.py'))),
@@ -54,6 +54,7 @@ setup(
             'catkin_pkg',
             'colcon-common-extensions',
             'hypothesis',
+            'jsonschema',
             'mcap-ros2-support',
             'mypy',
             'pytest',
@@ -62,9 +63,12 @@ setup(
             'ruff',
             'setuptools<80',  # the newest that colcon-core takes
             'types-PyYAML',
+            'yourdfpy',
         ],
         # For other units than SI, and Parquet. An extra, as rosdep knows neither.
         'tables': ['pint', 'pyarrow'],
+        # For a description of what no effect explains. An extra for the same reason.
+        'diagnosis': ['pysindy'],
         'bench': ['scikit-sundae'],
     },
     zip_safe=True,

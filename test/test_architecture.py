@@ -29,7 +29,8 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     'analysis': ({'model', 'rig', 'records'}, BAGS | {'scipy'}),
     'control': ({'model', 'rig', 'analysis'}, SCIENCE),
     'claims': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'yaml'}),
-    'report': ({'model', 'rig', 'records', 'analysis', 'claims'}, FIGURES),
+    'gap': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'pysindy'}),
+    'report': ({'model', 'rig', 'records', 'analysis', 'claims', 'gap'}, FIGURES),
     'simulate': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'}),
     'nodes': (
         {'model', 'rig', 'records', 'analysis', 'control'},
@@ -37,7 +38,18 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     ),
     'demo': ({'model', 'rig', 'records', 'analysis', 'report', 'nodes'}, FIGURES | TERMINAL),
     'cli': (
-        {'model', 'rig', 'records', 'analysis', 'claims', 'report', 'simulate', 'nodes', 'demo'},
+        {
+            'model',
+            'rig',
+            'records',
+            'analysis',
+            'claims',
+            'gap',
+            'report',
+            'simulate',
+            'nodes',
+            'demo',
+        },
         FIGURES | TERMINAL,
     ),
 }
@@ -77,7 +89,9 @@ def test_imports_only_what_its_room_may(module: Path) -> None:
             assert first in outside, f'{here} takes {name}'
 
 
-@pytest.mark.parametrize('module', ['cli', 'simulate', 'records', 'analysis', 'claims', 'report'])
+@pytest.mark.parametrize(
+    'module', ['cli', 'simulate', 'records', 'analysis', 'claims', 'gap.diagnosis', 'report']
+)
 def test_works_without_ros(module: str) -> None:
     code = (
         f'import sys, {PACKAGE}.{module}; '

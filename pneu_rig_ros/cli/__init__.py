@@ -13,6 +13,7 @@ import click
 from pneu_rig_ros.cli.claims import claims
 from pneu_rig_ros.cli.compare import compare
 from pneu_rig_ros.cli.demo import demo
+from pneu_rig_ros.cli.diagnose import diagnose
 from pneu_rig_ros.cli.effects import effects
 from pneu_rig_ros.cli.export import export
 from pneu_rig_ros.cli.friction import friction
@@ -38,6 +39,7 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     '  pneu-rig import daq.csv --map map.yaml --out runs/measured\n'
     '  pneu-rig export runs/BAG --csv      for other programs\n'
     '  pneu-rig compare runs/BAG --model cylinder_2\n'
+    '  pneu-rig diagnose runs/BAG... --model cylinder_2 --out answer\n'
     "  pneu-rig claims                     the paper's statements, each measured\n"
     '  pneu-rig effects                    the effects that the model can add\n',
 )
@@ -59,6 +61,7 @@ for _subcommand in (
     import_,
     export,
     compare,
+    diagnose,
 ):
     command.add_command(_subcommand)
 

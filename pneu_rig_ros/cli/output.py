@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,23 @@ def print_table(table: Table) -> None:
 
     width = None if console().is_terminal else PIPE_WIDTH
     Console(highlight=False, markup=False, width=width).print(table)
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    """
+    Return a table of texts.
+
+    :param heads: of the columns; one that begins with '>' is for numbers, set right
+    """
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for head in heads:
+        made.add_column(head.removeprefix('>'), justify='right' if head[:1] == '>' else 'left')
+    for row in rows:
+        made.add_row(*row)
+    return made
 
 
 def print_json(data: Mapping[str, Any]) -> None:
@@ -99,6 +116,27 @@ def step_bar(
     """Show a bar on stderr while the block runs; yield what to tell the steps done to."""
     with _bar(title, total, '{task.completed:g} of {task.total:g}', quiet) as tell:
         yield tell
+
+
+@contextlib.contextmanager
+def stage_bar(quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """Show a bar on stderr while the block runs; yield what to tell the stage and the share to."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+    from rich.progress import TimeElapsedColumn as Elapsed
+
+    terminal = console(stderr=True)
+    bar = Progress(
+        BarColumn(20),
+        TaskProgressColumn(),
+        Elapsed(),
+        TextColumn('{task.description}'),
+        console=terminal,
+        transient=True,
+        disable=quiet or not terminal.is_terminal,
+    )
+    with bar:
+        task = bar.add_task('', total=1.0)
+        yield lambda stage, share: bar.update(task, description=stage, completed=share)
 
 
 @contextlib.contextmanager

@@ -1,0 +1,246 @@
+"""`pneu-rig diagnose`: where a model and measured bags disagree, why, and a better model."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pneu_rig_ros.cli import output
+from pneu_rig_ros.errors import RigError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from pneu_rig_ros.gap.diagnosis import Diagnosis
+
+MOST_RANKED = 8
+"""Candidates that are printed."""
+MOST_WORKERS = 2
+"""Threads unless asked for more."""
+DRAWING = 0.97
+"""Share of the work when the report is drawn [-]."""
+
+
+@click.command(
+    short_help='What the model lacks: the missing effect or the wrong parameter',
+    epilog='\b\nExamples:\n'
+    '  pneu-rig diagnose runs/a runs/b runs/c --model cylinder_1 --out answer\n'
+    '  pneu-rig diagnose runs/a runs/b --verify runs/c --model rig.yaml --out answer\n'
+    '  pneu-rig diagnose daq_*.csv --map map.yaml --model rig.yaml --out answer\n'
+    '\b\nThen:\n'
+    '  ros2 run pneu_rig_ros plant --ros-args -p cylinder:=answer/improved.yaml\n'
+    '\b\nThe conditions of a bag are in its conditions.yaml, those of daq.csv beside it in\n'
+    'daq.conditions.yaml:\n'
+    '  supply_pressure: 4 bar gauge\n'
+    '  load_mass: 0.2 kg\n',
+)
+@click.argument('bags', metavar='BAG...', nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option('--model', required=True, metavar='NAME|FILE', help='a cylinder or a YAML file')
+@click.option(
+    '--verify',
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar='BAG',
+    help='left out of the fits, judges them; may be repeated  [default: every third BAG]',
+)
+@click.option(
+    '--map',
+    'mapping',
+    type=click.Path(path_type=Path),
+    metavar='YAML',
+    help='which column is what, where a BAG is a text table (see import)',
+)
+@click.option(
+    '--out',
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar='DIRECTORY',
+    help='gets diagnosis.json, improved.yaml, report.html; new or empty',
+)
+@click.option(
+    '--seed', type=click.IntRange(0, 2**63), default=0, metavar='INTEGER', show_default=True,
+    help='of the propagated sensor noise',
+)  # fmt: skip
+@click.option(
+    '--without', multiple=True, metavar='EFFECT', help='leave an effect out of the library'
+)
+@click.option(
+    '--workers',
+    type=click.IntRange(1, 256),
+    metavar='INTEGER',
+    help='threads  [default: 2, or 1 on one processor]',
+)
+@click.option('--json', 'as_json', is_flag=True, help='print diagnosis.json')
+@click.option('--quiet', is_flag=True, help='print nothing but errors')
+def diagnose(
+    bags: Sequence[Path],
+    verify: Sequence[Path],
+    mapping: Path | None,
+    out: Path,
+    as_json: bool,
+    quiet: bool,
+    **settings: Any,
+) -> None:
+    """
+    Find out what a model lacks, from measured bags.
+
+    Tells where model and measurement disagree by more than the noise, which missing effect or
+    wrong parameter explains it, adds that to the model, and judges it on bags that it was not
+    fitted to. Says so when nothing is missing, and when nothing it knows explains the gap.
+    """
+    from pneu_rig_ros.model import effects
+
+    for name in settings['without']:
+        effects.load(name)
+    settings['workers'] = settings['workers'] or min(MOST_WORKERS, os.cpu_count() or 1)
+    with _directory(out), as_bags([*bags, *verify], mapping) as paths:
+        settings['verify'] = paths[len(bags) :]
+        data = _diagnose(paths[: len(bags)], settings, out, quiet)
+    if as_json:
+        output.print_json(data)
+    elif not quiet:
+        _print(data, out)
+
+
+@contextlib.contextmanager
+def _directory(out: Path) -> Iterator[None]:
+    """Have the directory of the answer; remove it again if nothing came of it."""
+    is_new = not out.exists()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        empty = not any(out.iterdir())
+    except OSError as error:
+        raise RigError(f'--out {out}: {error.strerror}; name a new directory') from error
+    if not empty:
+        raise RigError(f'--out {out} is not empty; name a new or an empty directory')
+    try:
+        yield
+    finally:
+        if is_new and not any(out.iterdir()):
+            out.rmdir()
+
+
+@contextlib.contextmanager
+def as_bags(paths: Sequence[Path], mapping: Path | None) -> Iterator[list[Path]]:
+    """
+    Yield the bags, with text tables among them turned into bags for the time being.
+
+    :raises RigError: when there is a table but no mapping, or a mapping but no table
+    """
+    tables = [path for path in paths if path.is_file() and path.suffix != '.mcap']
+    if mapping is None and tables:
+        raise RigError(f'{tables[0]}: --map must say which column is what, and its unit')
+    if mapping is not None and not tables:
+        raise RigError(f'--map {mapping}: is for text tables, and there is none')
+    with tempfile.TemporaryDirectory(prefix='pneu-rig-') as folder:
+        bags = {path: Path(folder) / str(n) / path.stem for n, path in enumerate(tables)}
+        for table, bag in bags.items():
+            _convert(table, str(mapping), bag)
+        yield [bags.get(path, path) for path in paths]
+
+
+def _convert(path: Path, mapping: str, bag: Path) -> None:
+    from pneu_rig_ros.records.conditions import read_conditions
+    from pneu_rig_ros.records.importing import write_bag
+    from pneu_rig_ros.records.table import read_table
+
+    beside = path.with_suffix('.conditions.yaml')
+    known = read_conditions(beside) if beside.exists() else {}
+    write_bag(read_table(path, mapping, known.get('atmospheric_pressure')), bag, known)
+
+
+def _diagnose(
+    bags: Sequence[Path], settings: dict[str, Any], out: Path, quiet: bool
+) -> dict[str, Any]:
+    """Diagnose behind a progress bar and write the files; return diagnosis.json."""
+    from pneu_rig_ros.gap.answer import answer
+    from pneu_rig_ros.gap.diagnosis import diagnose as find_out
+
+    with output.stage_bar(quiet=quiet) as tell:
+        diagnosis = find_out(bags, tell=tell, **settings)
+        tell('writing the report', DRAWING)
+        data = answer(diagnosis)
+        write_files(out, diagnosis, data)
+    return data
+
+
+def write_files(out: Path, diagnosis: Diagnosis, data: dict[str, Any]) -> None:
+    """Write diagnosis.json, report.html and improved.yaml, each as a whole or not at all."""
+    from pneu_rig_ros.report.writing import write_whole
+
+    write_whole(out / 'diagnosis.json', json.dumps(data, indent=2, allow_nan=False) + '\n')
+    write_whole(out / 'improved.yaml', improved_yaml(diagnosis))
+
+
+def improved_yaml(diagnosis: Diagnosis) -> str:
+    """
+    Return the configuration with the improved parameters and effects, ready for the plant.
+
+    :raises RigError: when a fitted value is none that the plant takes
+    """
+    from pneu_rig_ros.rig.configuration import configuration_from_yaml
+
+    best = diagnosis.best
+    configuration = replace(diagnosis.configuration, model=best.model, effects=dict(best.effects))
+    text = configuration.to_yaml()
+    configuration_from_yaml(text, 'improved.yaml')
+    return text
+
+
+def _print(data: dict[str, Any], out: Path) -> None:
+    terminal = output.console()
+    terminal.print(data['sentence'])
+    for title, table in _tables(data):
+        terminal.print()
+        terminal.print(title, style='bold')
+        output.print_table(table)
+    terminal.print()
+    output.print_values(_values(data, out))
+
+
+WHERE = ('balance', 'regime', '>RMS', '>noise', 'unit', '>RMS/noise', 'longest')
+RANKING = ('candidate', 'kind', 'stage', '>gap left', '')
+ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
+SHRUNK = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
+EVENTS = ('', '>measured', '>before', '>after')
+"""Heads of the tables that are printed; '>' is for numbers."""
+
+
+def _tables(data: dict[str, Any]) -> Iterator[tuple[str, Table]]:
+    """Yield the titles and tables that are not empty."""
+    from pneu_rig_ros.report import diagnosis_rows as rows
+
+    bags = ', '.join(data['gap']['bags'])
+    tables: list[tuple[str, Sequence[str], Sequence[Sequence[str]]]] = [
+        ('Where the given model disagrees', WHERE, rows.where_rows(data)),
+        ('What may explain it', RANKING, rows.ranking_texts(data, MOST_RANKED)),
+        ('What was changed and added', ADDED, rows.added_rows(data)),
+        (f'RMSE from rest to rest on {bags}', SHRUNK, rows.gap_rows(data)),
+        ('Events on the same bags', EVENTS, rows.event_rows(data)),
+    ]
+    yield from ((title, output.table(heads, cells)) for title, heads, cells in tables if cells)
+
+
+def _values(data: dict[str, Any], out: Path) -> dict[str, str]:
+    from pneu_rig_ros.report import diagnosis_rows as rows
+
+    values = {'gap': rows.cut_text(data)}
+    if data['unknown']:
+        unknown = data['unknown']
+        values['described by'] = f'{unknown["term"]} (a description, not a cause)'
+        values['shows in'] = f'{unknown["balance"]}, {unknown["regime"]}'
+    if alike := data['indistinguishable']:
+        values['not told apart'] = '; '.join(' or '.join(names) for names in alike)
+    if lines := list(rows.next_lines(data)):
+        values['measure next'] = f'\n{"":<{output.NAME_WIDTH}}'.join(lines)
+    values['took'] = f'{data["seconds"]:.0f} s'
+    files = {'data': 'diagnosis.json', 'model': 'improved.yaml', 'report': 'report.html'}
+    return values | {name: str(out / file) for name, file in files.items()}
