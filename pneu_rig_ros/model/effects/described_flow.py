@@ -33,8 +33,9 @@ class Parameters(NamedTuple):
 @compiled
 def out_of(flow: float, ratio: float) -> float:
     """Return the flow [kg/s], less of it out of a chamber with little gas left."""
-    inward, outward = 0.5 * (flow + abs(flow)), 0.5 * (flow - abs(flow))
-    return inward + outward * 0.5 * (1.0 + ratio - abs(1.0 - ratio))
+    share = 0.5 * (1.0 + ratio - np.abs(1.0 - ratio))
+    total: float = 0.5 * (flow + np.abs(flow)) + 0.5 * (flow - np.abs(flow)) * share
+    return total
 
 
 @compiled
