@@ -1,7 +1,8 @@
 """
-Bring up the rig: plant, valve command, friction estimator and recorder.
+Bring up the rig: plant, valve command, friction estimator, recorder, and transforms for RViz.
 
     ros2 launch pneu_rig_ros rig.launch.py cylinder:=cylinder_3 load_mass:=5.0
+    ros2 launch pneu_rig_ros rig.launch.py model:=improved.yaml supply_pressure:=7e5
     ros2 launch pneu_rig_ros rig.launch.py namespace:=left record:=false
 """
 
@@ -18,17 +19,26 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.urdf import robot_description
+
 PACKAGE = 'pneu_rig_ros'
 ARGUMENTS = {
     'cylinder': ('cylinder_2', 'name of a shipped cylinder, or a YAML file'),
-    'friction': ('', "friction model; the cylinder's when empty"),
+    'model': (
+        '',
+        'YAML file of a whole model, such as improved.yaml; takes the place of cylinder',
+    ),
+    'friction': ('', "friction law; the cylinder's when empty"),
     'supply_pressure': ('', "absolute supply pressure [Pa]; the cylinder's when empty"),
     'load_mass': ('', "external load [kg]; the cylinder's when empty"),
+    'initial_position': ('', "position at the start [m]; the cylinder's when empty"),
     'speed': ('1.0', 'simulated over real time, 0 for lock step; needs use_sim_time if not 1'),
     'use_sim_time': ('false', 'whether the plant publishes /clock and all follow it'),
     'record': ('true', 'whether to record every topic'),
     'output': ('', 'directory of the bag; runs/ and the date when empty'),
     'namespace': ('', 'namespace of the rig, so that several run side by side'),
+    'transforms': ('true', 'whether robot_state_publisher makes /tf of joint_states, for RViz'),
 }
 
 
@@ -46,13 +56,19 @@ def rig_node(executable: str, parameters: dict[str, object], **options: object) 
     )
 
 
+def source(context: LaunchContext) -> str:
+    """Return the model, or the cylinder if there is none."""
+    model = LaunchConfiguration('model').perform(context)
+    return model or LaunchConfiguration('cylinder').perform(context)
+
+
 def plant(context: LaunchContext) -> list[Node]:
     """Return the plant with those of the cylinder's own values replaced that were given."""
-    names = ('supply_pressure', 'load_mass')
+    names = ('supply_pressure', 'load_mass', 'initial_position')
     given = {name: LaunchConfiguration(name).perform(context) for name in names}
     recorded = IfCondition(LaunchConfiguration('record')).evaluate(context)
     parameters = {
-        'cylinder': ParameterValue(LaunchConfiguration('cylinder'), value_type=str),
+        'cylinder': source(context),
         'friction': ParameterValue(LaunchConfiguration('friction'), value_type=str),
         'speed': ParameterValue(LaunchConfiguration('speed'), value_type=float),
         'wait_for_subscribers': int(recorded),  # so that the bag has the first sample
@@ -61,8 +77,27 @@ def plant(context: LaunchContext) -> list[Node]:
     return [rig_node('plant', parameters, on_exit=Shutdown())]
 
 
+def transforms(context: LaunchContext) -> list[Node]:
+    """Return what publishes /tf, the frames of each namespace under its name."""
+    namespace = LaunchConfiguration('namespace').perform(context).strip('/')
+    return [
+        Node(
+            package='robot_state_publisher',
+            executable='robot_state_publisher',
+            namespace=namespace,
+            parameters=[
+                {
+                    'robot_description': robot_description(load_configuration(source(context))),
+                    'frame_prefix': f'{namespace}/' if namespace else '',
+                }
+            ],
+            condition=IfCondition(LaunchConfiguration('transforms')),
+        )
+    ]
+
+
 def generate_launch_description() -> LaunchDescription:
-    """Return the four nodes and what may be said of them on the command line."""
+    """Return the nodes and what may be said of them on the command line."""
     profiles = PathJoinSubstitution([FindPackageShare(PACKAGE), 'config', 'fastdds.xml'])
     output = ParameterValue(LaunchConfiguration('output'), value_type=str)
     return LaunchDescription(
@@ -74,6 +109,7 @@ def generate_launch_description() -> LaunchDescription:
             SetEnvironmentVariable('FASTRTPS_DEFAULT_PROFILES_FILE', profiles),
             SetEnvironmentVariable('FASTDDS_DEFAULT_PROFILES_FILE', profiles),  # since Kilted
             OpaqueFunction(function=plant),
+            OpaqueFunction(function=transforms),
             rig_node('valve_command', {}),
             rig_node('friction_estimator', {}),
             rig_node(

@@ -20,6 +20,7 @@ from pneu_rig_ros.cli.friction import friction
 from pneu_rig_ros.cli.import_ import import_
 from pneu_rig_ros.cli.info import info
 from pneu_rig_ros.cli.repair import repair
+from pneu_rig_ros.cli.replay import replay
 from pneu_rig_ros.cli.simulate import simulate
 from pneu_rig_ros.errors import RigError
 
@@ -36,6 +37,7 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     '  pneu-rig info runs/BAG              what a bag holds\n'
     '  pneu-rig friction runs/BAG --csv f.csv\n'
     '  pneu-rig repair runs/BAG            after a crash\n'
+    '  pneu-rig replay runs/BAG            its topics over ROS 2 again\n'
     '  pneu-rig import daq.csv --map map.yaml --out runs/measured\n'
     '  pneu-rig export runs/BAG --csv      for other programs\n'
     '  pneu-rig compare runs/BAG --model cylinder_2\n'
@@ -53,6 +55,7 @@ def command(context: click.Context) -> None:
 for _subcommand in (
     demo,
     simulate,
+    replay,
     info,
     friction,
     repair,

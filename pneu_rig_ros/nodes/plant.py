@@ -20,6 +20,7 @@ from pneu_rig_ros.nodes.setup import SET_AT_RUN_TIME, declare_setup, read_setup
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.records.wire import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.rig import Rig
+from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 LATE_SHARE = 0.01
@@ -89,6 +90,7 @@ class PlantNode(RigNode):
 
     def _connect(self) -> None:
         self._description = self.outlet('rig_description')
+        self._robot = self.outlet('robot_description')
         self._messages = PlantMessages(self._rig.pressure_variance)
         self._messages.pack(self._rig.measure(), 0)
         topics = self._messages.by_topic(self.simulated_time)
@@ -188,6 +190,7 @@ class PlantNode(RigNode):
 
     def _describe(self) -> None:
         self._description.publish(pack_string(describe(self._rig.configuration)))
+        self._robot.publish(pack_string(robot_description(self._rig.configuration)))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Go back to the initial state; time goes on."""

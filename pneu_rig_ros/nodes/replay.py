@@ -1,11 +1,15 @@
 """The replay node: the recorded topics of a bag again, so that nodes are driven by them."""
 
+import re
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
+import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
+from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
@@ -15,6 +19,7 @@ from pneu_rig_ros.nodes.pacing import Pace
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
+from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.records.playback import Message, Playback
 from pneu_rig_ros.records.topics import CLOCK
 from pneu_rig_ros.records.wire import NANOSECONDS
@@ -81,6 +86,11 @@ class ReplayNode(RigNode):
     def duration(self) -> float:
         """Length of the bag [s]."""
         return self._playback.duration
+
+    @property
+    def published(self) -> int:
+        """Messages published so far."""
+        return self._published.count
 
     def pace(self) -> Pace:
         """Return what sleeps until the next message is due."""
@@ -158,6 +168,68 @@ class ReplayNode(RigNode):
         states = {'finished': self.done, 'paused': self._paused, 'waiting': not self._started}
         summary = next((name for name, so in states.items() if so), 'running')
         return Report(DiagnosticStatus.OK, summary, values)
+
+
+class Player:
+    """
+    A replay in this process.
+
+    :param node: what plays
+    :param loop: around it
+    """
+
+    def __init__(self, node: ReplayNode, loop: Runner) -> None:
+        self._node = node
+        self._loop = loop
+
+    @property
+    def duration(self) -> float:
+        """Length of the bag [s]."""
+        return self._node.duration
+
+    @property
+    def elapsed(self) -> float:
+        """How much of the bag has been played [s]."""
+        return self._node.elapsed
+
+    @property
+    def published(self) -> int:
+        """Messages published so far."""
+        return self._node.published
+
+    def run(self, progress: Callable[[float], None]) -> None:
+        """Play to the end; `progress` is told the time since the start of the bag [s]."""
+
+        def wanted() -> bool:
+            progress(self._node.elapsed)
+            return not self._node.done
+
+        self._loop.run(wanted)
+
+
+@contextmanager
+def play(parameters_given: Mapping[str, Any], namespace: str = '') -> Iterator[Player]:
+    """
+    Play a bag from a program; what runs in the block may be interrupted.
+
+    :param parameters_given: of the node
+    :param namespace: of the topics
+    :raises RigError: for a wrong parameter, or what is no complete bag
+    """
+    if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', namespace):
+        raise RigError(f'namespace {namespace!r}: allowed are names such as left or lab/left')
+    context = Context()
+    remap = ['--ros-args', '-r', f'__ns:=/{namespace.strip("/")}'] if namespace else []
+    rclpy.init(args=remap, context=context, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = ReplayNode(context, parameters_given)
+        loop = Runner([node])
+        try:
+            yield Player(node, loop)
+        finally:
+            loop.close()
+    finally:
+        context.try_shutdown()
 
 
 def main() -> int:

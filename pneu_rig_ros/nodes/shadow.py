@@ -86,6 +86,8 @@ class ShadowNode(RigNode):
         self._left = Residual(0.0, 0.0, 0.0)
         if self.text('model'):
             self._shadow(load_configuration(self.text('model')))
+        else:
+            Observer(load_configuration('cylinder_2'))  # compiles before samples wait for it
 
     def _shadow(self, configuration: RigConfiguration) -> None:
         """Put the model beside the rig."""

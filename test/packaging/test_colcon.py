@@ -34,7 +34,10 @@ PIP_NAMES = {
     'python3-yaml': 'pyyaml',
 }
 # these come with the wheel of rclpy, or not as a wheel at all
-NO_WHEEL = {'launch', 'launch_ros', 'rcl_interfaces', 'rmw_fastrtps_cpp', 'ros2launch'}
+NO_WHEEL = {
+    'launch', 'launch_ros', 'rcl_interfaces', 'rmw_fastrtps_cpp', 'robot_state_publisher',
+    'ros2launch',
+}  # fmt: skip
 
 
 def environment() -> dict[str, str]:
@@ -99,6 +102,7 @@ def test_share_has_what_the_source_has(prefix: Path) -> None:
         'package.xml',
         'config/*.yaml',
         'config/*.xml',
+        'config/*.json',
         'config/excitations/*',
         'launch/*.py',
     ):

@@ -16,6 +16,7 @@ from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.records.topics import CLOCK
 from pneu_rig_ros.records.wire import (
     pack_valve_voltages,
@@ -211,7 +212,7 @@ def test_a_wrong_start_is_refused_in_one_line(context, parameters, message):
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize('kind', [*NODES, ExcitationNode, PositionControllerNode])
+@pytest.mark.parametrize('kind', [*NODES, ExcitationNode, PositionControllerNode, ShadowNode])
 def test_every_parameter_is_described_with_unit_and_range(
     kind: type, context: Context, tmp_path, closing
 ):

@@ -10,12 +10,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.nodes.drive import drive
+from pneu_rig_ros.records import read_record
 from pneu_rig_ros.records.wire import unpack_stamp
 
-from .bystander import until
+from .bystander import Bystander, until
 
 pytestmark = pytest.mark.live
 
@@ -27,8 +29,12 @@ def start() -> Iterator:
     """Start nodes as processes; those still running at the end are killed."""
     processes: list[subprocess.Popen] = []
 
-    def run(node: str, *parameters: str) -> subprocess.Popen:
+    def run(
+        node: str, *parameters: str, namespace: str = '', file: Path | None = None
+    ) -> subprocess.Popen:
         arguments = [part for parameter in parameters for part in ('-p', parameter)]
+        arguments += ['-r', f'__ns:=/{namespace}'] if namespace else []
+        arguments += ['--params-file', str(file)] if file else []
         command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{node}', '--ros-args', *arguments]
         processes.append(
             subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
@@ -95,6 +101,32 @@ def test_one_process_holds_the_whole_rig(start, tmp_path, bystander):
     assert len(stamps) > 0.5e9 / INTERVAL
     assert counts['/friction'] == len(stamps) - 50
     assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}
+
+
+def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
+    rigs = {'left': 'cylinder_1', 'right': 'cylinder_3'}
+    processes, bags = [], {}
+    for name, cylinder in rigs.items():
+        bags[name] = tmp_path / name
+        file = tmp_path / f'{name}.yaml'
+        given = {'recorder': {'output': str(bags[name])}, 'plant': {'cylinder': cylinder}}
+        file.write_text(
+            yaml.safe_dump({f'/**/{node}': {'ros__parameters': p} for node, p in given.items()})
+        )
+        processes.append(start('rig', namespace=name, file=file))
+    for name in rigs:
+        watcher = Bystander(context, namespace=f'/{name}')
+        until(watcher.hear('joint_states').take)
+        watcher.destroy_node()
+    drive(0.4, 0.5, subscribers=2, namespace='left')
+    for process in processes:
+        stop(process)
+    for name, cylinder in rigs.items():
+        record = read_record(bags[name])
+        assert record.configuration is not None
+        assert record.configuration.name == cylinder
+        assert bool(record.counts.get('u')) == (name == 'left')
+        assert record.missing['joint_states'].size == 0
 
 
 @pytest.mark.parametrize(

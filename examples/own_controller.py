@@ -1,0 +1,20 @@
+"""A controller of your own: listen to `joint_states`, publish `u` [V]."""
+
+import rclpy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+TARGET, GAIN = 0.1, 60.0  # m, V/m
+
+rclpy.init()
+node = rclpy.create_node('own_controller')
+command = node.create_publisher(Float64, 'u', 10)
+
+
+def control(sample: JointState) -> None:
+    """Answer a sample with a command."""
+    command.publish(Float64(data=GAIN * (TARGET - sample.position[0])))
+
+
+node.create_subscription(JointState, 'joint_states', control, 10)
+rclpy.spin(node)

@@ -1,0 +1,50 @@
+"""
+The rig with a position controller that follows a profile; arguments of rig.launch.py too.
+
+    ros2 launch pneu_rig_ros closed_loop.launch.py law:=sliding_mode profile:=reference_steps
+    ros2 launch pneu_rig_ros closed_loop.launch.py compensation:=false cylinder:=cylinder_1
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+PACKAGE = 'pneu_rig_ros'
+ARGUMENTS = {
+    'law': ('pid', 'pid or sliding_mode'),
+    'compensation': ('true', 'whether friction and valve overlap are compensated'),
+    'profile': ('reference_steps', 'excitation that drives reference; empty: listen to the topic'),
+    'setpoint': ('0.1', 'reference until one comes [m]'),
+    'namespace': ('', 'namespace of the rig'),
+    'use_sim_time': ('false', 'whether the plant publishes /clock and all follow it'),
+}
+TYPES = {'law': str, 'compensation': bool, 'profile': str, 'setpoint': float, 'use_sim_time': bool}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the rig and the controller."""
+    rig = PathJoinSubstitution([FindPackageShare(PACKAGE), 'launch', 'rig.launch.py'])
+    parameters = {
+        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+        for name, kind in TYPES.items()
+    }
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=description)
+                for name, (default, description) in ARGUMENTS.items()
+            ),
+            IncludeLaunchDescription(rig),
+            Node(
+                package=PACKAGE,
+                executable='position_controller',
+                name='position_controller',
+                namespace=LaunchConfiguration('namespace'),
+                parameters=[parameters],
+                output='screen',
+            ),
+        ]
+    )

@@ -1,0 +1,67 @@
+"""
+A bag again, with the friction estimator beside it; everything ends with the bag.
+
+    ros2 launch pneu_rig_ros replay.launch.py bag:=runs/BAG rate:=2.0
+    ros2 launch pneu_rig_ros replay.launch.py bag:=runs/BAG exclude:=u namespace:=left
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, Shutdown
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+PACKAGE = 'pneu_rig_ros'
+ARGUMENTS = {
+    'bag': (None, 'directory of the bag'),
+    'rate': ('1.0', 'played over recorded time, 0.01 to 100'),
+    'repeat': ('false', 'whether the bag is played again and again'),
+    'clock': ('false', 'whether /clock is published, from the log times'),
+    'topics': ('', 'topics to play, comma-separated; all that no node computes when empty'),
+    'exclude': ('', 'topics to leave out, comma-separated'),
+    'delay': ('2.0', 'time to find subscribers before the start [s]'),
+    'estimate': ('true', 'whether the friction estimator runs beside it'),
+    'namespace': ('', 'namespace to play into'),
+}
+TYPES = {
+    'bag': str,
+    'rate': float,
+    'repeat': bool,
+    'clock': bool,
+    'topics': str,
+    'exclude': str,
+    'delay': float,
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the player and the estimator."""
+    parameters = {
+        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+        for name, kind in TYPES.items()
+    }
+    common = {'package': PACKAGE, 'namespace': LaunchConfiguration('namespace')}
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=description)
+                for name, (default, description) in ARGUMENTS.items()
+            ),
+            Node(
+                executable='replay',
+                name='replay',
+                parameters=[parameters],
+                output='screen',
+                on_exit=Shutdown(),
+                **common,
+            ),
+            Node(
+                executable='friction_estimator',
+                name='friction_estimator',
+                output='screen',
+                condition=IfCondition(LaunchConfiguration('estimate')),
+                **common,
+            ),
+        ]
+    )

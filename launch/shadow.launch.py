@@ -1,0 +1,74 @@
+"""
+A model beside a rig that runs already, or beside a bag; predictions may be recorded.
+
+    ros2 launch pneu_rig_ros shadow.launch.py model:=improved.yaml
+    ros2 launch pneu_rig_ros shadow.launch.py model:=improved.yaml bag:=runs/BAG record:=true
+"""
+
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+PACKAGE = 'pneu_rig_ros'
+ARGUMENTS = {
+    'model': ('', 'cylinder, name or YAML file; the configuration of the rig when empty'),
+    'input': ('valve_voltages', 'what drives the model: valve_voltages or u'),
+    'horizon': ('1.0', 'longest prediction of a piston that does not come to rest [s]'),
+    'band': ('5.0', 'half width of the noise band in standard deviations'),
+    'bag': ('', 'bag to play; a rig that runs already when empty'),
+    'rate': ('1.0', 'played over recorded time'),
+    'record': ('false', 'whether to record every topic'),
+    'output': ('', 'directory of the bag; runs/ and the date when empty'),
+    'namespace': ('', 'namespace of the rig'),
+}
+
+
+def typed(**kinds: type) -> dict[str, ParameterValue]:
+    """Return parameters whose values are launch arguments of the same name."""
+    return {
+        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+        for name, kind in kinds.items()
+    }
+
+
+def player(context: LaunchContext) -> list[IncludeLaunchDescription]:
+    """Return the player of the bag, if there is one."""
+    bag = LaunchConfiguration('bag').perform(context)
+    file = PathJoinSubstitution([FindPackageShare(PACKAGE), 'launch', 'replay.launch.py'])
+    given = {name: LaunchConfiguration(name) for name in ('bag', 'rate', 'namespace')}
+    return [IncludeLaunchDescription(file, launch_arguments=given.items())] if bag else []
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the shadow, and what it is beside."""
+    common = {
+        'package': PACKAGE,
+        'namespace': LaunchConfiguration('namespace'),
+        'output': 'screen',
+    }
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=description)
+                for name, (default, description) in ARGUMENTS.items()
+            ),
+            Node(
+                executable='shadow',
+                name='shadow',
+                parameters=[typed(model=str, input=str, horizon=float, band=float)],
+                **common,
+            ),
+            Node(
+                executable='recorder',
+                name='recorder',
+                parameters=[typed(output=str)],
+                condition=IfCondition(LaunchConfiguration('record')),
+                **common,
+            ),
+            OpaqueFunction(function=player),
+        ]
+    )

@@ -1,0 +1,63 @@
+"""The cylinder for RViz and Foxglove: a URDF whose joint `piston` moves with `joint_states`."""
+
+import math
+from string import Template
+from xml.sax.saxutils import escape
+
+from pneu_rig_ros.rig.configuration import RigConfiguration, configuration_folder
+
+WALL = 0.003
+"""Thickness of tube and end caps, for the picture [m]."""
+PISTON_LENGTH = 0.02
+"""Length of the piston, for the picture [m]."""
+ROD_BEYOND = 0.06
+"""Length of rod outside the cylinder when the piston is in, for the picture [m]."""
+DENSITY = 7850.0
+"""Of the load, steel, for its size [kg/m^3]."""
+FASTEST = 3.0
+"""Bound on the speed, which URDF wants [m/s]."""
+
+
+def robot_description(configuration: RigConfiguration) -> str:
+    """
+    Return the URDF of a rig's cylinder, lengths in m.
+
+    Joint `piston` is prismatic along x from 0 to the stroke; 0 is the cap end.
+    """
+    template = (configuration_folder() / 'cylinder.urdf.xml').read_text(encoding='utf-8')
+    return Template(template).substitute(_values(configuration))
+
+
+def _values(configuration: RigConfiguration) -> dict[str, str]:
+    cylinder, operation = configuration.model.cylinder, configuration.model.operation
+    bore = cylinder.bore
+    tube = cylinder.stroke + PISTON_LENGTH
+    load = (max(operation.load_mass, 1e-3) / DENSITY) ** (1.0 / 3.0)
+    rod = tube + ROD_BEYOND
+    force = operation.supply_pressure * cylinder.cap_area
+    numbers = {
+        'stroke': cylinder.stroke,
+        'effort': force,
+        'velocity': FASTEST,
+        'moving_mass': cylinder.moving_mass,
+        'tube_length': tube,
+        'tube_middle': 0.5 * tube,
+        'tube_radius': 0.5 * bore + WALL,
+        'cap_length': 4.0 * WALL,
+        'cap_width': bore + 4.0 * WALL,
+        'rod_cap': tube,
+        'piston_length': PISTON_LENGTH,
+        'piston_middle': 0.5 * PISTON_LENGTH,
+        'piston_radius': 0.5 * bore,
+        'rod_length': rod,
+        'rod_middle': 0.5 * rod,
+        'rod_radius': 0.5 * cylinder.rod_diameter,
+        'load_size': load,
+        'load_middle': rod + 0.5 * load,
+        'inertia': cylinder.moving_mass * (0.25 * bore**2 + rod**2) / 12.0,
+    }
+    assert all(math.isfinite(number) for number in numbers.values())
+    return {
+        'name': escape(configuration.name, {'"': '&quot;'}),
+        **{key: f'{x:.9g}' for key, x in numbers.items()},
+    }

@@ -1,0 +1,57 @@
+"""The controller of the README as its reader runs it, beside a plant in simulated time."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pneu_rig_ros.nodes.plant import PlantNode
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.valve_command import ValveCommandNode
+from pneu_rig_ros.records.wire import unpack_joint_state
+
+from .bystander import gather
+
+pytestmark = pytest.mark.live
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLE = ROOT / 'examples' / 'own_controller.py'
+
+
+@pytest.fixture
+def controller():
+    process = subprocess.Popen(
+        [sys.executable, str(EXAMPLE)], stderr=subprocess.PIPE, text=True, env=dict(os.environ)
+    )
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def test_it_is_the_one_in_the_readme():
+    code = EXAMPLE.read_text().split('\n\n', 1)[1]
+    assert code in (ROOT / 'README.md').read_text()
+    assert len([line for line in code.splitlines() if line.strip()]) <= 20
+
+
+def test_it_takes_the_piston_to_its_target(context, bystander, controller):
+    simulated = {'use_sim_time': True}
+    plant = {**simulated, 'speed': 2.0, 'cylinder': 'cylinder_1', 'initial_position': 0.07}
+    samples = bystander.hear('joint_states')
+    runner = Runner(
+        [
+            PlantNode(context, plant),
+            ValveCommandNode(context, {**simulated, 'command_timeout': 0.0}),
+        ]
+    )
+    commands = bystander.hear('u')
+    start = gather(runner, [samples], 1)[0][0]
+    gather(runner, [commands], 1)  # until the controller has found the rig
+    heard = gather(runner, [samples], 3000)[0]
+    runner.close()
+    assert unpack_joint_state(start).position == pytest.approx(0.07, abs=1e-3)
+    # a proportional law stops where u is within the overlap of the valves, 0.15 V / (60 V/m)
+    assert unpack_joint_state(heard[-1]).position == pytest.approx(0.1, abs=3e-3)
+    assert controller.poll() is None

@@ -1,0 +1,62 @@
+"""The launch files: what they start exists, with the parameters that they give."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
+EXECUTABLES = {path.stem for path in (ROOT / 'pneu_rig_ros' / 'nodes').glob('*.py')}
+OURS = {path.name for path in FILES}
+
+
+def described(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+def texts(tree: ast.AST) -> set[str]:
+    return {
+        n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and type(n.value) is str
+    }
+
+
+def test_the_four_are_there() -> None:
+    assert {'rig', 'closed_loop', 'shadow', 'replay'} == {p.name.split('.')[0] for p in FILES}
+
+
+@pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
+def test_executables_and_included_files_exist(path: Path) -> None:
+    for call in ast.walk(described(path)):
+        if not isinstance(call, ast.Call):
+            continue
+        given = {k.arg: k.value for k in call.keywords}
+        executable = given.get('executable')
+        if isinstance(executable, ast.Constant) and executable.value != 'robot_state_publisher':
+            assert executable.value in EXECUTABLES
+        if getattr(call.func, 'id', '') == 'rig_node':
+            assert ast.literal_eval(call.args[0]) in EXECUTABLES
+    assert {text for text in texts(described(path)) if text.endswith('.launch.py')} <= OURS
+
+
+@pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
+def test_every_argument_is_used(path: Path) -> None:
+    tree = described(path)
+    arguments = next(
+        ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], 'id', '') == 'ARGUMENTS'
+    )
+    for name, (_, description) in arguments.items():
+        assert len(description) > 10
+        uses = ast.unparse(tree).count(f"'{name}'") + ast.unparse(tree).count(f'{name}=')
+        assert uses > 1, f'{name} is declared but not used'
+
+
+@pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
+def test_a_full_ros_2_reads_them(path: Path) -> None:
+    sources = pytest.importorskip('launch.launch_description_sources', reason='no ROS 2 launch')
+    text = sources.PythonLaunchDescriptionSource(str(path))
+    description = text.try_get_launch_description_without_context()
+    assert description is not None
+    assert description.get_launch_arguments()

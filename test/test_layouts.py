@@ -1,0 +1,81 @@
+"""The layouts for PlotJuggler and Foxglove: every name is a field of a topic of the rig."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from pneu_rig_ros.records.topics import PISTON, TOPICS, topic_named
+from pneu_rig_ros.records.wire import typestore
+
+CONFIG = Path(__file__).resolve().parents[1] / 'config'
+FOXGLOVE = json.loads((CONFIG / 'foxglove_layout.json').read_text())
+JUGGLER = ElementTree.parse(CONFIG / 'plotjuggler_layout.xml').getroot()
+
+
+def curves() -> list[str]:
+    return [curve.attrib['name'] for curve in JUGGLER.iter('curve')]
+
+
+def paths() -> list[str]:
+    panels = FOXGLOVE['configById'].values()
+    return [path['value'] for panel in panels for path in panel.get('paths', ())]
+
+
+def fields(topic: str) -> set[str]:
+    definition = typestore().fielddefs[TOPICS[topic].type]
+    return {name for name, _ in definition[1]}
+
+
+@pytest.mark.parametrize('curve', curves())
+def test_plotjuggler_curves_are_fields_of_topics(curve: str) -> None:
+    # PlotJuggler writes a joint's values as TOPIC/JOINT/FIELD
+    topic, field = curve.removesuffix(']').rsplit('/', 1)
+    joint = topic.endswith(f'/{PISTON}')
+    topic = topic.removesuffix(f'/{PISTON}').removeprefix('/')
+    assert topic in TOPICS
+    assert field.split('[')[0] in fields(topic)
+    assert joint == (TOPICS[topic].type == 'sensor_msgs/msg/JointState')
+
+
+@pytest.mark.parametrize('path', paths())
+def test_foxglove_paths_are_fields_of_topics(path: str) -> None:
+    match = re.fullmatch(r'/([\w/]+)\.(\w+)(\[[\d:]+\])?', path)
+    assert match is not None
+    assert match[1] in TOPICS
+    assert match[2] in fields(match[1])
+
+
+def leaves(layout: Any) -> Iterator[str]:
+    if isinstance(layout, str):
+        yield layout
+    else:
+        assert layout['direction'] in ('row', 'column')
+        yield from leaves(layout['first'])
+        yield from leaves(layout['second'])
+
+
+def test_foxglove_shows_each_panel_once() -> None:
+    shown = list(leaves(FOXGLOVE['layout']))
+    assert sorted(shown) == sorted(FOXGLOVE['configById'])
+
+
+def test_foxglove_shows_the_cylinder_and_the_diagnostics() -> None:
+    panels = FOXGLOVE['configById']
+    robot = panels['3D!cylinder']['layers']['cylinder']
+    assert (robot['layerId'], robot['sourceType']) == ('foxglove.Urdf', 'topic')
+    assert topic_named(robot['topic']) == TOPICS['robot_description']
+    assert panels['DiagnosticSummary!nodes']['topicToRender'] in TOPICS
+
+
+def test_plotjuggler_tabs_have_as_many_plots_as_they_say() -> None:
+    for splitter in JUGGLER.iter('DockSplitter'):
+        plots = splitter.findall('DockArea')
+        assert int(splitter.attrib['count']) == len(plots) == len(splitter.findall('*/plot'))
+        sizes = [float(size) for size in splitter.attrib['sizes'].split(';')]
+        assert len(sizes) == len(plots)
+        assert sum(sizes) == pytest.approx(1.0)
