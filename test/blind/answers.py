@@ -11,6 +11,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from pneu_rig_ros.gap.answer import answer
+from pneu_rig_ros.gap.diagnosis import diagnose
 from pneu_rig_ros.records.description import git_revision
 
 from .hidden import true_parameters
@@ -23,11 +25,9 @@ LONGEST_RANKING = 6
 """Candidates kept of the ranking."""
 
 
-def ask(fit: list[Path], verify: list[Path], model: Path, out: Path, **options: Any) -> Answer:
-    """Return what the workflow says: diagnosis.json as a dict."""
-    from pneu_rig_ros.gap.diagnosis import diagnose
-
-    return diagnose(fit, model, verify, out, **options)
+def ask(fit: list[Path], verify: list[Path], model: Path, **options: Any) -> Answer:
+    """Return what the workflow says, the content of diagnosis.json."""
+    return answer(diagnose(fit, model, verify, **options))
 
 
 def carry_out(trial: Trial, scratch: Path) -> Answer:
@@ -36,7 +36,7 @@ def carry_out(trial: Trial, scratch: Path) -> Answer:
     try:
         bags = make_bags(folder / 'bags', trial.cylinder, trial.secret, trial.noise, trial.seed)
         start = time.perf_counter()
-        said = ask(*bags, folder / 'out', seed=1, without=trial.without, workers=1)
+        said = ask(*bags, seed=1, without=trial.without, workers=1)
         said['seconds'] = time.perf_counter() - start
     except Exception as error:  # a crash is a wrong answer, not the end of the matrix
         said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
@@ -52,7 +52,7 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'strength': trial.strength, 'names': list(trial.names),
         'visibility': visibility(trial.cylinder, trial.secret, trial.noise),
     }  # fmt: skip
-    ranking = [c['name'] for c in said.get('candidates', [])]
+    ranking = ['+'.join(row['names']) for row in said.get('candidates', [])]
     gap, unknown = said.get('gap') or {}, said.get('unknown') or {}
     return line | {
         'verdict': said['verdict'],

@@ -139,7 +139,7 @@ def cause(answer: Answer) -> str:
     right = set(answer['names'])
     if answer['verdict'] == 'crashed':
         return 'the workflow failed'
-    if any(right & set(alike) for alike in answer['alike']):
+    if any(right & {n for row in alike for n in row.split('+')} for alike in answer['alike']):
         return 'said to be inseparable from the right one on these bags'
     if answer['part'] == 'removed' and answer['verdict'] in ('effect', 'parameter'):
         return 'another one takes its place'
@@ -149,7 +149,7 @@ def cause(answer: Answer) -> str:
         return 'not significant on these bags' if right else ''
     if right & {*answer['effects'], *answer['parameters']}:
         return 'one found, not all'
-    if right & set(answer['ranking']):
+    if right & {name for row in answer['ranking'] for name in row.split('+')}:
         return 'ranked, another fits better'
     return 'another takes its place' if right else 'fits noise'
 

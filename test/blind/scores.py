@@ -41,8 +41,9 @@ def group(balance: str) -> str:
 
 
 def first_name(answer: Answer) -> str:
-    """Return the name that stands first, '' where none does."""
-    return answer['ranking'][0] if answer['ranking'] else ''
+    """Return the name that stands first in the answer, '' where none does."""
+    named = answer['effects'] if answer['verdict'] == 'effect' else answer['parameters']
+    return str(named[0]) if named else ''
 
 
 def named_first(answer: Answer) -> bool:

@@ -26,15 +26,15 @@ ANSWERS = [
            errors={'stribeck.excess': 0.02, 'stribeck.stribeck_velocity': 0.2}),
     answer('single', ['valve_lag'], 'effect', ranking=['line_lag', 'valve_lag'],
            effects=['line_lag'], alike=[['line_lag', 'valve_lag']], cut=0.7),
-    answer('single', ['inclination'], 'parameter', ranking=['friction.coulomb_force'], cut=0.1),
+    answer('single', ['inclination'], 'parameter', parameters=['friction.coulomb_force'], cut=0.1),
     answer('single', ['load_spring'], 'consistent', visibility=1.0),
-    answer('single', ['load_spring'], 'effect', ranking=['load_spring'], noise=10.0),
+    answer('single', ['load_spring'], 'effect', effects=['load_spring'], noise=10.0),
     answer('none', [], 'consistent'),
     answer('none', [], 'consistent'),
     answer('none', [], 'effect', ranking=['inclination'], effects=['inclination']),
     answer('parameter', ['friction.coulomb_force'], 'parameter',
            ranking=['friction.coulomb_force'], parameters=['friction.coulomb_force']),
-    answer('parameter', ['friction.coulomb_force'], 'effect', ranking=['inclination']),
+    answer('parameter', ['friction.coulomb_force'], 'effect', effects=['inclination']),
     answer('pair', ['supply_droop', 'inclination'], 'effect',
            ranking=['inclination'], effects=['inclination', 'supply_droop']),
     answer('pair', ['supply_droop', 'inclination'], 'effect',
@@ -92,13 +92,14 @@ def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters() -> None
     trial = next(t for t in matrix() if t.key == 'single/inclination/cylinder_1/medium/1')
     said = {
         'verdict': 'effect',
-        'candidates': [{'name': 'inclination'}, {'name': 'load_spring'}],
+        'candidates': [{'names': ['inclination']}, {'names': ['load_spring', 'stribeck']}],
         'effects': [{'name': 'inclination', 'parameters': {'angle': {'value': 0.066}}}],
         'gap': {'before': 5.0, 'after': 0.5, 'cut': 0.9},
         'where': [{'balance': 'force'}],
     }
     line = joined(trial, said)
     assert scores.named_first(line)
+    assert line['ranking'] == ['inclination', 'load_spring+stribeck']
     assert abs(line['errors']['inclination.angle'] - 0.1) < 1e-9
     assert line['visibility'] > scores.VISIBLE
     assert json.loads(json.dumps(line)) == line

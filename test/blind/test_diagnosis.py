@@ -1,0 +1,103 @@
+"""
+A slice of the matrix: what is hidden must be named from six bags and a model file.
+
+``make blind`` runs the rest.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pneu_rig_ros.gap.answer import answer
+from pneu_rig_ros.gap.diagnosis import diagnose
+
+from . import scores
+from .answers import carry_out
+from .hidden import hide, true_parameters
+from .rig import make_bags
+from .settings import settings
+from .trials import Trial, matrix
+
+GAP_CUT = 0.8
+"""Share of what is above the noise floor, on bags left out of the fit [-]."""
+
+
+def trial(key: str) -> Trial:
+    return next(one for one in matrix() if one.key == key)
+
+
+@pytest.fixture(scope='module')
+def headline(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """RLG with constant static friction, on a rig whose static friction grows with dwell time."""
+    secret = hide(
+        'dwell_static_friction', 'cylinder_1', 'medium', settings('cylinder_1')['friction']
+    )
+    folder = tmp_path_factory.mktemp('headline')
+    bags = make_bags(folder, 'cylinder_1', secret, noise=1.0, seed=11)
+    return answer(diagnose(bags.fit, bags.model, bags.verify, seed=1))
+
+
+@pytest.mark.xdist_group('blind_1')
+def test_constant_static_friction_is_found_to_lack_dwell_time(headline: dict[str, Any]) -> None:
+    assert headline['verdict'] == 'effect'
+    assert [effect['name'] for effect in headline['effects']] == ['dwell_static_friction']
+    assert headline['parameters'] == []
+
+
+@pytest.mark.xdist_group('blind_1')
+def test_law_of_the_dwell_time_is_recovered(headline: dict[str, Any]) -> None:
+    friction = settings('cylinder_1')['friction']
+    secret = hide('dwell_static_friction', 'cylinder_1', 'medium', friction)
+    truth = true_parameters('dwell_static_friction', secret, friction)
+    fitted = headline['effects'][0]['parameters']
+    for name, value in truth.items():
+        assert fitted[name]['value'] == pytest.approx(value, rel=0.05)
+
+
+@pytest.mark.xdist_group('blind_1')
+def test_cycles_are_put_right_on_bags_left_out(headline: dict[str, Any]) -> None:
+    cycles = headline['gap']['cycles']
+    assert headline['gap']['cut'] > GAP_CUT
+    assert abs(cycles['after'] - cycles['measured']) < abs(cycles['before'] - cycles['measured'])
+    assert cycles['after'] == cycles['measured']
+
+
+@pytest.mark.xdist_group('blind_2')
+@pytest.mark.parametrize(
+    'key',
+    [
+        'single/supply_droop/cylinder_3/medium/1',
+        'single/wall_heat_transfer/cylinder_2/weak/1',
+        'single/inclination/cylinder_2/medium/3',
+    ],
+)
+def test_one_hidden_effect_is_named_and_closes_the_gap(key: str, tmp_path: Path) -> None:
+    line = carry_out(trial(key), tmp_path)
+    assert scores.named_first(line), line
+    assert line['cut'] > GAP_CUT
+    assert max(line['errors'].values()) < 0.1
+
+
+@pytest.mark.xdist_group('blind_1')
+@pytest.mark.parametrize(
+    'key', ['none/revised_lugre_dwell/cylinder_2/1/0', 'none/lugre/cylinder_3/3/0']
+)
+def test_nothing_is_said_to_be_missing_where_nothing_is(key: str, tmp_path: Path) -> None:
+    line = carry_out(trial(key), tmp_path)
+    assert line['verdict'] == 'consistent', line
+
+
+@pytest.mark.xdist_group('blind_1')
+def test_wrong_parameter_is_told_from_a_missing_effect(tmp_path: Path) -> None:
+    line = carry_out(trial('parameter/friction.coulomb_force/cylinder_2/1'), tmp_path)
+    assert scores.parameter_first(line), line
+    assert line['errors']['friction.coulomb_force'] < 0.1
+
+
+@pytest.mark.xdist_group('blind_2')
+def test_effect_that_is_not_in_the_library_is_unknown(tmp_path: Path) -> None:
+    line = carry_out(trial('removed/wall_heat_transfer/cylinder_1/1'), tmp_path)
+    assert line['verdict'] == 'unknown', line
+    assert scores.right_balance(line)
+    assert line['cut'] > 0.0
