@@ -33,6 +33,10 @@ POSITION_TOLERANCE = 1e-12
 """How far beyond an end stop the piston may be when the contact is taken [m]."""
 
 
+PULL_TOLERANCE = 1e-4
+"""How far inwards the forces may accelerate a piston when it leaves an end stop [m/s^2]."""
+
+
 @compiled
 def hermite(c0: float, d0: float, c1: float, d1: float, share: float) -> float:
     """Return the cubic through (0, c0), (1, c1) with slopes d0, d1 at ``share`` in 0 to 1."""
@@ -56,12 +60,29 @@ def crossing(c0: float, d0: float, c1: float, d1: float, level: float) -> float:
 
 
 @compiled
+def release(before: Array, arrow: Array, contact: float) -> tuple[int, float, bool]:
+    """
+    Return whether the piston leaves an end stop within a step, as :func:`find` does.
+
+    :param before, arrow: auxiliary output of the right-hand side at both ends of the step
+    :param contact: -1 or +1, the stop
+    """
+    first, last = -contact * before[FREE_ACCELERATION], -contact * arrow[FREE_ACCELERATION]
+    if last <= 0.0 or contact == HELD:
+        return NONE, 1.0, False
+    if first >= 0.0 or last <= PULL_TOLERANCE:
+        return RELEASE, 1.0, True
+    return RELEASE, (0.5 * PULL_TOLERANCE - first) / (last - first), False
+
+
+@compiled
 def find(
     step: float,
     y0: Array,
     f0: Array,
     y1: Array,
     f1: Array,
+    before: Array,
     arrow: Array,
     memory: Array,
     backlash: float,
@@ -75,16 +96,14 @@ def find(
 
     :param step: length of the step [s]
     :param y0, f0, y1, f1: states and rates at both ends
-    :param arrow: auxiliary output of the right-hand side at the end
+    :param before, arrow: auxiliary output of the right-hand side at both ends
     :param backlash: way [m] that the bristle may go back within a step unnoticed by F(z)
     """
     law = model.friction
     v0, v1 = y0[VELOCITY], y1[VELOCITY]
     a0, a1 = step * f0[VELOCITY], step * f1[VELOCITY]
     if memory[CONTACT] != 0.0:
-        pull = -memory[CONTACT] * arrow[FREE_ACCELERATION]
-        free = pull > 0.0 and memory[CONTACT] != HELD
-        return (RELEASE, 1.0, True) if free else (NONE, 1.0, False)
+        return release(before, arrow, memory[CONTACT])
 
     code, share, met = NONE, 1.0, False
     if memory[STICKING] != 0.0:

@@ -196,6 +196,7 @@ def build_advance(
                     carry.f0,
                     carry.y1,
                     carry.f1,
+                    carry.work_arrow,
                     carry.arrow,
                     carry.memory,
                     backlash,
