@@ -6,7 +6,7 @@ import contextlib
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,8 +25,8 @@ MOST_RANKED = 8
 """Candidates that are printed."""
 MOST_WORKERS = 2
 """Threads unless asked for more."""
-DRAWING = 0.97
-"""Share of the work when the report is drawn [-]."""
+COMPARING, DRAWING = 0.96, 0.97
+"""Shares of the work when before and after are compared, and when the report is drawn [-]."""
 
 
 @click.command(
@@ -166,17 +166,21 @@ def _diagnose(
 
     with output.stage_bar(quiet=quiet) as tell:
         diagnosis = find_out(bags, tell=tell, **settings)
-        tell('writing the report', DRAWING)
+        tell('before and after', COMPARING)
         data = answer(diagnosis)
-        write_files(out, diagnosis, data)
+        write_files(out, diagnosis, data, lambda s: tell('drawing', DRAWING + (1 - DRAWING) * s))
     return data
 
 
-def write_files(out: Path, diagnosis: Diagnosis, data: dict[str, Any]) -> None:
+def write_files(
+    out: Path, diagnosis: Diagnosis, data: dict[str, Any], progress: Callable[[float], None]
+) -> None:
     """Write diagnosis.json, report.html and improved.yaml, each as a whole or not at all."""
+    from pneu_rig_ros.report.diagnosis_page import write_page
     from pneu_rig_ros.report.writing import write_whole
 
     write_whole(out / 'diagnosis.json', json.dumps(data, indent=2, allow_nan=False) + '\n')
+    write_page(out / 'report.html', diagnosis, data, progress)
     write_whole(out / 'improved.yaml', improved_yaml(diagnosis))
 
 

@@ -76,12 +76,17 @@ class Event(NamedTuple):
     after: str
 
 
+def number(value: float, digits: int = 3) -> str:
+    """Return a value with so many digits that count, zeros at the end too."""
+    return f'{value:#.{digits}g}'.removesuffix('.')
+
+
 def where_rows(answer: Answer) -> list[Where]:
     """Return where the model disagrees, the most significant first."""
     rows = []
     for one in answer['where']:
         unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
-        rms, noise = (f'{scale * one[name]:.3g}' for name in ('rms', 'noise'))
+        rms, noise = (number(scale * one[name]) for name in ('rms', 'noise'))
         times = f'{one["significance"]:.1f}'
         rows.append(Where(one['balance'], one['regime'], rms, noise, unit, times, _longest(one)))
     return rows
@@ -117,7 +122,7 @@ def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
 
 def added_rows(answer: Answer) -> list[Added]:
     """Return the parameters that were changed, and those of the effects that were added."""
-    rows = [_added(one['name'], f'{one["was"]:.4g}', one) for one in answer['parameters']]
+    rows = [_added(one['name'], number(one['was'], 4), one) for one in answer['parameters']]
     for effect in answer['effects']:
         for name, value in effect['parameters'].items():
             rows.append(_added(f'{effect["name"]}.{name}', NOT_KNOWN, value))
@@ -125,8 +130,9 @@ def added_rows(answer: Answer) -> list[Added]:
 
 
 def _added(name: str, was: str, one: Mapping[str, Any]) -> Added:
-    low, high = one['interval']
-    return Added(name, was, f'{one["value"]:.4g}', f'{low:.4g} to {high:.4g}', one['unit'])
+    low, high = (number(value, 4) for value in one['interval'])
+    texts = number(one['value'], 4), f'{low} to {high}'
+    return Added(name, was, *texts, one['unit'])
 
 
 def gap_rows(answer: Answer, which: str = 'signals') -> list[Shrunk]:
@@ -140,7 +146,7 @@ def gap_rows(answer: Answer, which: str = 'signals') -> list[Shrunk]:
 
 def _shrunk(name: str, one: Mapping[str, Any]) -> Shrunk:
     unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
-    before, after, noise = (f'{scale * one[key]:.3g}' for key in ('before', 'after', 'noise'))
+    before, after, noise = (number(scale * one[key]) for key in ('before', 'after', 'noise'))
     multiples = (f'{one[key] / one["noise"]:.1f}' for key in ('before', 'after'))
     return Shrunk(name.replace('_', ' '), before, after, noise, unit, *multiples)
 
