@@ -21,7 +21,10 @@ LONGEST_STEP = 0.02
 """[s]"""
 TOUCH_DEPTH = 1e-12
 """How far beyond a stop counts as contact [m]."""
+TURN_RATE = 1e-8
+"""Rate of the bristle [m/s] beyond which it counts as bent the other way."""
 BREAKAWAY, ARREST, TOUCH, RELEASE = 'breakaway', 'arrest', 'touch', 'release'
+TURN = 'turn'
 
 
 class Motion(NamedTuple):
@@ -89,7 +92,7 @@ class Plant:
         y[at.M1] = p1 * (c[at.V10] + c[at.A1] * x) / rt
         y[at.M2] = p2 * (c[at.V20] + c[at.A2] * (c[at.STROKE] - x)) / rt
         y[at.SPOOL_1] = y[at.SPOOL_2] = 2.5
-        self.y, self.t = y, 0.0
+        self.y, self.t, self._way = y, 0.0, 0.0
         rest = operation['rest_time']
         held = static_after(rest, c[at.F_C], c[at.F_S], c)
         anchors = [0.0] * len(self.stiffness)
@@ -160,6 +163,7 @@ class Plant:
             drag(y[at.Z], self.memory, self.stiffness, self.limit)
             if event:
                 return event
+            self._way = self._way or self._turning(y)
         return ''
 
     def _event(self, now: np.ndarray, side: float) -> str:
@@ -169,8 +173,16 @@ class Plant:
         if max(-now[at.X], now[at.X] - self.c[at.STROKE]) > TOUCH_DEPTH:
             return TOUCH
         if self.memory[at.STICKING] == 1.0:
-            return BREAKAWAY if abs(now[at.V]) > self.c[at.V_START] else ''
-        return ARREST if side * now[at.V] < self.c[at.V_STOP] else ''
+            if abs(now[at.V]) > self.c[at.V_START]:
+                return BREAKAWAY
+        elif side * now[at.V] < self.c[at.V_STOP]:
+            return ARREST
+        return TURN if self._way * self._turning(now) < 0.0 else ''
+
+    def _turning(self, y: np.ndarray) -> float:
+        """Return which way the bristles are being bent; 0 without sliders, whose memory it is."""
+        rate = self._rate(self.t, y)[at.Z] if self.limit.size else 0.0
+        return float(np.sign(rate)) if abs(rate) > TURN_RATE else 0.0
 
     def _free_pull(self, y: np.ndarray) -> float:
         """Acceleration [m/s^2] away from the stop that is touched."""
@@ -209,6 +221,8 @@ class Plant:
             dwell = self.t - memory[at.REST_START]
             memory[at.HELD] = static_after(dwell, coulomb, largest, self.c)
             memory[at.STICKING] = 0.0
+        elif event == TURN:
+            self._way = -self._way
         elif event == RELEASE:
             memory[at.CONTACT] = 0.0
         elif event == TOUCH:

@@ -21,8 +21,6 @@ AGREEMENT = 1e-4
 """Share of full scale."""
 SETTLED = 1e-6
 """Two tolerances of one method agree so well where the motion is not yet sensitive to them."""
-LONGEST_STEP = 1e-3
-"""Of the package's plant, which leaves an end stop at the end of a step only [s]."""
 DRAGGED = {'spool_hysteresis': 3e-3}
 """The library drags a spool in 1 ms, the second plant at once."""
 
@@ -51,7 +49,7 @@ def expected(
         values = true_parameters(effect, secret, friction)
         effects[effect] = library.load(effect).parameters(**values)
     model = configuration_from_yaml(text, 'test').model
-    plant = PackagePlant(model, effects, tolerance=1e-7, longest_step=LONGEST_STEP)
+    plant = PackagePlant(model, effects, tolerance=1e-7)
     voltages = valve_voltages(command(experiment, cylinder, INTERVAL))[:samples]
     run = plant.run(voltages, INTERVAL)
     return np.stack([run.position_reading, run.pressure_1_reading, run.pressure_2_reading])
