@@ -42,6 +42,10 @@ test: $(READY)  ## run the whole test suite (ARGS='-k name' passes options to py
 bench: $(READY)  ## measure everything that the README quotes, write benchmarks/results.json
 	@$(BIN)/python -m benchmarks $(ARGS)
 
+.PHONY: blind
+blind: $(READY)  ## hide effects, diagnose, compare: docs/blind.md (ARGS='--part single --limit 9')
+	@cd test && ../$(BIN)/python -m blind $(ARGS)
+
 .PHONY: lint
 lint: $(READY)  ## check style and types
 	@$(BIN)/ruff check .
