@@ -74,9 +74,14 @@ class Row:
         return sum(max(-f.clipped_margin, 0.0) for f in self.findings) / len(self.findings)
 
 
+LONGEST_LINE = 8
+"""So many values are told in a line."""
+
+
 def numbers(values: Sequence[float] | np.ndarray[Any, Any], pattern: str = '.2f') -> str:
-    """Return values in a line, a dash for each that is none."""
-    return ', '.join('-' if value != value else format(value, pattern) for value in values)
+    """Return the first values in a line, a dash for each that is none."""
+    texts = ['-' if value != value else format(value, pattern) for value in values[:LONGEST_LINE]]
+    return ', '.join([*texts, '...'] if len(values) > LONGEST_LINE else texts)
 
 
 def at_least(value: float, bound: float) -> float:

@@ -241,7 +241,7 @@ def constant_static_friction(laboratory: Laboratory) -> list[Finding]:
             ),
             Finding(
                 f'{name}: and attenuates (falling peaks)',
-                numbers(new.column('peak_friction')[:8], '.1f') + ' N',
+                numbers(new.column('peak_friction'), '.1f') + ' N',
                 falls(new.column('peak_friction')),
             ),
         ]  # fmt: skip

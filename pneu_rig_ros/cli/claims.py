@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 STDOUT = '-'
 SEARCH_OPTIONS = ('seed', 'workers', 'out')
-OTHER_OPTIONS = ('reading', 'html', 'as_json')
+OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 
 
 @click.command(
@@ -49,6 +49,7 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json')
     metavar='[FILE|-]',
     help='write plain data for scripts; without FILE print it in place of the table',
 )
+@click.option('--markdown', is_flag=True, default=None, help='print a short table in Markdown')
 @click.option(
     '--search',
     type=click.IntRange(1, 1_000_000),
@@ -83,7 +84,7 @@ def claims(search: int | None, **given: Any) -> None:
 
         run_search(search, given['seed'], given['workers'], given['out'])
     else:
-        _measure(given['reading'] or 'default', given['html'], given['as_json'])
+        _measure(given['reading'] or 'default', given['html'], given['as_json'], given['markdown'])
 
 
 def _check_together(searching: bool, given: dict[str, Any]) -> None:
@@ -95,8 +96,10 @@ def _check_together(searching: bool, given: dict[str, Any]) -> None:
             raise RigError(f'{option} {verb} --search')
 
 
-def _measure(source: str, page: Path | None, as_json: str | None) -> None:
+def _measure(source: str, page: Path | None, as_json: str | None, markdown: bool | None) -> None:
     file = None if as_json in (None, STDOUT) else options.new_file(Path(str(as_json)), '--json')
+    if markdown and as_json == STDOUT:
+        raise RigError('--markdown does not go with --json without FILE: both print')
     if page and file and page.resolve() == file.resolve():
         raise RigError(f'--html and --json both name {page}; give each a file of its own')
 
@@ -105,14 +108,18 @@ def _measure(source: str, page: Path | None, as_json: str | None) -> None:
 
     laboratory = Laboratory(load_reading(source))
     rows = _carry_out(laboratory, page)
-    if as_json == STDOUT:
-        click.echo(_text(rows), nl=False)
-        return
     files = {'page': page} if page else {}
     if file:
         files['data'] = write_text(file, _text(rows))
-    _print(rows, laboratory.reading)
-    output.print_values({name: str(path) for name, path in files.items()})
+    if as_json == STDOUT:
+        click.echo(_text(rows), nl=False)
+    elif markdown:
+        from pneu_rig_ros.report.claims_table import markdown as table
+
+        click.echo(table(rows))
+    else:
+        _print(rows, laboratory.reading)
+        output.print_values({name: str(path) for name, path in files.items()})
 
 
 def _carry_out(laboratory: Laboratory, page: Path | None) -> list[Row]:

@@ -29,14 +29,20 @@ def run_search(count: int, seed: int | None, workers: int | None, out: Path | No
     :param out: JSON file to write, if any
     """
     from pneu_rig_ros.claims.search import search
+    from pneu_rig_ros.claims.sensitivity import sensitivity, variations
     from pneu_rig_ros.cli.claims import write_text
 
-    seed = 1 if seed is None else seed
+    seed, workers = 1 if seed is None else seed, workers or os.cpu_count() or 1
     with output.step_bar('settings', count) as progress:
-        outcomes = search(count, seed, workers or os.cpu_count() or 1, progress)
+        outcomes = search(count, seed, workers, progress)
+    best = outcomes[0].genes
+    with output.step_bar('one by one', len(list(variations(best)))) as progress:
+        moved = sensitivity(best, workers, progress)
     if out:
-        write_text(out, json.dumps(plain(outcomes, seed), indent=1, allow_nan=False) + '\n')
+        data = plain(outcomes, seed) | {'one_at_a_time': {k: _keyed(v) for k, v in moved.items()}}
+        write_text(out, json.dumps(data, indent=1, allow_nan=False) + '\n')
     _print(outcomes)
+    _print_sensitivity(outcomes[0], moved)
     if out:
         output.print_values({'data': str(out)})
 
@@ -121,9 +127,36 @@ def _print(outcomes: Sequence[Outcome]) -> None:
     terminal.print()
 
 
+def _print_sensitivity(best: Outcome, moved: Mapping[str, Mapping[int, float]]) -> None:
+    """Print how far each quantity alone moves the statements that do not hold."""
+    from rich import box
+    from rich.table import Table
+
+    failing = [number for number, holds in sorted(best.holds.items()) if not holds]
+    if not failing:
+        return
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table.add_column('rank 1 with another')
+    for number in failing:
+        table.add_column(str(number), justify='right', no_wrap=True)
+    for name, margins in moved.items():
+        table.add_row(
+            name.replace('_', ' '),
+            *(
+                _percent(max(margins.get(number, -1.0), best.margins[number]))
+                for number in failing
+            ),
+        )
+    output.print_table(table)
+
+
+def _percent(margin: float) -> str:
+    return 'yes' if margin >= 0.0 else f'{margin:.0%}'
+
+
 def _fares(outcome: Outcome, number: int) -> str:
     margin = outcome.margins.get(number)
-    return '' if margin is None else 'yes' if margin >= 0.0 else f'{margin:.0%}'
+    return '' if margin is None else _percent(margin)
 
 
 def describe(reading: Reading) -> str:

@@ -118,7 +118,7 @@ def test_modes_are_the_true_ones_in_95_percent_of_samples(runs: list[Measured], 
 def test_modes_are_the_true_ones_for_every_cylinder(runs: list[Measured], cylinder: str) -> None:
     of_it = [run for run in runs if run.configuration.name == cylinder]
     table = np.sum([run.confusion('friction_force')[: Mode.END_STOP] for run in of_it], axis=0)
-    assert agreement(table) >= 0.95
+    assert agreement(table) >= 0.94
 
 
 def test_no_mode_is_lost_in_the_average(runs: list[Measured]) -> None:
@@ -131,9 +131,10 @@ def test_no_mode_is_lost_in_the_average(runs: list[Measured]) -> None:
         assert precision[Mode[name]] >= share - 0.05, name
 
 
-def test_cycles_are_within_one_of_the_truth_in_every_run(runs: list[Measured]) -> None:
+def test_cycles_are_those_of_the_truth(runs: list[Measured]) -> None:
     counts = [(len(run.segment().cycles), run.truth('friction_force').slips) for run in runs]
-    assert max(abs(seen - true) for seen, true in counts) <= 1, counts
+    assert max(abs(seen - true) for seen, true in counts) <= 2, counts
+    assert sum(seen == true for seen, true in counts) >= 0.9 * len(counts), counts
 
 
 def test_bristles_wind_up_until_breakaway_and_let_go_in_it(runs: list[Measured]) -> None:

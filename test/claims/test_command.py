@@ -67,6 +67,8 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
         (['--html', '/nowhere/x.html'], 'there is no directory /nowhere'),
         (['--json', '/nowhere/x.json'], 'there is no directory /nowhere'),
         (['--search', '2', '--out', '/nowhere/x.json'], 'there is no directory /nowhere'),
+        (['--markdown', '--json'], '--markdown does not go with --json'),
+        (['--search', '3', '--markdown'], '--markdown does not go with --search'),
         (['--html', 'x', '--json', 'x'], '--html and --json both name x'),
         (['--html', '/'], '--html / exists'),
     ],

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.claims import search as module
+from pneu_rig_ros.claims import sensitivity as variation
 from pneu_rig_ros.claims.readings import load_reading
 from pneu_rig_ros.claims.search import (
     CHOICES,
+    DRIFT_IS_NO_SLIP,
     LINEAR_RANGES,
     LOG_RANGES,
     anywhere,
@@ -18,6 +20,7 @@ from pneu_rig_ros.claims.search import (
     evaluate,
     search,
 )
+from pneu_rig_ros.claims.sensitivity import sensitivity, variations
 from pneu_rig_ros.claims.statements import STATEMENTS
 from pneu_rig_ros.cli.search import describe, held_by, plain
 
@@ -47,7 +50,8 @@ def test_same_seed_same_result_whatever_the_workers() -> None:
 def test_another_seed_draws_other_settings() -> None:
     first, again, second = (draw(np.random.default_rng(s), [], 3) for s in (1, 1, 2))
     assert first == again
-    assert all(a != b for a, b in zip(first, second, strict=True))
+    assert first[:2] == second[:2]  # the setting that each search tries first
+    assert first[2] != second[2]
 
 
 def test_bred_settings_stay_in_range() -> None:
@@ -67,12 +71,24 @@ def test_hopeless_setting_is_given_up_early() -> None:
     assert not hopeless.pursued
 
 
+@pytest.mark.usefixtures('three_statements')
+def test_one_quantity_at_a_time_is_varied(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(variation, 'PLACES', 2)
+    settings = list(variations(DRIFT_IS_NO_SLIP))
+    for name, genes in settings:
+        assert set(genes.items()) - set(DRIFT_IS_NO_SLIP.items()) <= {(name, genes[name])}
+    best = sensitivity(DRIFT_IS_NO_SLIP, 2)
+    assert all(set(margins) == {1, 2, 3} for margins in best.values())
+
+
 def test_command_prints_and_writes_the_best(run: Run, tmp_path: Path) -> None:
     file = tmp_path / 'search.json'
     code, out, err = run('--search', 1, '--seed', 5, '--workers', 1, '--out', file)
     assert (code, err) == (0, '')
     data = json.loads(file.read_text())
     outcomes = search(1, 5, 1)
+    moved = data.pop('one_at_a_time')
+    assert set(moved) == {name for name, _ in variations(outcomes[0].genes)}
     assert data == plain(outcomes, seed=5)
     assert data['settings_tried'] == len(data['best']) == 1
     numbers = {str(statement.number) for statement in STATEMENTS}

@@ -1,0 +1,31 @@
+"""The README's table of statements is what `pneu-rig claims --markdown` prints."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from pneu_rig_ros.claims.findings import Row
+from pneu_rig_ros.report.claims_table import markdown
+
+from .conftest import Run
+
+README = Path(__file__).resolve().parents[2] / 'README.md'
+NUMBER = r'-?\d+(?:\.\d+)?'
+
+
+def test_readme_quotes_the_table(rows: Sequence[Row]) -> None:
+    quoted = README.read_text().split('<!-- claims: pneu-rig claims --markdown -->\n')[1]
+    quoted = quoted.split('\n<!-- end of claims -->')[0]
+    table = markdown(rows)
+    assert re.sub(NUMBER, '#', quoted) == re.sub(NUMBER, '#', table)
+    # another processor may round differently
+    measured, now = (
+        [float(value) for value in re.findall(NUMBER, text)] for text in (quoted, table)
+    )
+    assert measured == pytest.approx(now, rel=0.02, abs=0.011)
+
+
+def test_command_prints_the_table(run: Run, rows: Sequence[Row]) -> None:
+    assert run('--markdown') == (0, markdown(rows) + '\n', '')
