@@ -82,8 +82,8 @@ DRIFT_IS_NO_SLIP: Genes = {
     'initial_position': 0.0, 'soft_share': 0.5754, 'soft_limit': 0.4737,
 }  # fmt: skip
 """
-A setting that each search tries first, the default: the dwell clock of Eq. 16 goes on while the piston drifts
-as fast as the air feeds it, and is reset by a slip only.
+A setting that each search tries first, the default: the dwell clock of Eq. 16 goes on while the
+piston drifts as fast as the air feeds it, and is reset by a slip only.
 """
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.claims.dwell_law import equation_16, static_peaks
-from pneu_rig_ros.claims.experiments import CAPTIONS, Laboratory, Reading
+from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Laboratory, Reading
 from pneu_rig_ros.claims.findings import (
     Finding,
     Row,
@@ -20,7 +20,9 @@ from pneu_rig_ros.claims.findings import (
     rises_throughout,
     unchanged,
 )
-from pneu_rig_ros.claims.statements import STATEMENTS, starts
+from pneu_rig_ros.claims.readings import load_reading, printed_values_changed
+from pneu_rig_ros.claims.search import DRIFT_IS_NO_SLIP, reading_of
+from pneu_rig_ros.claims.statements import STATEMENTS, measure, starts
 
 HOLD = (3, 4, 5, 6, 7, 10)
 
@@ -34,6 +36,38 @@ def test_statement_holds(rows: Sequence[Row], number: int) -> None:
 def test_statements_that_do_not_hold_are_said_not_to(rows: Sequence[Row]) -> None:
     # a statement that begins to hold belongs into HOLD and into docs/decisions.md
     assert {row.statement.number for row in rows if row.holds} == set(HOLD)
+
+
+@pytest.mark.parametrize(
+    ('name', 'holding', 'moved'),
+    [
+        ('own_thresholds', {2, 9}, []),
+        (
+            'moved_table_2',
+            {8, 9},
+            ['stribeck_velocity', 'viscous_coefficient', 'film_time_deceleration',
+             'dwell_exponent', 'dwell_coefficient'],
+        ),
+    ],
+)  # fmt: skip
+def test_shipped_reading_holds_what_the_default_does_not(
+    name: str, holding: set[int], moved: list[str]
+) -> None:
+    reading = load_reading(name)
+    laboratory = Laboratory(reading)
+    rows = [measure(laboratory, STATEMENTS[number - 1]) for number in holding]
+    assert {row.statement.number for row in rows if row.holds} == holding
+    assert printed_values_changed(reading) == moved
+    assert not holding & set(HOLD)
+
+
+def test_default_is_the_known_start_of_the_search() -> None:
+    known = reading_of(DRIFT_IS_NO_SLIP)
+    for name in CYLINDERS:
+        shipped = Laboratory().plant(CAPTIONS[name]).model
+        for key, value in known.friction_of(name).items():
+            assert getattr(shipped.friction, key) == pytest.approx(value, rel=0.03), key
+        assert shipped.operation.rest_time == pytest.approx(known.operation['rest_time'], rel=0.03)
 
 
 def test_equation_16_of_cylinder_1() -> None:
