@@ -18,7 +18,7 @@ setup(
     maintainer='pneu_rig_ros maintainers',
     maintainer_email='maintainers@pneu-rig-ros.example',
     packages=find_packages(include=[package, f'{package}.*']),
-    package_data={package: ['py.typed', 'report/*.html']},
+    package_data={package: ['py.typed', 'report/*.html', 'web/assets/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
@@ -29,6 +29,7 @@ setup(
     ],
     python_requires='>=3.10,<3.14',
     install_requires=[
+        'aiohttp',
         'click',
         'jinja2',
         'matplotlib',
@@ -57,6 +58,7 @@ setup(
             'jsonschema',
             'mcap-ros2-support',
             'mypy',
+            'playwright',  # drives the Chromium of the system
             'pytest',
             'pytest-timeout',
             'pytest-xdist',

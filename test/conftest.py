@@ -1,7 +1,18 @@
 """What all tests share."""
 
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
 import pytest
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+CHROMIUM = ('chromium', 'chromium-browser', 'google-chrome')
 
 # the machine may be busy with live nodes; how long an example takes says nothing
 settings.register_profile('steady', deadline=None)
@@ -13,3 +24,36 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker('live'):
             item.add_marker(pytest.mark.xdist_group('live'))
+
+
+@pytest.fixture(scope='module')
+def browser() -> Iterator[Browser]:
+    """Return a headless Chromium; skip where there is none."""
+    api = pytest.importorskip('playwright.sync_api', reason='playwright is not installed')
+    path = next(filter(None, map(shutil.which, CHROMIUM)), None)
+    if path is None:
+        pytest.skip(f'no {", ".join(CHROMIUM)} on the PATH')
+    with api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=path, args=['--no-sandbox'])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def open_page(browser: Browser) -> Iterator[Callable[[str], Page]]:
+    """Open pages; at the end none may have met an error or asked for what is not its own."""
+    context = browser.new_context(viewport={'width': 1440, 'height': 1000})
+    troubles: list[str] = []
+    context.on('weberror', lambda trouble: troubles.append(str(trouble.error)))
+    context.on('console', lambda message: troubles.append(f'{message.type}: {message.text}'))
+
+    def open_it(address: str) -> Page:
+        page = context.new_page()
+        own = address.split('/')[2] or address
+        page.on('request', lambda asked: own in asked.url or troubles.append(asked.url))
+        page.goto(address)
+        return page
+
+    yield open_it
+    context.close()
+    assert troubles == []

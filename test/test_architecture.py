@@ -18,6 +18,7 @@ BAGS = SCIENCE | {'mcap', 'rosbags'}
 TABLES = BAGS | {'pint', 'pyarrow'}
 FIGURES = BAGS | {'scipy', 'matplotlib', 'jinja2'}
 TERMINAL = {'click', 'rich'}
+WEB = {'aiohttp', 'jinja2'}
 
 # room: the rooms of the package it may import from, the outside packages it may import
 RULES: dict[str, tuple[set[str], set[str]]] = {
@@ -30,7 +31,8 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     'control': ({'model', 'rig', 'analysis'}, SCIENCE),
     'claims': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'yaml'}),
     'gap': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'pysindy'}),
-    'report': ({'model', 'rig', 'records', 'analysis', 'claims', 'gap'}, FIGURES),
+    'web': (set(), WEB),
+    'report': ({'model', 'rig', 'records', 'analysis', 'claims', 'gap', 'web'}, FIGURES),
     'simulate': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'}),
     'nodes': (
         {'model', 'rig', 'records', 'analysis', 'control'},
@@ -46,6 +48,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
             'claims',
             'gap',
             'report',
+            'web',
             'simulate',
             'nodes',
             'demo',
@@ -90,7 +93,17 @@ def test_imports_only_what_its_room_may(module: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    'module', ['cli', 'simulate', 'records', 'analysis', 'claims', 'gap.diagnosis', 'report']
+    'module',
+    [
+        'cli',
+        'simulate',
+        'records',
+        'analysis',
+        'claims',
+        'gap.diagnosis',
+        'report',
+        'web.server',
+    ],
 )
 def test_works_without_ros(module: str) -> None:
     code = (

@@ -19,9 +19,11 @@ from pneu_rig_ros.cli.export import export
 from pneu_rig_ros.cli.friction import friction
 from pneu_rig_ros.cli.import_ import import_
 from pneu_rig_ros.cli.info import info
+from pneu_rig_ros.cli.live import live
 from pneu_rig_ros.cli.repair import repair
 from pneu_rig_ros.cli.replay import replay
 from pneu_rig_ros.cli.simulate import simulate
+from pneu_rig_ros.cli.view import view
 from pneu_rig_ros.errors import RigError
 
 ERROR, INTERRUPTED, UNREAD = 2, 130, 1
@@ -35,6 +37,8 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     '  pneu-rig demo                       the rig live over ROS 2, recorded and summarised\n'
     '  pneu-rig simulate --duration 60     the same bag offline, many times faster\n'
     '  pneu-rig info runs/BAG              what a bag holds\n'
+    '  pneu-rig view runs/BAG              the bag as an interactive page\n'
+    '  pneu-rig live                       the running rig in the browser\n'
     '  pneu-rig friction runs/BAG --csv f.csv\n'
     '  pneu-rig repair runs/BAG            after a crash\n'
     '  pneu-rig replay runs/BAG            its topics over ROS 2 again\n'
@@ -57,6 +61,8 @@ for _subcommand in (
     simulate,
     replay,
     info,
+    view,
+    live,
     friction,
     repair,
     claims,

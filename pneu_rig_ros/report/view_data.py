@@ -1,0 +1,136 @@
+"""A record as plain data for a page: signals thinned where they must be, modes and cycles."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pneu_rig_ros.analysis.friction import Floats, friction_of
+from pneu_rig_ros.analysis.segmentation import Mode, segment_record
+from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles, velocity_of
+from pneu_rig_ros.records import Record
+from pneu_rig_ros.rig import RigConfiguration
+
+MOST_POINTS = 110_000
+"""Points of one signal on a page: 127 s at 862 Hz, and 4.7 MB of eight signals."""
+
+LEAST_SAMPLES = 4
+"""Fewer samples have no friction force and no modes."""
+
+MODE_NAMES = tuple(mode.name.lower().replace('_', ' ') for mode in Mode)
+
+
+class Span(NamedTuple):
+    """The part of a record that a page shows: its samples from first to before end."""
+
+    first: int
+    end: int
+
+
+def span_of(record: Record, start: float | None, stop: float | None) -> Span:
+    """Return the samples from start to stop [s since the first one]; None is an end."""
+    last = record.position.size
+    first = 0 if start is None else round(start / record.interval)
+    end = last if stop is None else round(stop / record.interval) + 1
+    return Span(min(max(first, 0), last), min(max(end, 0), last))
+
+
+def page_data(record: Record, span: Span) -> dict[str, Any]:
+    """
+    Return what the scripts of the page need, SI units, times since the first sample shown [s].
+
+    Friction, modes and drawing need the configuration of the rig; a record without it has none.
+    """
+    known = record.configuration is not None and record.position.size >= LEAST_SAMPLES
+    friction = friction_of(record) if known else None
+    stride = -(-2 * (span.end - span.first) // MOST_POINTS)
+    stride = stride if span.end - span.first > MOST_POINTS else 1
+    columns = {name: values[span.first : span.end] for name, values in _signals(record, friction)}
+    step = record.interval * (stride / 2 if stride > 1 else 1)
+    shown = (span.end - span.first - 1) * record.interval
+    return {
+        'step': step,
+        'duration': shown,
+        'stride': stride,
+        'signals': {name: _encoded(thinned(v, stride)) for name, v in columns.items()},
+        'cycles': _cycles(record, friction, span),
+        'modes': _modes(record, span) if known else [],
+        'mode_names': list(MODE_NAMES),
+        'rig': geometry(record.configuration) if record.configuration else None,
+    }
+
+
+def geometry(configuration: RigConfiguration) -> dict[str, float]:
+    """Return what a drawing of the cylinder needs, SI units."""
+    model = configuration.model
+    return {
+        'stroke': model.cylinder.stroke,
+        'bore': model.cylinder.bore,
+        'rod_diameter': model.cylinder.rod_diameter,
+        'atmospheric_pressure': model.gas.atmospheric_pressure,
+        'supply_pressure': model.operation.supply_pressure,
+        'intake_voltage': model.valve.intake_voltage,
+        'exhaust_voltage': model.valve.exhaust_voltage,
+    }
+
+
+def thinned(values: Floats, stride: int) -> Floats:
+    """
+    Return smallest and largest of every `stride` samples, in the order in which they came.
+
+    :param values: shape (n,)
+    :param stride: 1 leaves all of them
+    :return: shape (n,) for stride 1, else (2 ceil(n / stride),)
+    """
+    if stride == 1:
+        return values
+    padded = np.pad(values, (0, -values.size % stride), mode='edge').reshape(-1, stride)
+    ends = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)]), axis=0)
+    return np.asarray(np.take_along_axis(padded, ends.T, axis=1).ravel())
+
+
+def _signals(record: Record, friction: Floats | None) -> list[tuple[str, Floats]]:
+    signals = [
+        ('position', record.position),
+        ('velocity', record.velocity),
+        ('velocity_fit', velocity_of(record.position, record.interval)),
+        ('pressure_1', record.pressure_1),
+        ('pressure_2', record.pressure_2),
+    ]
+    if friction is not None:
+        signals.append(('friction', friction))
+    if record.counts.get('valve_voltages'):
+        signals += [('voltage_1', record.voltage_1), ('voltage_2', record.voltage_2)]
+    return signals
+
+
+def _encoded(values: Floats) -> str:
+    """Return 32-bit floats, little-endian, as base64."""
+    return base64.b64encode(values.astype('<f4').tobytes()).decode('ascii')
+
+
+def _cycles(record: Record, friction: Floats | None, span: Span) -> list[dict[str, float | None]]:
+    """Return the cycles whose breakaway is shown, times since the first sample shown."""
+    cycles: list[Cycle] = []
+    if record.position.size >= LEAST_SAMPLES:
+        cycles = find_cycles(record.position, record.interval, friction)
+    start, stop = span.first * record.interval, span.end * record.interval
+    return [
+        {
+            'breakaway_time': cycle.breakaway_time - start,
+            'dwell': cycle.dwell,
+            'slip': cycle.slip,
+            'peak_friction': None if np.isnan(cycle.peak_friction) else cycle.peak_friction,
+        }
+        for cycle in cycles
+        if start <= cycle.breakaway_time < stop
+    ]
+
+
+def _modes(record: Record, span: Span) -> list[tuple[float, int]]:
+    """Return when each stretch of one mode begins [s since the first sample shown], and which."""
+    mode = segment_record(record).mode[span.first : span.end]
+    begins = np.flatnonzero(np.diff(mode, prepend=-1))
+    return [(float(k * record.interval), int(mode[k])) for k in begins]

@@ -1,0 +1,72 @@
+"""One bag as a self-contained interactive HTML page."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import Record
+from pneu_rig_ros.records.description import git_revision
+from pneu_rig_ros.report.view_data import MODE_NAMES, page_data, span_of
+from pneu_rig_ros.report.writing import write_whole
+from pneu_rig_ros.web.page import render
+
+BAR = 1e5
+"""[Pa]"""
+
+
+def write_view(
+    path: Path,
+    record: Record,
+    title: str,
+    start: float | None = None,
+    stop: float | None = None,
+) -> Path:
+    """
+    Write the page of a record.
+
+    :param title: what to call it
+    :param start: of the part to show [s since the first sample], None for the beginning
+    :param stop: its end [s], None for that of the record
+    :raises RigError: when there is nothing between start and stop, or the file cannot be written
+    """
+    span = span_of(record, start, stop)
+    if span.end - span.first < 2:
+        last = record.duration
+        asked = f'{start or 0.0:g} to {last if stop is None else stop:g} s'
+        raise RigError(f'no samples from {asked}; the record lasts {last:.3f} s')
+    data = page_data(record, span)
+    text = render(
+        'view.html',
+        data,
+        title=title,
+        facts=facts(record),
+        mode_names=MODE_NAMES if data['modes'] else (),
+        thinned=data['stride'] if data['stride'] > 1 else 0,
+        geometry=data['rig'] is not None,
+        duration=data['duration'],
+        cycles=len(data['cycles']),
+        version=version('pneu_rig_ros'),
+        revision=git_revision(),
+    )
+    return write_whole(path, text)
+
+
+def facts(record: Record) -> list[str]:
+    """Return the operating point and the size of a record, for people."""
+    told = [f'{record.duration:.2f} s, a sample every {1e3 * record.interval:g} ms']
+    if record.counts.get('valve_voltages'):
+        drive = (record.voltage_1 - record.voltage_2) / 2.0
+        told.insert(0, f'u up to {float(drive[np.abs(drive).argmax()]):.2f} V')
+    if record.configuration is None:
+        return told
+    model = record.configuration.model
+    gauge = (model.operation.supply_pressure - model.gas.atmospheric_pressure) / BAR
+    rig = [record.configuration.name.replace('_', ' ')]
+    law = record.metadata.get('friction_model')
+    rig += [law.replace('_', ' ')] if law else []
+    rig += [f'supply {gauge:g} bar gauge', f'load {model.operation.load_mass:g} kg']
+    return rig + told

@@ -1,0 +1,1 @@
+"""Pages for a browser: templates and scripts, and the server of the live one."""

@@ -1,0 +1,43 @@
+"""Pages that need nothing else: templates with styles, scripts and data in them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import jinja2
+
+ASSETS = files('pneu_rig_ros') / 'web' / 'assets'
+"""Charts are drawn by uPlot 1.6.32 (MIT licence, beside it)."""
+
+
+def render(template: str, data: Mapping[str, Any], **facts: Any) -> str:
+    """
+    Return a page.
+
+    :param template: file name in the folder of assets
+    :param data: plain data that the scripts find in the element `data`; NaN is not allowed
+    :param facts: for the template
+    """
+    # In a script element only '<' could end the data.
+    text = json.dumps(data, allow_nan=False, separators=(',', ':')).replace('<', '\\u003c')
+    return _environment().get_template(template).render(data=text, asset=_text, **facts)
+
+
+def _text(name: str) -> str:
+    """Return an asset as it is."""
+    return (ASSETS / name).read_text(encoding='utf-8')
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.FunctionLoader(_text),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
