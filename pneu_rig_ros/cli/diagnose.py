@@ -107,7 +107,7 @@ def diagnose(
     if as_json:
         output.print_json(data)
     elif not quiet:
-        _print(data, out)
+        show(data, out)
 
 
 @contextlib.contextmanager
@@ -199,7 +199,8 @@ def improved_yaml(diagnosis: Diagnosis) -> str:
     return text
 
 
-def _print(data: dict[str, Any], out: Path) -> None:
+def show(data: dict[str, Any], out: Path) -> None:
+    """Print the answer for a person."""
     terminal = output.console()
     terminal.print(data['sentence'])
     for title, table in _tables(data):
