@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -36,6 +37,8 @@ READING = 0.04
 """Length of the readings that a restart is made of [s]."""
 SMOOTHING = 0.017
 """Window of the cubic fits that smooth the measured position [s]."""
+SATURATED = 2.0
+"""A pressure this close to the zero of its sensor may be any below it [noises]."""
 LEAST_DURATION = 1.0
 """A shorter run says nothing [s]."""
 
@@ -48,7 +51,8 @@ class Rest:
     :param start: first sample
     :param end: one after the last
     :param restart: sample from which a prediction starts again
-    :param readings: x, v = 0, p1, p2 there [SI]
+    :param readings: x, v = 0, p1, p2 there [SI]; NaN for a pressure that may be below the zero
+        of its sensor
     """
 
     start: int
@@ -135,6 +139,11 @@ class Experiment:
         )
 
     @property
+    def zero(self) -> float:
+        """Lowest pressure that the sensors read, that of the surroundings [Pa]."""
+        return self.atmospheric_pressure
+
+    @property
     def codes(self) -> tuple[float, float, float]:
         """Step of the converter in x [m], p1, p2 [Pa]."""
         last = 2.0**self.sensors.resolution - 1.0
@@ -197,8 +206,8 @@ class Experiment:
             _line_at(signal[window], restart - first)
             for signal in (self.record.pressure_1, self.record.pressure_2)
         )
-        p1, p2 = pressures
-        return Rest(start, end, restart, (position, 0.0, p1, p2))
+        known = [p if p > self.zero + SATURATED * self.noise[1] else math.nan for p in pressures]
+        return Rest(start, end, restart, (position, 0.0, known[0], known[1]))
 
 
 def _line_at(values: Floats, sample: int) -> float:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from pneu_rig_ros.gap.experiment import Experiment
 from pneu_rig_ros.gap.hypothesis import Hypothesis
@@ -84,7 +85,22 @@ def predict(
         bias[1:] = _readings(rough) - _true(rough)
         bias[0] = bias[1]
     run = _run(hypothesis, experiment, mode, bias, jitter)
-    return Prediction(_readings(run)[:, [0, 2, 3]], run)
+    return Prediction(above_zero(_readings(run)[:, [0, 2, 3]], experiment), run)
+
+
+def above_zero(readings: Floats, experiment: Experiment) -> Floats:
+    """
+    Return the mean of readings whose sensors show nothing below their zero, shape (n, 3).
+
+    Near the zero noise is cut off on one side: E max(y + n, 0) for a normal n.
+    """
+    zero = np.array([0.0, experiment.zero, experiment.zero])
+    noise = np.array(experiment.noise)
+    ratio = (readings - zero) / noise
+    mean: Floats = zero + noise * (
+        ratio * ndtr(ratio) + np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi)
+    )
+    return mean
 
 
 def _run(

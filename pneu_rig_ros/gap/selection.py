@@ -28,6 +28,10 @@ BEAM = 2
 """Explanations of one size that grow further."""
 LARGEST = 3
 """Parts of an explanation at most."""
+REFINED, REFINING_ROUNDS = 2, 20
+"""Best fits of each size that are fitted on, and the rounds of those that leave a gap."""
+CLOSED = 0.06
+"""Share of the gap above the floor that an explanation may leave [-]."""
 LEAST_GAIN = 0.85
 """One more part that leaves more than this share of the cost leads nowhere [-]."""
 ROUNDS = 8
@@ -97,14 +101,16 @@ class Search:
 
     def run(self, pool: Sequence[Candidate]) -> Scored | None:
         """Return the smallest explanation that closes the gap; None if there is none."""
-        level, reached = [Explanation()], self.cost(self.given)
+        begin = reached = self.cost(self.given)
+        level = [Explanation()]
         for size in range(1, LARGEST + 1):
             scored = [one for base in level for one in self.grow(base, pool, size)]
             if not scored:
                 return None
             scored = self.again(sorted(scored, key=lambda one: one.worst))
             self.scored += scored
-            if closing := [one for one in scored if one.worst < CONSISTENT]:
+            closed = max(CONSISTENT, AT_FLOOR + CLOSED * (begin - AT_FLOOR))
+            if closing := [one for one in scored if one.worst < closed]:
                 self.best = min(closing, key=lambda one: (one.effects, one.worst))
                 return self.best
             if scored[0].worst > LEAST_GAIN * reached:
@@ -135,13 +141,18 @@ class Search:
         return Scored(result, self.held.cost(hypothesis, self.modes))
 
     def again(self, scored: Sequence[Scored]) -> list[Scored]:
-        """Return fits with the noise floors of the best one, best first."""
-        best = scored[0].fit.explanation
-        self.settle(best.apply(self.given))
-        first = self.score(fit(self.given, best, self.fitted, self.modes, ROUNDS))
-        others = []
-        for one in scored[1:]:
+        """
+        Return fits with the noise floors of the best one, best first.
+
+        The best ones are fitted on, longer where they do not close the gap yet.
+        """
+        best = scored[0]
+        self.settle(best.fit.explanation.apply(self.given))
+        rounds = ROUNDS if best.worst < CONSISTENT else REFINING_ROUNDS
+        refined = [one.fit.explanation for one in scored[:REFINED]]
+        fits = [fit(self.given, one, self.fitted, self.modes, rounds) for one in refined]
+        for one in scored[REFINED:]:
             hypothesis = one.fit.explanation.apply(self.given)
             cost = self.fitted.cost(hypothesis, self.modes)
-            others.append(self.score(Fit(one.fit.explanation, cost, one.fit.deviations)))
-        return sorted([first, *others], key=lambda one: one.worst)
+            fits.append(Fit(one.fit.explanation, cost, one.fit.deviations))
+        return sorted([self.score(one) for one in fits], key=lambda one: one.worst)

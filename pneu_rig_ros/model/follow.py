@@ -54,10 +54,17 @@ Actions = NDArray[np.int64]
 
 @compiled
 def set_pressures(state: Array, p1: float, p2: float, model: CompiledModel) -> None:
-    """Set the absolute pressures [Pa] at unchanged gas temperatures; changes ``state``."""
-    state[GAS_MASS_1] *= p1 / state[PRESSURE_1]
-    state[GAS_MASS_2] *= p2 / state[PRESSURE_2]
-    state[PRESSURE_1], state[PRESSURE_2] = p1, p2
+    """
+    Set the absolute pressures [Pa] at unchanged gas temperatures; changes ``state``.
+
+    A pressure that is not a number is not known and stays as it is.
+    """
+    if p1 == p1:
+        state[GAS_MASS_1] *= p1 / state[PRESSURE_1]
+        state[PRESSURE_1] = p1
+    if p2 == p2:
+        state[GAS_MASS_2] *= p2 / state[PRESSURE_2]
+        state[PRESSURE_2] = p2
 
 
 @compiled
