@@ -29,7 +29,7 @@ setup(
     ],
     python_requires='>=3.10,<3.14',
     install_requires=[
-        'aiohttp',
+        'aiohttp>=3.9',
         'click',
         'jinja2',
         'matplotlib',

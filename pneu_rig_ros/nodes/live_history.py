@@ -31,11 +31,6 @@ class History:
             self._rows.extend(new)
             self._count += len(new)
 
-    def clear(self) -> None:
-        """Forget the rows, not how many there have been."""
-        with self._lock:
-            self._rows.clear()
-
     def since(self, number: int) -> tuple[int, dict[str, list[float | None]]]:
         """Return how many rows there have been, and those kept after the first `number`."""
         with self._lock:

@@ -74,7 +74,9 @@ def serve(rig: Rig, port: int) -> Iterator[str]:
     loop = asyncio.new_event_loop()
     thread = Thread(target=loop.run_forever, name='web', daemon=True)
     thread.start()
-    runner = web.AppRunner(LivePage(rig, number).application(), access_log=None)
+    runner = web.AppRunner(
+        LivePage(rig, number).application(), access_log=None, shutdown_timeout=1.0
+    )
     try:
         asyncio.run_coroutine_threadsafe(_start(runner, listener), loop).result(ENDING_TIME)
         yield f'http://{HOST}:{number}/'
@@ -95,7 +97,7 @@ def _listen(port: int) -> socket.socket:
 
 async def _start(runner: web.AppRunner, listener: socket.socket) -> None:
     await runner.setup()
-    await web.SockSite(runner, listener, shutdown_timeout=1.0).start()
+    await web.SockSite(runner, listener).start()
 
 
 class LivePage:

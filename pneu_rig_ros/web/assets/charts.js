@@ -12,7 +12,7 @@ class ChartStack {
    * @param root     element to fill
    * @param panels   [{ title, least, series: [{ label, colour, width, digits }] }]; `least` is the
    *                 smallest span of the y axis, so that noise alone does not fill a chart
-   * @param options  onCursor(time [s]), onZoom(from, to [s]), onReset(), beneath(chart, index),
+   * @param options  onCursor(time [s]), onZoom(from, to [s]), onGrab(), onReset(), beneath(chart, index),
    *                 above(chart, index): drawn before and after the curves
    */
   constructor(root, panels, options = {}) {
@@ -111,6 +111,7 @@ class ChartStack {
     };
     const empty = [[], ...panel.series.map(() => [])];
     const chart = new uPlot(options, empty, box);
+    chart.over.addEventListener('mousedown', () => this.options.onGrab?.());
     chart.over.addEventListener('mousemove', (event) => this.cursorTo(chart.posToVal(event.offsetX, 'x')));
     chart.over.addEventListener('wheel', (event) => this._wheel(chart, event), { passive: false });
     return chart;

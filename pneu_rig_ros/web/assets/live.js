@@ -61,7 +61,7 @@ const stack = new ChartStack(
   PANELS.map(({ title, least, lines }) => ({
     title, least, series: lines.map(([, label, colour, , digits]) => ({ label, colour, digits })),
   })),
-  { onZoom: () => freeze(true), onReset: () => freeze(false) },
+  { onZoom: () => freeze(true), onGrab: () => freeze(true), onReset: () => freeze(false) },
 );
 
 /** Hold the charts still, or let them run on. What is held still is a copy: more comes all the while. */
