@@ -35,6 +35,8 @@ SETTLING = 0.03
 """From the beginning of a rest to the readings that a restart is made of [s]."""
 READING = 0.04
 """Length of the readings that a restart is made of [s]."""
+FIRST_READING = 0.012
+"""Length of the readings that the start is made of: the piston may move at once [s]."""
 SMOOTHING = 0.017
 """Window of the cubic fits that smooth the measured position [s]."""
 SATURATED = 2.0
@@ -89,8 +91,8 @@ class Experiment:
     def of(cls, name: str, record: Record, configuration: RigConfiguration) -> Experiment:
         """Return the run of a record under a configuration whose conditions are those of it."""
         model, sensors = configuration.model, configuration.sensors
-        first = slice(0, max(1, round(READING / record.interval)))
-        position = float(record.position[first].mean())
+        first = slice(0, max(2, round(FIRST_READING / record.interval)))
+        position = _line_at(record.position[first], 0)
         operation = model.operation._replace(
             initial_position=min(max(position, 0.0), model.cylinder.stroke),
             initial_pressure_1=_line_at(record.pressure_1[first], 0),
@@ -142,6 +144,12 @@ class Experiment:
     def zero(self) -> float:
         """Lowest pressure that the sensors read, that of the surroundings [Pa]."""
         return self.atmospheric_pressure
+
+    @cached_property
+    def beyond_span(self) -> NDArray[np.bool_]:
+        """Where the piston is farther out than its sensor reads, or just as far, shape (n,)."""
+        last: NDArray[np.bool_] = self.record.position > self.sensors.position_span - self.codes[0]
+        return last
 
     @property
     def codes(self) -> tuple[float, float, float]:

@@ -23,7 +23,7 @@ from pneu_rig_ros.model.compiled import plain
 
 Floats = NDArray[np.float64]
 
-DRAWS = 6
+DRAWS = 8
 """Predictions from other errors of the readings."""
 SPREAD = 5
 """Blocks over which the floor is spread, as the slip may come a little earlier or later."""

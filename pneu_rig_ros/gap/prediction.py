@@ -85,21 +85,28 @@ def predict(
         bias[1:] = _readings(rough) - _true(rough)
         bias[0] = bias[1]
     run = _run(hypothesis, experiment, mode, bias, jitter)
-    return Prediction(above_zero(_readings(run)[:, [0, 2, 3]], experiment), run)
+    return Prediction(within_span(_readings(run)[:, [0, 2, 3]], experiment), run)
 
 
-def above_zero(readings: Floats, experiment: Experiment) -> Floats:
+def within_span(readings: Floats, experiment: Experiment) -> Floats:
     """
-    Return the mean of readings whose sensors show nothing below their zero, shape (n, 3).
+    Return the mean of readings whose sensors show nothing beyond their span, shape (n, 3).
 
-    Near the zero noise is cut off on one side: E max(y + n, 0) for a normal n.
+    Near its ends noise is cut off on one side.
     """
     zero = np.array([0.0, experiment.zero, experiment.zero])
-    noise = np.array(experiment.noise)
-    ratio = (readings - zero) / noise
-    mean: Floats = zero + noise * (
-        ratio * ndtr(ratio) + np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi)
-    )
+    sensors, noise = experiment.sensors, np.array(experiment.noise)
+    span = np.array([sensors.position_span, sensors.pressure_span, sensors.pressure_span])
+    above = zero + _positive_mean(readings - zero, noise)
+    mean: Floats = zero + span - _positive_mean(zero + span - above, noise)
+    return mean
+
+
+def _positive_mean(values: Floats, noise: Floats) -> Floats:
+    """Return E max(y + n, 0) for values y and normal noise n of a standard deviation."""
+    ratio = values / noise
+    density = np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi)
+    mean: Floats = noise * (ratio * ndtr(ratio) + density)
     return mean
 
 
@@ -108,7 +115,8 @@ def _run(
     jitter: Jitter | None,
 ) -> Trajectory:  # fmt: skip
     start = -bias[0]
-    actions, measured, rests = guidance(experiment, mode, bias)
+    stroke = hypothesis.model.cylinder.stroke
+    actions, measured, rests = guidance(experiment, mode, bias, stroke)
     if jitter is not None:
         restarts = (actions & follow.RESTART) != 0
         measured[restarts] += jitter.draw(int(restarts.sum()))
@@ -129,12 +137,13 @@ def _true(run: Trajectory) -> Floats:
 
 
 def guidance(
-    experiment: Experiment, mode: Mode, bias: Floats
+    experiment: Experiment, mode: Mode, bias: Floats, stroke: float
 ) -> tuple[NDArray[np.int64], Floats, Floats]:
     """
     Return the actions, the measured states and the starts of rest of ``Plant.follow``.
 
     :param bias: what the sensors add to x, v, p1, p2 [SI], shape (n, 4)
+    :param stroke: where the piston is that its sensor sees no more [m]
     """
     count = len(experiment.voltages)
     actions, begins = np.zeros(count, dtype=np.int64), np.zeros(count)
@@ -146,8 +155,12 @@ def guidance(
             actions[rest.restart] = follow.RESTART
             begins[rest.restart] = _begin(experiment, rest.start)
             measured[rest.restart] = rest.readings - bias[rest.restart]
+            if experiment.beyond_span[rest.restart]:
+                measured[rest.restart, 0] = stroke
     if mode is Mode.CHAMBERS:
-        _impose_motion(experiment, actions, measured, bias[:, 0])
+        true = experiment.smooth_position - bias[:, 0]
+        true = np.where(experiment.beyond_span, stroke, true)
+        _impose_motion(experiment, actions, measured, true)
     return actions, measured, begins
 
 
@@ -157,17 +170,17 @@ def _begin(experiment: Experiment, sample: int) -> float:
 
 
 def _impose_motion(
-    experiment: Experiment, actions: NDArray[np.int64], measured: Floats, bias: Floats
+    experiment: Experiment, actions: NDArray[np.int64], measured: Floats, position: Floats
 ) -> None:
-    """Move the piston along straight lines through the measured positions."""
-    count, smooth = len(actions), experiment.smooth_position - bias
+    """Move the piston along straight lines through positions [m], shape (n,)."""
+    count = len(actions)
     actions[[rest.end for rest in experiment.rests if rest.end < count]] |= follow.BREAK
     actions[_knots(experiment)] |= follow.MOTION
     actions[actions != 0] |= follow.MOTION
     knots = np.append(np.flatnonzero(actions), count)
     lengths = np.diff(knots) * experiment.interval
-    measured[knots[:-1], 0] = smooth[knots[:-1]]
-    measured[knots[:-1], 1] = np.diff(smooth[knots]) / lengths
+    measured[knots[:-1], 0] = position[knots[:-1]]
+    measured[knots[:-1], 1] = np.diff(position[knots]) / lengths
 
 
 def _knots(experiment: Experiment) -> NDArray[np.intp]:

@@ -30,7 +30,7 @@ LARGEST = 3
 """Parts of an explanation at most."""
 REFINED, REFINING_ROUNDS = 2, 20
 """Best fits of each size that are fitted on, and the rounds of those that leave a gap."""
-CLOSED = 0.06
+CLOSED = 0.1
 """Share of the gap above the floor that an explanation may leave [-]."""
 LEAST_GAIN = 0.85
 """One more part that leaves more than this share of the cost leads nowhere [-]."""
@@ -111,13 +111,27 @@ class Search:
             self.scored += scored
             closed = max(CONSISTENT, AT_FLOOR + CLOSED * (begin - AT_FLOOR))
             if closing := [one for one in scored if one.worst < closed]:
-                self.best = min(closing, key=lambda one: (one.effects, one.worst))
+                best = min(closing, key=lambda one: (one.effects, one.worst))
+                self.best = self.pruned(best, closed)
                 return self.best
             if scored[0].worst > LEAST_GAIN * reached:
                 return None
             reached = scored[0].worst
             level = [one.fit.explanation for one in scored[:BEAM]]
         return None
+
+    def pruned(self, scored: Scored, closed: float) -> Scored:
+        """Return the explanation without the parts that it closes the gap without."""
+        for index in range(len(scored.fit.explanation.parts)):
+            if len(scored.fit.explanation.parts) == 1:
+                break
+            fewer = scored.fit.explanation.without(index)
+            self.tell('fitting ' + fewer.name)
+            other = self.score(fit(self.given, fewer, self.fitted, self.modes, ROUNDS))
+            if other.worst < max(closed, scored.worst + ALIKE):
+                self.scored.append(other)
+                return self.pruned(other, closed)
+        return scored
 
     def grow(self, base: Explanation, pool: Sequence[Candidate], size: int) -> Iterator[Scored]:
         """Yield the fits of an explanation with one more part."""
@@ -148,11 +162,23 @@ class Search:
         """
         best = scored[0]
         self.settle(best.fit.explanation.apply(self.given))
-        rounds = ROUNDS if best.worst < CONSISTENT else REFINING_ROUNDS
-        refined = [one.fit.explanation for one in scored[:REFINED]]
-        fits = [fit(self.given, one, self.fitted, self.modes, rounds) for one in refined]
+        chosen = [one.fit.explanation for one in scored[:REFINED]]
+        if best.worst < CONSISTENT:
+            fits = [fit(self.given, one, self.fitted, self.modes, ROUNDS) for one in chosen]
+        else:
+            fits = [self.refine(one) for one in chosen]
         for one in scored[REFINED:]:
             hypothesis = one.fit.explanation.apply(self.given)
             cost = self.fitted.cost(hypothesis, self.modes)
             fits.append(Fit(one.fit.explanation, cost, one.fit.deviations))
         return sorted([self.score(one) for one in fits], key=lambda one: one.worst)
+
+    def refine(self, explanation: Explanation) -> Fit:
+        """Return the best fit from where it is and from the other starts of its last part."""
+        self.tell('fitting on ' + explanation.name)
+        last = explanation.parts[-1]
+        base = explanation.without(len(explanation.parts) - 1)
+        starts = [explanation, *(base.plus(last, start) for start in last.starts)]
+        fits = [fit(self.given, one, self.fitted, self.modes, ROUNDS) for one in starts]
+        best = min(fits, key=lambda one: one.cost).explanation
+        return fit(self.given, best, self.fitted, self.modes, REFINING_ROUNDS)

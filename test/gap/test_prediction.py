@@ -1,0 +1,89 @@
+"""Predictions along a measured run: what is imposed, what is restarted, what is left alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode, guidance, predict
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.rig import load_configuration
+
+from .runs import measured
+
+MODEL = load_configuration('cylinder_1').model
+
+
+def test_without_actions_it_is_a_run_to_the_last_bit() -> None:
+    experiment = measured()
+    plant = Plant(MODEL)
+    run = plant.run(experiment.voltages, experiment.interval)
+    plant.reset()
+    count = len(experiment.voltages)
+    followed = plant.follow(
+        experiment.voltages, experiment.interval, np.zeros(count, dtype=np.int64),
+        np.zeros((count, 4)), np.zeros(count),
+    )  # fmt: skip
+    assert (followed.position == run.position).all()
+    assert (followed.pressure_1 == run.pressure_1).all()
+
+
+def test_effects_that_do_not_act_change_nothing() -> None:
+    experiment = measured()
+    nulls = {name: library.load(name).null for name in library.names()}
+    bare = Plant(MODEL).run(experiment.voltages, experiment.interval)
+    full = Plant(MODEL, nulls).run(experiment.voltages, experiment.interval)
+    assert (bare.position == full.position).all()
+
+
+def test_imposed_motion_gives_back_the_pressures() -> None:
+    experiment = measured()
+    plant = Plant(MODEL, tolerance=1e-7)
+    run = plant.run(experiment.voltages, experiment.interval)
+    position = np.concatenate([[0.0], run.position])
+    count = len(experiment.voltages)
+    states = np.zeros((count, 4))
+    states[:, 0], states[:, 1] = position[:-1], np.diff(position) / experiment.interval
+    plant.reset()
+    followed = plant.follow(
+        experiment.voltages, experiment.interval, np.full(count, follow.MOTION), states,
+        np.zeros(count),
+    )  # fmt: skip
+    assert np.abs(followed.position - run.position).max() < 1e-9
+    assert np.abs(followed.pressure_1 - run.pressure_1).max() < 50.0
+    assert np.abs(followed.pressure_2 - run.pressure_2).max() < 50.0
+
+
+@pytest.mark.parametrize('mode', [Mode.CHAMBERS, Mode.CYCLES])
+def test_every_rest_after_the_first_is_restarted_from(mode: Mode) -> None:
+    experiment = measured()
+    actions, _, _ = guidance(experiment, mode, np.zeros((len(experiment.voltages) + 1, 4)), 0.3)
+    restarted = np.flatnonzero(actions & follow.RESTART)
+    assert restarted.tolist() == [rest.restart for rest in experiment.rests if rest.restart > 0]
+    assert len(restarted) >= 2
+
+
+def test_a_wrong_start_is_forgotten_at_the_first_rest() -> None:
+    experiment = measured()
+    shifted = experiment.operation._replace(initial_position=0.02)
+    wrong = replace(experiment, operation=shifted)
+    truth = Hypothesis(MODEL)
+    off = np.abs(predict(truth, wrong, Mode.CYCLES).readings[:, 0] - experiment.measured[1:, 0])
+    last = next(rest for rest in reversed(experiment.rests) if rest.end < off.size)
+    assert off[: experiment.rests[0].end - 1].max() > 0.01
+    assert off[last.restart :].max() < 2e-3
+
+
+def test_a_sensor_effect_is_taken_off_what_is_imposed() -> None:
+    error = library.load('position_scale').parameters(0.04)
+    experiment = measured(effects={'position_scale': error})
+    knowing = Hypothesis(MODEL).with_effect('position_scale', error)
+    told = (
+        predict(knowing, experiment, Mode.CHAMBERS).readings - experiment.measured[1:, [0, 2, 3]]
+    )
+    naive = predict(Hypothesis(MODEL), experiment, Mode.CHAMBERS).readings
+    naive = naive - experiment.measured[1:, [0, 2, 3]]
+    assert np.std(told[:, 1]) < 0.5 * np.std(naive[:, 1])
