@@ -43,6 +43,7 @@ def browser() -> Iterator[Browser]:
 def open_page(browser: Browser) -> Iterator[Callable[[str], Page]]:
     """Open pages; at the end none may have met an error or asked for what is not its own."""
     context = browser.new_context(viewport={'width': 1440, 'height': 1000})
+    context.set_default_timeout(120_000)  # the machine may be busy
     troubles: list[str] = []
     context.on('weberror', lambda trouble: troubles.append(str(trouble.error)))
     context.on('console', lambda message: troubles.append(f'{message.type}: {message.text}'))

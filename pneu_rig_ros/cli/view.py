@@ -35,12 +35,13 @@ def view(
     Signals to zoom into, the modes of motion and the stick-slip cycles marked, and the cylinder
     as it is at the cursor's time.
     """
-    bag = bag.resolve()
-    page = options.new_file(out or bag.with_name(f'{bag.stem}.html'), '--out')
+    bag = bag if bag.name else bag.resolve()
+    title = bag.stem if bag.suffix == '.mcap' else bag.name
+    page = options.new_file(out or bag.with_name(f'{title}.html'), '--out')
 
     from pneu_rig_ros.records import read_record
     from pneu_rig_ros.report.view_page import write_view
 
-    write_view(page, read_record(bag), bag.stem, start, stop)
+    write_view(page, read_record(bag), title, start, stop)
     if not quiet:
         output.print_values({'page': str(page)})

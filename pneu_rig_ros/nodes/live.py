@@ -72,11 +72,9 @@ class LiveNode(RigNode):
         self._voltages: tuple[float | None, float | None] = (None, None)
         self._configuration: RigConfiguration | None = None
         self._start_ns: int | None = None
-        self._last_ns = 0
         self._told = ''
         self._rate = Rate()
         self._per_second = 0.0
-        self._seen = 0
 
     def _connect(self) -> None:
         self._joints = self.inlet('joint_states')

@@ -5,8 +5,6 @@ from __future__ import annotations
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
-
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Record
 from pneu_rig_ros.records.description import git_revision
@@ -60,7 +58,7 @@ def facts(record: Record) -> list[str]:
     told = [f'{record.duration:.2f} s, a sample every {1e3 * record.interval:g} ms']
     if record.counts.get('valve_voltages'):
         drive = (record.voltage_1 - record.voltage_2) / 2.0
-        told.insert(0, f'u up to {float(drive[np.abs(drive).argmax()]):.2f} V')
+        told.insert(0, f'u from {drive.min():.2f} to {drive.max():.2f} V')
     if record.configuration is None:
         return told
     model = record.configuration.model

@@ -37,8 +37,8 @@ class CylinderDrawing {
     });
     [voltage_1, voltage_2].forEach((voltage, index) => this._valve(this.valves[index], voltage));
     this.pointer.textContent = `${x.toFixed(1)} mm`;
-    const reach = 20 * this.unit; // half the width of the text
-    this.pointer.setAttribute('x', Math.min(Math.max(x, reach), stroke - reach));
+    const reach = 30 * this.unit; // half the width of the text, and more
+    this.pointer.setAttribute('x', Math.max(x, reach - 8 * this.unit));
     this.mark.setAttribute('transform', `translate(${x} 0)`);
   }
 

@@ -112,7 +112,9 @@ function showState() {
   }
   drawing?.show(latest);
   readings.show(latest);
-  pill(rate > 0 ? `${rate.toFixed(0)} samples/s` : 'no samples', rate > 0 ? 'good' : 'bad');
+  if (rate > 0) pill(`${rate.toFixed(0)} samples/s`, 'good');
+  else if (newest > 0) pill('no samples any more', 'bad');
+  else pill('waiting for samples', '');
   if (told !== undefined && told !== shown) {
     say((shown = told));
     if (rig) follow(rig);
