@@ -15,6 +15,7 @@ from pneu_rig_ros.gap.answer import answer
 from pneu_rig_ros.gap.diagnosis import diagnose
 from pneu_rig_ros.records.description import git_revision
 
+from .baselines import cuts
 from .hidden import true_parameters
 from .rig import make_bags, visibility
 from .settings import settings
@@ -25,9 +26,14 @@ LONGEST_RANKING = 6
 """Candidates kept of the ranking."""
 
 
-def ask(fit: list[Path], verify: list[Path], model: Path, **options: Any) -> Answer:
-    """Return what the workflow says, the content of diagnosis.json."""
-    return answer(diagnose(fit, model, verify, **options))
+def ask(fit: list[Path], verify: list[Path], model: Path, compare: bool, **options: Any) -> Answer:
+    """Return what the workflow says, the content of diagnosis.json, and what baselines reach."""
+    start = time.perf_counter()
+    diagnosis = diagnose(fit, model, verify, **options)
+    said = answer(diagnosis)
+    said['seconds'] = time.perf_counter() - start
+    said['baselines'] = cuts(diagnosis) if compare else {}
+    return said
 
 
 def carry_out(trial: Trial, scratch: Path) -> Answer:
@@ -35,9 +41,7 @@ def carry_out(trial: Trial, scratch: Path) -> Answer:
     folder = Path(tempfile.mkdtemp(prefix='blind_', dir=scratch))
     try:
         bags = make_bags(folder / 'bags', trial.cylinder, trial.secret, trial.noise, trial.seed)
-        start = time.perf_counter()
-        said = ask(*bags, seed=1, without=trial.without, workers=1)
-        said['seconds'] = time.perf_counter() - start
+        said = ask(*bags, trial.compared, seed=1, without=trial.without, workers=1)
     except Exception as error:  # a crash is a wrong answer, not the end of the matrix
         said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
     finally:
@@ -65,6 +69,7 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'where': [place['balance'] for place in said.get('where', [])],
         'before': gap.get('before'), 'after': gap.get('after'), 'cut': gap.get('cut'),
         'errors': _parameter_errors(trial, said),
+        'baselines': said.get('baselines', {}),
         'seconds': said.get('seconds'),
         'revision': git_revision(),
     }  # fmt: skip

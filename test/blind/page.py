@@ -26,6 +26,11 @@ MEANING = {
     'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, bags left out',
     'parameter_error': 'median error of the fitted parameters, right name',
 }
+BASELINES = {
+    'refit': 'all parameters fitted, nothing added',
+    'sparse': 'sparse regression of the residuals (pysindy)',
+    'black box': 'network that learns the gap (scikit-learn)',
+}
 OTHERS = ('a parameter', 'consistent', 'unknown', 'crashed')
 
 
@@ -111,6 +116,24 @@ def by_strength(answers: list[Answer]) -> str:
         for strength in STRENGTHS
     ]  # fmt: skip
     return table(('', *CYLINDERS), rows)
+
+
+def by_method(answers: list[Answer]) -> str:
+    """Return the gap that each baseline cuts on the trials in which it was tried."""
+    compared = [a for a in scores.seen(answers, 'single') if a['baselines']]
+    ours = [a['cut'] for a in compared]
+    rows = [('this workflow', *_spread(ours), ratio(compared, scores.named_first))]
+    for name, meaning in BASELINES.items():
+        rows.append((meaning, *_spread([a['baselines'][name] for a in compared]), 'names nothing'))
+    head = 'method', 'median cut of the gap', 'quartiles', 'trials', 'right name'
+    return table(head, rows)
+
+
+def _spread(cuts: list[float]) -> tuple[str, str, int]:
+    if not cuts:
+        return '-', '-', 0
+    low, middle, high = np.percentile(cuts, (25.0, 50.0, 75.0))
+    return percent(middle), f'{percent(low)} to {percent(high)}', len(cuts)
 
 
 def misses(answers: list[Answer]) -> str:
@@ -235,6 +258,12 @@ are not counted.
 Named first, at the noise of the rig, by strength and cylinder:
 
 {by_strength}
+## Against what one would do without it
+
+The same bags, predictions and noise floors; share of the gap above noise that is cut on bags left
+out of the fit. Medium strength, noise of the rig; `test/blind/baselines.py`.
+
+{by_method}
 ## Misses at the noise of the rig
 
 {misses}"""
@@ -249,7 +278,7 @@ def write(answers: list[Answer], docs: Path) -> None:
         run=len(answers), whole=len(whole), seconds=f'{median(seconds):.0f}' if seconds else '-',
         visible=scores.VISIBLE, dim=sum(a['visibility'] <= scores.VISIBLE for a in hidden),
         headline=headline(answers), coverage=coverage(answers), by_effect=by_effect(answers),
-        by_strength=by_strength(answers), misses=misses(answers),
+        by_strength=by_strength(answers), by_method=by_method(answers), misses=misses(answers),
     )  # fmt: skip
     draw(answers, docs / PICTURE)
     (docs / 'blind.md').write_text(text)

@@ -16,14 +16,15 @@ def answer(part: str, names: list[str], verdict: str, **more: Any) -> dict[str, 
         'noise': 1.0, 'strength': 'medium', 'names': names, 'visibility': 50.0,
         'verdict': verdict, 'error': '', 'ranking': [], 'effects': [], 'parameters': [],
         'alike': [], 'balance': '', 'where': [], 'before': 9.0, 'after': 1.0, 'cut': None,
-        'errors': {}, 'seconds': 60.0, 'revision': 'x',
+        'errors': {}, 'baselines': {}, 'seconds': 60.0, 'revision': 'x',
     }  # fmt: skip
     return {**base, **more}
 
 
 ANSWERS = [
     answer('single', ['stribeck'], 'effect', ranking=['stribeck'], effects=['stribeck'], cut=0.9,
-           errors={'stribeck.excess': 0.02, 'stribeck.stribeck_velocity': 0.2}),
+           errors={'stribeck.excess': 0.02, 'stribeck.stribeck_velocity': 0.2},
+           baselines={'refit': 0.3, 'sparse': -0.2, 'black box': 0.1}),
     answer('single', ['valve_lag'], 'effect', ranking=['line_lag', 'valve_lag'],
            effects=['line_lag'], alike=[['line_lag', 'valve_lag']], cut=0.7),
     answer('single', ['inclination'], 'parameter', parameters=['friction.coulomb_force'], cut=0.1),
@@ -74,6 +75,8 @@ def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
     assert 'one found, not all' in causes
     assert 'fits noise' in causes
     assert 'single/load_spring' not in causes
+    assert '| this workflow | 90 % | 90 % to 90 % | 1 | 1 of 1 |' in text
+    assert '(pysindy) | -20 % | -20 % to -20 % | 1 |' in text
     written = json.loads((tmp_path / 'blind.json').read_text())
     assert written['single_top1'] == {'value': 1 / 3, 'trials': 3}
     assert (tmp_path / page.PICTURE).stat().st_size < 200_000

@@ -73,6 +73,11 @@ class Trial(NamedTuple):
     """Effects that the library is made to lack."""
 
     @property
+    def compared(self) -> bool:
+        """Whether the baselines are tried on it too."""
+        return self.part == 'single' and self.strength == 'medium' and self.noise == NOISES[0]
+
+    @property
     def seed(self) -> int:
         """Seed of the sensors' noise."""
         return zlib.crc32(self.key.encode())
