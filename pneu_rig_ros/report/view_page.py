@@ -58,7 +58,8 @@ def facts(record: Record) -> list[str]:
     told = [f'{record.duration:.2f} s, a sample every {1e3 * record.interval:g} ms']
     if record.counts.get('valve_voltages'):
         drive = (record.voltage_1 - record.voltage_2) / 2.0
-        told.insert(0, f'u from {drive.min():.2f} to {drive.max():.2f} V')
+        ends = [f'{u:.2f}' for u in (drive.min(), drive.max())]
+        told.insert(0, f'u = {" to ".join(dict.fromkeys(ends))} V')
     if record.configuration is None:
         return told
     model = record.configuration.model

@@ -16,7 +16,7 @@ from pneu_rig_ros.records import Record, read_record
 from pneu_rig_ros.records.record import UNITS
 from pneu_rig_ros.report import view_data
 from pneu_rig_ros.report.view_data import thinned
-from pneu_rig_ros.report.view_page import write_view
+from pneu_rig_ros.report.view_page import facts, write_view
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -208,6 +208,16 @@ def test_long_record_is_thinned_to_its_extremes_and_says_so(
     peak, points = page.evaluate('[Math.max(...signals.velocity), signals.velocity.length]')
     assert (peak, points) == (pytest.approx(record.velocity.max(), rel=1e-6), 2 * -(-6035 // 13))
     assert page.evaluate('time.at(-1)') == pytest.approx(record.duration, abs=13 * 1.16e-3)
+
+
+def test_facts_tell_the_operating_point(record: Record) -> None:
+    still, driven = np.full_like(record.voltage_1, 2.5), record.voltage_1
+    assert 'u = 0.34 V' in facts(replace(record, voltage_1=2.5 + 0.34 + 0 * driven))
+    assert 'u = 0.00 V' in facts(replace(record, voltage_1=still, voltage_2=still))
+    assert 'supply 4 bar gauge' in facts(record)
+    assert facts(replace(record, configuration=None, counts={})) == [
+        '7.00 s, a sample every 1.16 ms'
+    ]
 
 
 @pytest.mark.parametrize('times', [9, 90])
