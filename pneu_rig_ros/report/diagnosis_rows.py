@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 Answer = Mapping[str, Any]
@@ -105,11 +105,17 @@ def ranking(answer: Answer, most: int) -> list[Ranked]:
     rows = []
     for one in answer['candidates'][:most]:
         names, left = one['names'], one['gap_left']
-        kind = ' + '.join('parameter' if '.' in name else 'effect' for name in names)
         chosen = one['stage'] == 'fitted' and set(names) <= added
         text = f'{left:.0%}' if left < 9.995 else 'over 999%'
-        rows.append(Ranked(' + '.join(names), kind, one['stage'], text, left, chosen))
+        rows.append(Ranked(' + '.join(names), _kind(names), one['stage'], text, left, chosen))
     return rows
+
+
+def _kind(names: Sequence[str]) -> str:
+    kinds = {'parameter' if '.' in name else 'effect' for name in names}
+    if len(kinds) == 2:
+        return 'both'
+    return next(iter(kinds)) + ('s' if len(names) > 1 else '')
 
 
 def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
