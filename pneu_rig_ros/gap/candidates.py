@@ -45,6 +45,8 @@ FORCE_PARAMETERS: dict[str, int] = {
 }  # fmt: skip
 """Parameters that are identified from the motion -> the first friction law that has it."""
 
+LARGEST = 100.0
+"""Of a logarithm, beyond all ranges [-]."""
 VOLTAGE_RANGE = 0.15
 """How far a valve's opening voltage may be off [V]."""
 FACTOR = 2.0
@@ -83,7 +85,7 @@ class Coordinate:
 
     def outward(self, seen: float) -> float:
         """Return the value that the fit sees so, within the range."""
-        value = float(np.exp(seen)) if self.logarithmic else seen * self.scale
+        value = float(np.exp(min(seen, LARGEST))) if self.logarithmic else seen * self.scale
         return min(max(value, self.low), self.high)
 
     def scaled(self, seen: float, factor: float) -> float:

@@ -14,7 +14,7 @@ from scipy.signal import savgol_filter
 from pneu_rig_ros.analysis.stick_slip import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.noise import configured_noise, mean_noise, reading_noise
-from pneu_rig_ros.model.parameters import Operation
+from pneu_rig_ros.model.parameters import Gas, Operation
 from pneu_rig_ros.records import Record
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import Sensors
@@ -95,8 +95,8 @@ class Experiment:
         position = _line_at(record.position[first], 0)
         operation = model.operation._replace(
             initial_position=min(max(position, 0.0), model.cylinder.stroke),
-            initial_pressure_1=_line_at(record.pressure_1[first], 0),
-            initial_pressure_2=_line_at(record.pressure_2[first], 0),
+            initial_pressure_1=_at_start(record.pressure_1[first], model.gas, sensors),
+            initial_pressure_2=_at_start(record.pressure_2[first], model.gas, sensors),
         )
         return cls(name, record, operation, model.gas.atmospheric_pressure, sensors)
 
@@ -216,6 +216,13 @@ class Experiment:
         )
         known = [p if p > self.zero + SATURATED * self.noise[1] else math.nan for p in pressures]
         return Rest(start, end, restart, (position, 0.0, known[0], known[1]))
+
+
+def _at_start(readings: Floats, gas: Gas, sensors: Sensors) -> float:
+    """Return the pressure of the first reading [Pa]; next to that of the surroundings it is that."""
+    pressure, noise = _line_at(readings, 0), configured_noise(sensors)[1]
+    vented = abs(pressure - gas.atmospheric_pressure) < SATURATED * noise
+    return gas.atmospheric_pressure if vented else pressure
 
 
 def _line_at(values: Floats, sample: int) -> float:

@@ -23,6 +23,10 @@ HOLD, HOLD_AT_REST = 5, 25
 """Samples over which an imposed velocity is constant, moving and at rest."""
 
 
+START_NOISE = 3.7
+"""Noise of the start, from a few readings at their edge, in that of a restart [-]."""
+
+
 class Mode(Enum):
     """
     What of the measured run a prediction uses.
@@ -120,7 +124,7 @@ def _run(
     if jitter is not None:
         restarts = (actions & follow.RESTART) != 0
         measured[restarts] += jitter.draw(int(restarts.sum()))
-        start = start + jitter.draw(1)[0]
+        start = start + START_NOISE * jitter.draw(1)[0]
     plant = hypothesis.plant(experiment, start)
     return plant.follow(experiment.voltages, experiment.interval, actions, measured, rests)
 

@@ -1,0 +1,70 @@
+"""Candidates, fits and the choice among them, each on its own."""
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.gap.candidates import Candidate, candidates, effect_candidate, parameter
+from pneu_rig_ros.gap.evidence import Evidence
+from pneu_rig_ros.gap.fitting import Explanation, fit
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.rig import load_configuration
+
+from .runs import measured
+
+MODEL = load_configuration('cylinder_1').model
+GIVEN = Hypothesis(MODEL)
+POOL = candidates(GIVEN)
+
+
+def evidence(mode: Mode, **effects: object) -> Evidence:
+    gathered = Evidence([measured(effects=effects)], np.random.default_rng(0))
+    gathered.settle_floors(GIVEN, [mode])
+    return gathered
+
+
+@pytest.mark.parametrize('candidate', POOL, ids=lambda one: one.name)
+def test_what_a_fit_sees_is_the_value(candidate: Candidate) -> None:
+    for coordinate, value in zip(candidate.coordinates, candidate.starts[0], strict=True):
+        assert coordinate.outward(coordinate.inward(value)) == pytest.approx(value, rel=1e-12)
+        low, high = coordinate.bounds
+        assert low <= coordinate.inward(value) <= high
+        assert coordinate.outward(-1e9) == pytest.approx(coordinate.low)
+        assert coordinate.outward(1e9) == pytest.approx(coordinate.high)
+
+
+def test_every_effect_with_a_name_is_a_candidate_where_the_law_has_room() -> None:
+    named = {name for name in library.names() if not library.load(name).describes}
+    rungs = {name for name in named if library.load(name).laws}
+    assert {one.name for one in POOL if one.is_effect} == named - rungs
+    plain = GIVEN.with_parameter('friction', 'model', 2)
+    assert 'dwell_static_friction' in {one.name for one in candidates(plain)}
+    assert 'inclination' not in {one.name for one in candidates(GIVEN, ['inclination'])}
+
+
+def test_elements_of_the_bristles_keep_their_shares() -> None:
+    stiffness = parameter(GIVEN, 'friction.element_stiffness', 'force', (Mode.CYCLES,))
+    old = MODEL.friction.element_stiffness
+    changed = stiffness.apply(GIVEN, [2.0 * sum(old)]).model.friction.element_stiffness
+    assert changed == pytest.approx([2.0 * item for item in old])
+
+
+@pytest.mark.parametrize(
+    ('name', 'truth', 'mode'),
+    [
+        ('cross_piston_leak', (2e-9,), Mode.CHAMBERS),
+        ('inclination', (0.05,), Mode.CYCLES),
+    ],
+)
+def test_a_hidden_strength_is_recovered_with_its_interval(
+    name: str, truth: tuple[float, ...], mode: Mode
+) -> None:
+    seen = evidence(mode, **{name: library.load(name).parameters(*truth)})
+    part = effect_candidate(name)
+    begin = seen.cost(GIVEN, (mode,))
+    result = fit(GIVEN, Explanation().plus(part, part.starts[0]), seen, (mode,), 10)
+    assert result.cost < 0.5 * begin
+    (low, high), (value,) = result.intervals()[0], result.explanation.values[0]
+    assert value == pytest.approx(truth[0], rel=0.05)
+    assert low < value < high
