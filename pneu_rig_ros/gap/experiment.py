@@ -219,7 +219,7 @@ class Experiment:
 
 
 def _at_start(readings: Floats, gas: Gas, sensors: Sensors) -> float:
-    """Return the pressure of the first reading [Pa]; next to that of the surroundings it is that."""
+    """Return the pressure of the first reading [Pa]; next to that outside it is that."""
     pressure, noise = _line_at(readings, 0), configured_noise(sensors)[1]
     vented = abs(pressure - gas.atmospheric_pressure) < SATURATED * noise
     return gas.atmospheric_pressure if vented else pressure
