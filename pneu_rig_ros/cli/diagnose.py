@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pneu_rig_ros.cli import output
+from pneu_rig_ros.cli.diagnose_part import diagnose_part, is_part
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ COMPARING, DRAWING = 0.96, 0.97
     '  pneu-rig diagnose runs/a runs/b runs/c --model cylinder_1 --out answer\n'
     '  pneu-rig diagnose runs/a runs/b --verify runs/c --model rig.yaml --out answer\n'
     '  pneu-rig diagnose daq_*.csv --map map.yaml --model rig.yaml --out answer\n'
+    '  pneu-rig diagnose bench_*.csv --map map.yaml --model chambers.yaml --out answer\n'
     '\b\nThen:\n'
     '  ros2 run pneu_rig_ros plant --ros-args -p cylinder:=answer/improved.yaml\n'
     '\b\nThe conditions of a bag are in its conditions.yaml, those of daq.csv beside it in\n'
@@ -57,6 +59,11 @@ COMPARING, DRAWING = 0.96, 0.97
     type=click.Path(path_type=Path),
     metavar='YAML',
     help='which column is what, where a BAG is a text table (see import)',
+)
+@click.option(
+    '--part',
+    type=click.Choice(('chambers', 'friction', 'valves')),
+    help="diagnose a part alone  [default: what the model's file says]",
 )
 @click.option(
     '--out',
@@ -101,13 +108,26 @@ def diagnose(
     for name in settings['without']:
         effects.load(name)
     settings['workers'] = settings['workers'] or min(MOST_WORKERS, os.cpu_count() or 1)
-    with _directory(out), as_bags([*bags, *verify], mapping) as paths:
-        settings['verify'] = paths[len(bags) :]
-        data = _diagnose(paths[: len(bags)], settings, out, quiet)
+    with _directory(out):
+        if is_part(settings['model'], settings['part']):
+            data = diagnose_part(bags, verify, mapping, out, settings, quiet)
+        else:
+            data = _diagnose_rig(bags, verify, mapping, out, settings, quiet)
     if as_json:
         output.print_json(data)
     elif not quiet:
         show(data, out)
+
+
+def _diagnose_rig(
+    bags: Sequence[Path], verify: Sequence[Path], mapping: Path | None, out: Path,
+    settings: dict[str, Any], quiet: bool,
+) -> dict[str, Any]:  # fmt: skip
+    """Diagnose a whole rig; return diagnosis.json."""
+    whole = {name: value for name, value in settings.items() if name != 'part'}
+    with as_bags([*bags, *verify], mapping) as paths:
+        whole['verify'] = paths[len(bags) :]
+        return _diagnose(paths[: len(bags)], whole, out, quiet)
 
 
 @contextlib.contextmanager
@@ -223,13 +243,13 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[str, Table]]:
     """Yield the titles and tables that are not empty."""
     from pneu_rig_ros.report import diagnosis_rows as rows
 
-    bags = ', '.join(data['gap']['bags'])
+    bags, part = ', '.join(data['gap']['bags']), 'part' in data
     tables: list[tuple[str, Sequence[str], Sequence[Sequence[str]]]] = [
         ('Where the given model disagrees', WHERE, rows.where_rows(data)),
         ('What may explain it', RANKING, rows.ranking_texts(data, MOST_RANKED)),
         ('What was changed and added', ADDED, rows.added_rows(data)),
-        (f'RMSE from rest to rest on {bags}', SHRUNK, rows.gap_rows(data)),
-        ('Events on the same bags', EVENTS, rows.event_rows(data)),
+        (f'{"RMSE" if part else "RMSE from rest to rest"} on {bags}', SHRUNK, rows.gap_rows(data)),
+        ('Events on the same bags', EVENTS, [] if part else rows.event_rows(data)),
     ]
     yield from ((title, output.table(heads, cells)) for title, heads, cells in tables if cells)
 

@@ -1,0 +1,1 @@
+"""Diagnosis of a part of a rig alone: its chambers, its friction, its valves."""

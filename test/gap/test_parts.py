@@ -1,0 +1,120 @@
+"""Parts of a rig are diagnosed alone: on data of which the truth is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.gap.parts.diagnosis import answer, find_out
+from pneu_rig_ros.gap.parts.part import load_part
+from pneu_rig_ros.gap.parts.recording import recording, without_jumps_back
+from pneu_rig_ros.model import effects as library
+
+from .part_data import (
+    CHAMBERS,
+    CONDUCTANCES,
+    DEAD,
+    FRICTION,
+    VALVES,
+    chamber_run,
+    friction_run,
+    part_file,
+    valve_run,
+)
+
+FILLS = ((4.5e5, 1.1e6), (5.5e5, 1.2e6))
+
+
+def test_heat_transfer_is_named_with_its_conductances(tmp_path: Path) -> None:
+    part = load_part(part_file(tmp_path, CHAMBERS))
+    runs = [chamber_run(f'run {i}', i, FILLS[i], CONDUCTANCES) for i in (0, 1)]
+    found = find_out(part, runs[:1], runs[1:])
+    told = answer(found)
+    assert told['verdict'] == 'effect'
+    assert [one['name'] for one in told['effects']] == ['wall_heat_transfer']
+    values = told['effects'][0]['parameters']
+    for i in (0, 1):
+        estimate = values[f'conductance_{i + 1}']
+        assert estimate['value'] == pytest.approx(CONDUCTANCES[i], rel=0.05)
+        assert estimate['interval'][0] < estimate['value'] < estimate['interval'][1]
+    assert told['gap']['cut'] > 0.9
+    again = load_part(part_file(tmp_path, found.improved.to_yaml()))
+    assert again.hypothesis.effects == found.improved.hypothesis.effects
+
+
+def test_dead_volume_is_told_from_an_effect(tmp_path: Path) -> None:
+    part = load_part(part_file(tmp_path, CHAMBERS))
+    dead = (0.029, DEAD[1])
+    runs = [chamber_run(f'run {i}', i, FILLS[i], (0.0, 0.0), dead) for i in (0, 1)]
+    told = answer(find_out(part, runs[:1], runs[1:]))
+    assert told['verdict'] == 'parameter'
+    assert [one['name'] for one in told['parameters']] == ['cylinder.cap_dead_volume']
+    assert told['parameters'][0]['value'] == pytest.approx(dead[0], rel=0.01)
+
+
+def test_nothing_is_missing_where_nothing_is(tmp_path: Path) -> None:
+    part = load_part(part_file(tmp_path, CHAMBERS))
+    runs = [chamber_run(f'run {i}', i, FILLS[i], (0.0, 0.0)) for i in (0, 1)]
+    told = answer(find_out(part, runs[:1], runs[1:]))
+    assert told['verdict'] == 'consistent'
+    assert not told['where']
+
+
+def test_pressure_dependent_friction_is_named(tmp_path: Path) -> None:
+    part = load_part(part_file(tmp_path, FRICTION))
+    runs = [friction_run(f'{bar} bar', bar, 1e5 * bar, 1.2e-5, 2.5) for bar in (3, 5, 1, 7)]
+    told = answer(find_out(part, runs[:2], runs[2:]))
+    assert told['verdict'] == 'effect'
+    assert told['effects'][0]['name'] == 'pressure_dependent_friction'
+    slope = told['effects'][0]['parameters']['slope']
+    assert slope['value'] == pytest.approx(1.2e-5, rel=0.05)
+    assert told['gap']['cut'] > 0.8
+
+
+def test_bent_opening_of_the_valves_is_named(tmp_path: Path) -> None:
+    part = load_part(part_file(tmp_path, VALVES))
+    name = 'nonlinear_opening'
+    truth = library.load(name).probes[-1]
+    runs = [valve_run(part, f'run {i}', i, name, truth) for i in (0, 1)]
+    told = answer(find_out(part, runs[:1], runs[1:]))
+    assert told['verdict'] == 'effect'
+    assert told['effects'][0]['name'] == name
+    assert told['gap']['cut'] > 0.8
+
+
+def test_position_does_not_jump_back() -> None:
+    way = np.concatenate([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 0.0, 50)])
+    shaken = way.copy()
+    shaken[20] -= 0.03
+    cleaned = without_jumps_back(shaken, 0.05)
+    assert (np.diff(cleaned)[:49] >= 0.0).all()
+    assert (np.diff(cleaned)[50:] <= 0.0).all()
+    assert np.abs(cleaned - way).max() < 0.03
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'message'),
+    [
+        ('part: chambers', 'part: chamber', "did you mean 'chambers'"),
+        ('stroke: 2.03 m', 'stroke: 2.03 mm', 'unit mm'),
+        (', stroke: 2.03 m', '', 'missing stroke'),
+        ('[initial_pressure]', '[force_offset]', 'allowed: initial_pressure'),
+        ('[0.02 m^3, 0.035 m^3]', '[0.03 m^3, 0.035 m^3]', 'not within'),
+    ],
+)
+def test_wrong_part_file_is_told_in_one_line(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    path = part_file(tmp_path, CHAMBERS.replace(old, new))
+    with pytest.raises(RigError) as error:
+        load_part(path)
+    assert message in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_signal_that_is_missing_is_named() -> None:
+    with pytest.raises(RigError, match='no force or friction, needed for friction'):
+        recording('run', 0.01, {'position': np.zeros(9), 'pressure_1': np.ones(9)}, 'friction')
