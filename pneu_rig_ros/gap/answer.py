@@ -59,7 +59,12 @@ def sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == 'unknown':
         what = 'pressures' if diagnosis.unexplained is Mode.CHAMBERS else 'motion'
         gap = 'nothing in the library closes the gap'
-        return f'The measured {what} disagree with the model, and {gap}.'
+        if diagnosis.configuration.sensors.pressure_class > 0.0:
+            gap += (
+                '; readings are taken as calibrated, and errors of gain within the class of the '
+                'sensors may be the cause too'
+            )
+        return f'The measured {what} do not agree with the model, and {gap}.'
     names = [
         f'{part.name} ({library.load(part.name).title})' if part.is_effect
         else f'{part.name} has another value'

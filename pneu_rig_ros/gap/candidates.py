@@ -173,12 +173,18 @@ def parameter(
     quantity = cast(Quantity, getattr(specification, 'item', specification))
     was = float(sum(value)) if isinstance(value, tuple) else float(value)
     if quantity.unit == 'V':
-        low, high = was - VOLTAGE_RANGE, was + VOLTAGE_RANGE
+        low, high = quantity.within(was - VOLTAGE_RANGE), quantity.within(was + VOLTAGE_RANGE)
         starts = tuple((was + shift,) for shift in TRIED_VOLTAGES)
         coordinate = Coordinate(name, quantity, low, high, 0.1, False, was)
     else:
         starts = tuple((was * factor,) for factor in TRIED)
-        coordinate = Coordinate(name, quantity, was / FACTOR, was * FACTOR, 1.0, True, was)
+        low, high = quantity.within(was / FACTOR), quantity.within(was * FACTOR)
+        friction = given.model.friction
+        if name == 'breakaway_force':
+            low = max(low, friction.coulomb_force)
+        if name == 'coulomb_force':
+            high = min(high, max(friction.breakaway_force, was))
+        coordinate = Coordinate(name, quantity, low, high, 1.0, True, was)
     return Candidate(full_name, balance, modes, (coordinate,), starts, was)
 
 

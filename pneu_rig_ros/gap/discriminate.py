@@ -17,11 +17,11 @@ from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 Floats = NDArray[np.float64]
 
-COMMANDS = (-0.6, -0.4, -0.32, 0.32, 0.4, 0.6)
+COMMANDS = (-0.45, -0.32, 0.32, 0.45)
 """u that is tried [V]."""
-SUPPLIES = (4e5, 6e5, 8e5)
+SUPPLIES = (4e5, 7e5)
 """Supply pressures that are tried, absolute [Pa]."""
-LOADS = (0.2, 2.7, 5.3)
+LOADS = (0.2, 5.3)
 """Loads that are tried [kg]."""
 STARTS = (0.05, 0.5)
 """Initial positions that are tried, as a share of the stroke [-]; the far end for u < 0."""

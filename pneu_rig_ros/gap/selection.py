@@ -28,7 +28,7 @@ BEAM = 2
 """Explanations of one size that grow further."""
 LARGEST = 3
 """Parts of an explanation at most."""
-REFINED, REFINING_ROUNDS = 2, 20
+REFINED, REFINING_ROUNDS = 2, 12
 """Best fits of each size that are fitted on, and the rounds of those that leave a gap."""
 CLOSED = 0.1
 """Share of the gap above the floor that an explanation may leave [-]."""
@@ -117,7 +117,7 @@ class Search:
             if scored[0].worst > LEAST_GAIN * reached:
                 return None
             reached = scored[0].worst
-            level = [one.fit.explanation for one in scored[:BEAM]]
+            level = [one.fit.explanation for one in scored[: BEAM if size == 1 else 1]]
         return None
 
     def pruned(self, scored: Scored, closed: float) -> Scored:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.candidates import Candidate, effect_candidate
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.experiment import Experiment
@@ -143,7 +144,12 @@ def sparse_terms(matrix: Floats, target: Floats, name: str, count: int) -> dict[
 
     The terms are chosen one after the other by forward regression with orthogonal least squares.
     """
-    from pysindy import FROLS
+    try:
+        from pysindy import FROLS
+    except ImportError:
+        raise RigError(
+            'pysindy is needed to describe what is not known: pip install pneu_rig_ros[diagnosis]'
+        ) from None
 
     names = list(library.load(name).parameters._fields)
     known = np.flatnonzero(np.any(matrix != 0.0, axis=0))

@@ -14,30 +14,37 @@ where the piston slides, and its peaks where it breaks away.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import minimum_filter1d
+from scipy.signal import savgol_filter
 
 from pneu_rig_ros.analysis.friction import acceleration_zero_phase
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.experiment import Experiment
+from pneu_rig_ros.gap.floors import noise_floor
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode, block_means, gap, predict
 from pneu_rig_ros.gap.regimes import IN, OUT, REGIMES, block_regimes
+from pneu_rig_ros.gap.twin import twin_of
 from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import plain
 
 Floats = NDArray[np.float64]
 
-WINDOW = 7
+WINDOW = 17
 """Blocks over which a drift of pressure is a flow."""
 SIGNIFICANT = 3.0
 """RMS of a residual in noises from which on a balance disagrees [-]."""
 LEAST_BLOCKS = 3
 """Regimes with fewer blocks say nothing."""
+SMEARED = 4
+"""Blocks on either side of a slide's ends that its residual of forces leaves out."""
+GENTLE = 0.5
+"""Acceleration above which a slide says little of friction [m/s^2]."""
 BRIDGE = 5
 """Blocks within the noise that do not end an interval of disagreement."""
 MOST_INTERVALS = 6
@@ -107,8 +114,8 @@ def mass_residual(
     gas, span = model.gas, experiment.block * experiment.interval
     energy = gas.heat_capacity_ratio * gas.gas_constant * gas.supply_temperature
     share = volumes[chamber - 1] / energy / span
-    drift = np.gradient(uniform_filter1d(difference[:, chamber], WINDOW))
-    noise = floor[:, chamber] * share / np.sqrt(2.0 * WINDOW)
+    drift = savgol_filter(difference[:, chamber], WINDOW, 1, deriv=1)
+    noise = floor[:, chamber] * share * np.sqrt(12.0 / WINDOW**3)
     drift[_restarted(experiment, drift.size)] = np.nan
     return Residual(f'gas mass {chamber}', 'kg/s', drift * share, noise)
 
@@ -137,10 +144,22 @@ def force_residual(hypothesis: Hypothesis, experiment: Experiment) -> Residual:
     force = inertia * run.acceleration - mass * measured + pressures
     values = block_means(force[:, np.newaxis], experiment.block)[:, 0]
     regimes = block_regimes(experiment, cylinder.stroke)
-    values = np.where((regimes == OUT) | (regimes == IN), values, np.nan)
+    values = np.where(steady(regimes, block_means(measured[:, np.newaxis], experiment.block)),
+                      values, np.nan)  # fmt: skip
     return Residual(
         'force', 'N', values, np.full(values.size, force_noise(hypothesis, experiment))
     )
+
+
+def steady(regimes: NDArray[np.int8], acceleration: Floats) -> NDArray[np.bool_]:
+    """
+    Return the blocks in which the piston slides and has done so for a while, shape (blocks,).
+
+    The low-pass of the acceleration smears what happens when it breaks away or stops.
+    """
+    sliding = ((regimes == OUT) | (regimes == IN)) & (np.abs(acceleration[:, 0]) < GENTLE)
+    inside: NDArray[np.bool_] = minimum_filter1d(sliding, 2 * SMEARED + 1)
+    return inside
 
 
 def force_noise(hypothesis: Hypothesis, experiment: Experiment) -> float:
@@ -159,42 +178,67 @@ def force_noise(hypothesis: Hypothesis, experiment: Experiment) -> float:
 
 def disagreements(hypothesis: Hypothesis, evidence: Evidence) -> list[Disagreement]:
     """Return where a hypothesis disagrees, the most significant first."""
-    evidence.settle_floors(hypothesis, [Mode.CHAMBERS])
-    stroke, found = hypothesis.model.cylinder.stroke, []
-    pairs = list(zip(evidence.experiments, evidence.floors[Mode.CHAMBERS], strict=True))
-    tables = [residuals(hypothesis, experiment, floor) for experiment, floor in pairs]
-    regimes = [block_regimes(experiment, stroke) for experiment in evidence.experiments]
-    for index in range(len(tables[0])):
-        column = [table[index] for table in tables]
+    twins = [twin_of(hypothesis, one, evidence.rng) for one in evidence.experiments]
+    measured = tables(hypothesis, evidence.experiments, evidence.rng)
+    expected = tables(hypothesis, twins, evidence.rng)
+    found = []
+    for index in range(len(measured[0][0])):
         for code, name in enumerate(REGIMES):
-            inside = [regime == code for regime in regimes]
-            if (one := _disagreement(evidence.experiments, column, inside, name)) is not None:
-                found.append(one)
+            floor = _rms(_inside(expected, index, code))
+            column = _inside(measured, index, code)
+            one = _disagreement(evidence.experiments, column, floor, name)
+            found += [one] if one is not None else []
     return sorted(found, key=lambda one: -one.significance)
 
 
+Table = tuple[list[Residual], NDArray[np.int8]]
+"""The residuals of one experiment and the regimes of its blocks."""
+
+
+def tables(
+    hypothesis: Hypothesis, experiments: Sequence[Experiment], rng: np.random.Generator
+) -> list[Table]:
+    """Return the residuals and regimes of experiments."""
+    stroke, found = hypothesis.model.cylinder.stroke, []
+    for experiment in experiments:
+        floor = noise_floor(hypothesis, experiment, Mode.CHAMBERS, rng)
+        every = residuals(hypothesis, experiment, floor)
+        found.append((every, block_regimes(experiment, stroke)))
+    return found
+
+
+def _inside(every: Sequence[Table], index: int, code: int) -> list[Residual]:
+    """Return one balance of each experiment, NaN outside of a regime."""
+    return [
+        replace(table[index], values=np.where(regimes == code, table[index].values, np.nan))
+        for table, regimes in every
+    ]
+
+
+def _rms(column: Sequence[Residual]) -> float:
+    """Return the RMS of some residuals, 0 for none."""
+    values = np.concatenate([one.values[np.isfinite(one.values)] for one in column])
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
 def _disagreement(
-    experiments: Sequence[Experiment], column: Sequence[Residual],
-    inside: Sequence[NDArray[np.bool_]], regime: str,
-) -> Disagreement | None:  # fmt: skip
+    experiments: Sequence[Experiment], column: Sequence[Residual], floor: float, regime: str
+) -> Disagreement | None:
     """Return the disagreement of one balance in one regime, None within the noise."""
-    known = [here & np.isfinite(one.values) for one, here in zip(column, inside, strict=True)]
+    known = [np.isfinite(one.values) for one in column]
     if sum(int(here.sum()) for here in known) < LEAST_BLOCKS:
         return None
-    values = np.concatenate([one.values[here] for one, here in zip(column, known, strict=True)])
-    noise = np.concatenate([one.noise[here] for one, here in zip(column, known, strict=True)])
-    rms, floor = float(np.sqrt(np.mean(values**2))), float(np.sqrt(np.mean(noise**2)))
-    if rms < SIGNIFICANT * floor:
+    noises = np.concatenate([one.noise[here] for one, here in zip(column, known, strict=True)])
+    noise = max(floor, float(np.sqrt(np.mean(noises**2))))
+    rms = _rms(column)
+    if rms < SIGNIFICANT * noise:
         return None
-    beyond = [
-        here & (np.abs(one.values) > SIGNIFICANT * one.noise)
-        for one, here in zip(column, known, strict=True)
-    ]
+    beyond = [np.nan_to_num(np.abs(one.values)) > SIGNIFICANT * noise for one in column]
     spans = _intervals(experiments, beyond)
     bags = tuple(dict.fromkeys(name for name, _, _ in spans))
     first = column[0]
     return Disagreement(
-        first.balance, regime, first.unit, rms, floor, bags, tuple(spans[:MOST_INTERVALS])
+        first.balance, regime, first.unit, rms, noise, bags, tuple(spans[:MOST_INTERVALS])
     )
 
 

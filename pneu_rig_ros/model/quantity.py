@@ -37,6 +37,10 @@ class Quantity:
             )
         return float(value)
 
+    def within(self, value: float) -> float:
+        """Return the allowed value next to a value [unit]."""
+        return min(max(value, self.low), self.high)
+
     def parse(self, text: object, where: str) -> float:
         """Read ``'4.91e-4 m^2'``; raise :class:`RigError` for another unit or range."""
         match = _TEXT.match(text) if isinstance(text, str) else None

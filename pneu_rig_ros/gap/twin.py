@@ -1,0 +1,51 @@
+"""
+A twin of a measured run: what the rig's sensors would have read if the hypothesis were true.
+
+What a residual of the twin shows is the noise of the sensors and of its own computation, not a
+disagreement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.gap.experiment import Experiment
+from pneu_rig_ros.gap.hypothesis import Hypothesis
+from pneu_rig_ros.gap.prediction import Mode, predict
+
+Floats = NDArray[np.float64]
+
+
+def twin_of(
+    hypothesis: Hypothesis, experiment: Experiment, rng: np.random.Generator
+) -> Experiment:
+    """Return an experiment with the same commands and conditions, simulated freely."""
+    run = predict(hypothesis, experiment, Mode.FREE).run
+    start, zero, sensors = experiment.operation, experiment.zero, experiment.sensors
+    columns = {
+        'position': (start.initial_position, run.position_reading, 0.0, sensors.position_span),
+        'pressure_1': (start.initial_pressure_1, run.pressure_1_reading, zero,
+                       sensors.pressure_span),
+        'pressure_2': (start.initial_pressure_2, run.pressure_2_reading, zero,
+                       sensors.pressure_span),
+    }  # fmt: skip
+    readings: dict[str, Any] = {
+        name: read(np.concatenate([[first], true]) - low, span, noise, code, rng) + low
+        for (name, (first, true, low, span)), noise, code in zip(
+            columns.items(), experiment.noise, experiment.codes, strict=True
+        )
+    }
+    return replace(experiment, record=replace(experiment.record, **readings))
+
+
+def read(true: Floats, span: float, noise: float, code: float, rng: np.random.Generator) -> Floats:
+    """Return readings with noise, within the span, rounded to codes, shape (n,)."""
+    # the standard deviation given is that of noise and rounding together
+    white = np.sqrt(max(noise**2 - code**2 / 12.0, 0.0))
+    seen = np.clip(true + white * rng.standard_normal(true.size), 0.0, span)
+    readings: Floats = np.round(seen / code) * code
+    return readings
