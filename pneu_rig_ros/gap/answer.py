@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.gap.candidates import Candidate
+from pneu_rig_ros.gap.candidates import CALIBRATION, Candidate
 from pneu_rig_ros.gap.diagnosis import Diagnosis
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.hypothesis import Hypothesis
@@ -44,7 +44,14 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'where': [disagreement(one) for one in diagnosis.where],
         'candidates': ranked(diagnosis),
         'indistinguishable': indistinguishable(diagnosis),
-        'parameters': [p for part, p in _estimates(diagnosis) if not part.is_effect],
+        'calibration': next(
+            (p for part, p in _estimates(diagnosis) if part.name == CALIBRATION), {}
+        ),
+        'parameters': [
+            p
+            for part, p in _estimates(diagnosis)
+            if not part.is_effect and part.name != CALIBRATION
+        ],
         'effects': [p for part, p in _estimates(diagnosis) if part.is_effect],
         'unknown': diagnosis.unknown and diagnosis.unknown.to_dict(),
         'gap': gap_table(diagnosis),
@@ -59,16 +66,12 @@ def sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == 'unknown':
         what = 'pressures' if diagnosis.unexplained is Mode.CHAMBERS else 'motion'
         gap = 'nothing in the library closes the gap'
-        if diagnosis.configuration.sensors.pressure_class > 0.0:
-            gap += (
-                '; readings are taken as calibrated, and errors of gain within the class of the '
-                'sensors may be the cause too'
-            )
         return f'The measured {what} do not agree with the model, and {gap}.'
     names = [
         f'{part.name} ({library.load(part.name).title})' if part.is_effect
         else f'{part.name} has another value'
         for part in diagnosis.explanation.parts
+        if part.name != CALIBRATION
     ]  # fmt: skip
     kind = 'The model lacks ' if diagnosis.verdict == 'effect' else 'A parameter is wrong: '
     return kind + ' and '.join(names) + '.'
@@ -95,7 +98,7 @@ def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         start = diagnosis.costs[mode]
         for one in search.ranking:
             explanation = one.fit.explanation
-            names = [part.name for part in explanation.parts]
+            names = [part.name for part in explanation.parts if part.name != CALIBRATION]
             seen.add(tuple(names))
             values = {
                 f'{part.name}.{coordinate.name}' if part.is_effect else part.name: value
@@ -151,7 +154,9 @@ def _estimates(diagnosis: Diagnosis) -> list[tuple[Candidate, dict[str, Any]]]:
             for coordinate, value in zip(one.coordinates, fitted, strict=True)
         }  # fmt: skip
         row: dict[str, Any]
-        if one.is_effect:
+        if one.name == CALIBRATION:
+            row = rows
+        elif one.is_effect:
             row = {'name': one.name, 'title': library.load(one.name).title,
                    'balance': one.balance, 'parameters': rows}  # fmt: skip
         else:

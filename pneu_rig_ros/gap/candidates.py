@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -22,6 +22,7 @@ from pneu_rig_ros.model.parameters import (
     SECTIONS,
 )
 from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.rig.sensors import Sensors
 
 Floats = NDArray[np.float64]
 
@@ -45,8 +46,12 @@ FORCE_PARAMETERS: dict[str, int] = {
 }  # fmt: skip
 """Parameters that are identified from the motion -> the first friction law that has it."""
 
+GAIN_SCALE = 0.05
+"""What 1 is to the fit of a gain [-]."""
 LARGEST = 100.0
 """Of a logarithm, beyond all ranges [-]."""
+CALIBRATION = 'sensors.gains'
+"""Errors of gain within the class of the sensors: neither a wrong model nor an effect."""
 VOLTAGE_RANGE = 0.15
 """How far a valve's opening voltage may be off [V]."""
 FACTOR = 2.0
@@ -135,6 +140,9 @@ class Candidate:
             return hypothesis.with_effect(
                 self.name, library.load(self.name).null._replace(**changed)
             )
+        if self.name == CALIBRATION:
+            x, p1, p2 = values
+            return replace(hypothesis, gains=(float(x), float(p1), float(p2)))
         section, name = self.name.split('.')
         old = getattr(getattr(hypothesis.model, section), name)
         if isinstance(old, tuple):  # all elements of F(z) alike
@@ -151,6 +159,24 @@ def candidates(given: Hypothesis, without: Sequence[str] = ()) -> list[Candidate
     :param without: names of effects that are left out
     """
     return [*parameters(given), *effects(given, without)]
+
+
+def calibration(sensors: Sensors) -> Candidate | None:
+    """Return the gains of the sensors as something to be fitted, None for calibrated ones."""
+    classes = {
+        'position': sensors.position_class,
+        'pressure_1': sensors.pressure_class,
+        'pressure_2': sensors.pressure_class,
+    }
+    if not any(classes.values()):
+        return None
+    coordinates = tuple(
+        Coordinate(name, Quantity('-', 0.0, 2.0, 'gain of the sensor'), 1.0 - most - 1e-6,
+                   1.0 + most + 1e-6, GAIN_SCALE, False, 1.0)
+        for name, most in classes.items()
+    )  # fmt: skip
+    modes = (Mode.CHAMBERS, Mode.CYCLES)
+    return Candidate(CALIBRATION, 'sensor', modes, coordinates, ((1.0, 1.0, 1.0),))
 
 
 def parameters(given: Hypothesis) -> Iterator[Candidate]:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.gap.bags import part, read_experiment
-from pneu_rig_ros.gap.candidates import candidates
+from pneu_rig_ros.gap.candidates import CALIBRATION, calibration, candidates
 from pneu_rig_ros.gap.discriminate import NextExperiment, next_experiment
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
@@ -75,6 +75,13 @@ class Diagnosis:
         """The hypothesis in the end, with the description of what is not known."""
         return self.unknown.hypothesis if self.unknown else self.improved
 
+    def uncalibrated(self) -> Explanation:
+        """Return the gains of the sensors as long as they have not been fitted."""
+        gains = calibration(self.configuration.sensors)
+        if gains is None or gains in self.explanation.parts:
+            return Explanation()
+        return Explanation().plus(gains, gains.starts[0])
+
     @property
     def rivals(self) -> dict[str, Hypothesis]:
         """The explanation that was chosen last and those of the same size next to it."""
@@ -91,9 +98,10 @@ class Diagnosis:
         """One of consistent, parameter, effect, unknown."""
         if self.unexplained is not None:
             return 'unknown'
-        if not self.explanation.parts:
+        parts = [part for part in self.explanation.parts if part.name != CALIBRATION]
+        if not parts:
             return 'consistent'
-        effects = any(part.is_effect for part in self.explanation.parts)
+        effects = any(part.is_effect for part in parts)
         return 'effect' if effects else 'parameter'
 
 
@@ -146,7 +154,9 @@ def explain(
     """Find out what closes the gap of one prediction; changes the diagnosis."""
     tell('comparing')
     known = diagnosis.improved
-    search = Search(known, diagnosis.fitted, diagnosis.held, (mode,), tell)
+    search = Search(
+        known, diagnosis.fitted, diagnosis.held, (mode,), tell, diagnosis.uncalibrated()
+    )
     search.settle(known)
     diagnosis.costs[mode] = search.cost(known)
     if diagnosis.costs[mode] < CONSISTENT:

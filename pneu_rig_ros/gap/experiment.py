@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -99,6 +99,32 @@ class Experiment:
             initial_pressure_2=_at_start(record.pressure_2[first], model.gas, sensors),
         )
         return cls(name, record, operation, model.gas.atmospheric_pressure, sensors)
+
+    def calibrated(self, gains: tuple[float, float, float]) -> Experiment:
+        """Return the run as sensors without errors of gain would have read it."""
+        if gains == (1.0, 1.0, 1.0):
+            return self
+        if gains not in self._calibrated:
+            self._calibrated.clear()
+            self._calibrated[gains] = self._scaled(*gains)
+        return self._calibrated[gains]
+
+    @cached_property
+    def _calibrated(self) -> dict[tuple[float, float, float], Experiment]:
+        return {}
+
+    def _scaled(self, x: float, p1: float, p2: float) -> Experiment:
+        r, start, zero = self.record, self.operation, self.zero
+        record = replace(
+            r, position=r.position / x, pressure_1=zero + (r.pressure_1 - zero) / p1,
+            pressure_2=zero + (r.pressure_2 - zero) / p2,
+        )  # fmt: skip
+        operation = start._replace(
+            initial_position=start.initial_position / x,
+            initial_pressure_1=zero + (start.initial_pressure_1 - zero) / p1,
+            initial_pressure_2=zero + (start.initial_pressure_2 - zero) / p2,
+        )
+        return replace(self, record=record, operation=operation)
 
     @property
     def interval(self) -> float:

@@ -16,6 +16,8 @@ from pneu_rig_ros.model.plant import Plant
 
 Floats = NDArray[np.float64]
 
+Gains = tuple[float, float, float]
+CALIBRATED: Gains = (1.0, 1.0, 1.0)
 TOLERANCE = 1e-5
 """Local error of a prediction, a small part of the sensors' noise [-]."""
 
@@ -27,10 +29,12 @@ class Hypothesis:
 
     :param model: parameters; its operation is replaced by that of each experiment
     :param effects: name -> parameters of the effects that act
+    :param gains: slopes of the sensors of x, p1, p2 [-]
     """
 
     model: Model
     effects: Mapping[str, Any] = field(default_factory=dict)
+    gains: Gains = CALIBRATED
 
     def plant(self, experiment: Experiment, shift: Floats) -> Plant:
         """

@@ -81,6 +81,7 @@ def predict(
 
     :param jitter: errors of the readings from which it starts and starts again
     """
+    experiment, raw = experiment.calibrated(hypothesis.gains), experiment
     no_bias = np.zeros((len(experiment.voltages) + 1, 4))
     bias = no_bias
     if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
@@ -89,7 +90,9 @@ def predict(
         bias[1:] = _readings(rough) - _true(rough)
         bias[0] = bias[1]
     run = _run(hypothesis, experiment, mode, bias, jitter)
-    return Prediction(within_span(_readings(run)[:, [0, 2, 3]], experiment), run)
+    zero = np.array([0.0, raw.zero, raw.zero])
+    readings = zero + np.array(hypothesis.gains) * (_readings(run)[:, [0, 2, 3]] - zero)
+    return Prediction(within_span(readings, raw), run)
 
 
 def within_span(readings: Floats, experiment: Experiment) -> Floats:

@@ -73,6 +73,7 @@ class Search:
     :param held: experiments for the comparison
     :param modes: predictions that are to be explained
     :param tell: told what is done now
+    :param base: what is fitted together with every explanation
     """
 
     given: Hypothesis
@@ -80,6 +81,7 @@ class Search:
     held: Evidence
     modes: tuple[Mode, ...]
     tell: Callable[[str], None]
+    base: Explanation = field(default_factory=Explanation)
     screened: list[Screened] = field(default_factory=list)
     scored: list[Scored] = field(default_factory=list)
     best: Scored | None = None
@@ -101,8 +103,15 @@ class Search:
 
     def run(self, pool: Sequence[Candidate]) -> Scored | None:
         """Return the smallest explanation that closes the gap; None if there is none."""
-        begin = reached = self.cost(self.given)
-        level = [Explanation()]
+        begin = self.cost(self.given)
+        if self.base.parts:
+            first = self.calibrated()
+            if first.worst < CONSISTENT:
+                self.best = first
+                return first
+            self.base = first.fit.explanation
+        reached = self.cost(self.base.apply(self.given))
+        level = [self.base]
         for size in range(1, LARGEST + 1):
             scored = [one for base in level for one in self.grow(base, pool, size)]
             if not scored:
@@ -120,10 +129,19 @@ class Search:
             level = [one.fit.explanation for one in scored[: BEAM if size == 1 else 1]]
         return None
 
+    def calibrated(self) -> Scored:
+        """Return what is fitted together with every explanation, fitted alone."""
+        self.tell('fitting ' + self.base.name)
+        result = fit(self.given, self.base, self.fitted, self.modes, ROUNDS)
+        self.settle(result.explanation.apply(self.given))
+        result = fit(self.given, result.explanation, self.fitted, self.modes, ROUNDS)
+        return self.score(result)
+
     def pruned(self, scored: Scored, closed: float) -> Scored:
         """Return the explanation without the parts that it closes the gap without."""
-        for index in range(len(scored.fit.explanation.parts)):
-            if len(scored.fit.explanation.parts) == 1:
+        parts = scored.fit.explanation.parts
+        for index in range(len(self.base.parts), len(parts)):
+            if len(parts) == len(self.base.parts) + 1:
                 break
             fewer = scored.fit.explanation.without(index)
             self.tell('fitting ' + fewer.name)

@@ -15,7 +15,10 @@ Settings = dict[str, dict[str, Any]]
 def texts(cylinder: str) -> dict[str, Any]:
     """Return the complete configuration of a shipped cylinder as printed; not to be changed."""
     shared = yaml.safe_load((CONFIG / 'rig.yaml').read_text())
-    return {**shared, **yaml.safe_load((CONFIG / f'{cylinder}.yaml').read_text())}
+    merged = {**shared, **yaml.safe_load((CONFIG / f'{cylinder}.yaml').read_text())}
+    # the sensors of the trials are calibrated, and the model file says so
+    calibrated = {'position_class': '0.0 -', 'pressure_class': '0.0 -'}
+    return {**merged, 'sensors': {**merged['sensors'], **calibrated}}
 
 
 def number(text: Any) -> Any:
