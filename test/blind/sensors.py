@@ -21,6 +21,10 @@ SENSOR_ERRORS = (
 """What can be hidden here, effect.parameter."""
 
 
+CLASSES = (0.005, 0.01, 0.01)
+"""Accuracy of the sensors of x, p1, p2, share of full scale (section 2.1 of the paper) [-]."""
+
+
 class Readings(NamedTuple):
     """Readings at the sampling instants, shape (n,), SI, absolute pressures."""
 
@@ -50,8 +54,7 @@ def read(
     :param gain_errors: whether each sensor is wrong within its accuracy class
     """
     random = np.random.default_rng(seed)
-    classes = np.array([sensors['position_class'], *[sensors['pressure_class']] * 2])
-    gains = 1.0 + gain_errors * classes * random.uniform(-1.0, 1.0, 3)
+    gains = 1.0 + gain_errors * np.array(CLASSES) * random.uniform(-1.0, 1.0, 3)
     zeros = np.array([0.0, atmosphere, atmosphere])
     sizes = np.array([sensors['position_noise'], *[sensors['pressure_noise']] * 2])
     spans = sensors['position_span'], sensors['pressure_span'], sensors['pressure_span']
