@@ -49,5 +49,7 @@ def test_lip_seal_lacks_friction_that_grows_with_pressure() -> None:
     told = seal('NAPN', 'seal_NAPN.yaml')
     assert told['verdict'] == 'effect'
     assert told['effects'][0]['name'] == 'pressure_dependent_friction'
-    assert told['effects'][0]['parameters']['slope']['value'] == pytest.approx(1.4e-5, rel=0.15)
+    # half the width of the measured loops is 3.3, 7.0 and 12.0 N at 1, 3 and 7 bar: 1.25e-5 N/Pa
+    # between the higher two and 1.85e-5 N/Pa between the lower two
+    assert 1.1e-5 < told['effects'][0]['parameters']['slope']['value'] < 1.9e-5
     assert told['gap']['cut'] > 0.5
