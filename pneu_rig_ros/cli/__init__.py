@@ -12,6 +12,7 @@ import click
 
 from pneu_rig_ros.cli.claims import claims
 from pneu_rig_ros.cli.compare import compare
+from pneu_rig_ros.cli.completion import completion
 from pneu_rig_ros.cli.demo import demo
 from pneu_rig_ros.cli.diagnose import diagnose
 from pneu_rig_ros.cli.effects import effects
@@ -71,6 +72,7 @@ for _subcommand in (
     export,
     compare,
     diagnose,
+    completion,
 ):
     command.add_command(_subcommand)
 

@@ -68,7 +68,8 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 @click.option(
     '--out', type=click.Path(path_type=Path), metavar='FILE', help='write the search as JSON'
 )
-def claims(search: int | None, **given: Any) -> None:
+@options.quiet_option
+def claims(search: int | None, quiet: bool, **given: Any) -> None:
     """
     Measure every statement of the paper on simulated strokes.
 
@@ -82,9 +83,10 @@ def claims(search: int | None, **given: Any) -> None:
     if search is not None:
         from pneu_rig_ros.cli.search import run_search
 
-        run_search(search, given['seed'], given['workers'], given['out'])
+        run_search(search, given['seed'], given['workers'], given['out'], quiet)
     else:
-        _measure(given['reading'] or 'default', given['html'], given['as_json'], given['markdown'])
+        source = given['reading'] or 'default'
+        _measure(source, given['html'], given['as_json'], given['markdown'], quiet)
 
 
 def _check_together(searching: bool, given: dict[str, Any]) -> None:
@@ -96,7 +98,9 @@ def _check_together(searching: bool, given: dict[str, Any]) -> None:
             raise RigError(f'{option} {verb} --search')
 
 
-def _measure(source: str, page: Path | None, as_json: str | None, markdown: bool | None) -> None:
+def _measure(
+    source: str, page: Path | None, as_json: str | None, markdown: bool | None, quiet: bool
+) -> None:
     file = None if as_json in (None, STDOUT) else options.new_file(Path(str(as_json)), '--json')
     if markdown and as_json == STDOUT:
         raise RigError('--markdown does not go with --json without FILE: both print')
@@ -107,7 +111,7 @@ def _measure(source: str, page: Path | None, as_json: str | None, markdown: bool
     from pneu_rig_ros.claims.readings import load_reading
 
     laboratory = Laboratory(load_reading(source))
-    rows = _carry_out(laboratory, page)
+    rows = _carry_out(laboratory, page, quiet)
     files = {'page': page} if page else {}
     if file:
         files['data'] = write_text(file, _text(rows))
@@ -117,17 +121,17 @@ def _measure(source: str, page: Path | None, as_json: str | None, markdown: bool
         from pneu_rig_ros.report.claims_table import markdown as table
 
         click.echo(table(rows))
-    else:
+    elif not quiet:
         _print(rows, laboratory.reading)
         output.print_values({name: str(path) for name, path in files.items()})
 
 
-def _carry_out(laboratory: Laboratory, page: Path | None) -> list[Row]:
+def _carry_out(laboratory: Laboratory, page: Path | None, quiet: bool) -> list[Row]:
     """Measure all statements and write the page, if one is asked for, behind a progress bar."""
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
 
     rows = []
-    with output.step_bar('statements', len(STATEMENTS)) as progress:
+    with output.step_bar('statements', len(STATEMENTS), quiet) as progress:
         for number, statement in enumerate(STATEMENTS, start=1):
             rows.append(measure(laboratory, statement))
             progress(number)
@@ -135,7 +139,7 @@ def _carry_out(laboratory: Laboratory, page: Path | None) -> list[Row]:
         from pneu_rig_ros.report.claims_figures import pictures
         from pneu_rig_ros.report.claims_page import write_page
 
-        with output.step_bar('figures', len(list(pictures()))) as progress:
+        with output.step_bar('figures', len(list(pictures())), quiet) as progress:
             write_page(page, rows, laboratory, progress)
     return rows
 

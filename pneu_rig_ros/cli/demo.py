@@ -24,7 +24,17 @@ if TYPE_CHECKING:
     '  ros2 topic hz /joint_states\n',
 )
 @options.stroke_options
-def demo(u: float, duration: float, out: Path | None, cylinder: str, **settings: Any) -> None:
+@click.option('--json', 'as_json', is_flag=True, help='print the summary as JSON')
+@options.quiet_option
+def demo(
+    u: float,
+    duration: float,
+    out: Path | None,
+    cylinder: str,
+    as_json: bool,
+    quiet: bool,
+    **settings: Any,
+) -> None:
     """
     Run the rig live over ROS 2: one stroke, recorded and summarised.
 
@@ -36,12 +46,12 @@ def demo(u: float, duration: float, out: Path | None, cylinder: str, **settings:
     _load_ros()
     path = options.bag_path(out, cylinder)
     try:
-        _record(path, configuration, cylinder, settings, u, duration)
+        _record(path, configuration, cylinder, settings, u, duration, quiet)
     except KeyboardInterrupt:
         if (path / 'metadata.yaml').exists():
             output.console(stderr=True).print(f'recorded up to here: {path}')
         raise
-    _show(path)
+    _show(path, as_json, quiet)
 
 
 def _load_ros() -> None:
@@ -66,12 +76,13 @@ def _record(
     settings: dict[str, Any],
     u: float,
     duration: float,
+    quiet: bool,
 ) -> None:
     import os
 
     from pneu_rig_ros.demo import LiveRig
 
-    terminal = output.console(stderr=True)
+    terminal = output.console(stderr=True, quiet=quiet)
     terminal.print(f'ROS_DOMAIN_ID={os.environ["ROS_DOMAIN_ID"]}', style='dim')
     with (
         terminal.status('') as status,
@@ -79,7 +90,7 @@ def _record(
     ):
         title = f'{configuration.name} at u = {u:g} V'
         status.stop()
-        with output.progress_bar(title, duration) as progress:
+        with output.progress_bar(title, duration, quiet) as progress:
             rig.drive(u, duration, progress)
         status.start()
 
@@ -92,11 +103,13 @@ def _plant_parameters(cylinder: str, settings: dict[str, Any]) -> dict[str, Valu
     return {'cylinder': name, **given}
 
 
-def _show(path: Path) -> None:
+def _show(path: Path, as_json: bool, quiet: bool) -> None:
     from pneu_rig_ros.analysis.summary import summarise
     from pneu_rig_ros.records import read_record
     from pneu_rig_ros.report.figure import draw_stroke
 
     record = read_record(path)
     picture = draw_stroke(record, path / 'stroke.png')
-    output.print_summary(summarise(record), {'bag': path, 'picture': picture})
+    if as_json or not quiet:
+        files = {'bag': path, 'picture': picture}
+        output.tell_summary(summarise(record), files, as_json)

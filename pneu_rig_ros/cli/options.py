@@ -75,6 +75,11 @@ def bag_argument(function: Command) -> Command:
     return click.argument('bag', type=click.Path(path_type=Path))(function)
 
 
+def quiet_option(function: Command) -> Command:
+    """Add the option --quiet: no progress and no summary; what --json prints is printed."""
+    return click.option('--quiet', is_flag=True, help='print nothing but errors')(function)
+
+
 def check_stroke(u: float, duration: float) -> None:
     """Raise RigError unless command [V] and duration [s] are usable."""
     if not abs(u) <= 2.5:

@@ -26,11 +26,11 @@ PIPE_WIDTH = 110
 """Width of a table that is printed into a pipe or file [character]."""
 
 
-def console(stderr: bool = False) -> Console:
+def console(stderr: bool = False, quiet: bool = False) -> Console:
     """Return a terminal that colours nothing by itself and breaks no path."""
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, markup=False, soft_wrap=True)
+    return Console(stderr=stderr, quiet=quiet, highlight=False, markup=False, soft_wrap=True)
 
 
 def print_table(table: Table) -> None:
@@ -88,6 +88,14 @@ def print_summary(summary: Summary, files: Mapping[str, Path]) -> None:
     print_values(rows)
 
 
+def tell_summary(summary: Summary, files: Mapping[str, Path], as_json: bool) -> None:
+    """Print the summary of a record and where its files are, as text or as plain data."""
+    if as_json:
+        print_json({name: str(path) for name, path in files.items()} | summary.to_dict())
+    else:
+        print_summary(summary, files)
+
+
 def lost_text(lost: Mapping[str, int]) -> str:
     """Return the losses of each topic, two lines at most."""
     texts = [f'{topic} {number}' for topic, number in lost.items()]
@@ -103,9 +111,11 @@ def _number(value: float | None, unit: str, digits: int) -> str:
 
 
 @contextlib.contextmanager
-def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
+def progress_bar(
+    title: str, total: float, quiet: bool = False
+) -> Iterator[Callable[[float], None]]:  # fmt: skip
     """Show a bar on stderr while the block runs; yield what to tell the time [s] to."""
-    with _bar(title, total, '{task.completed:5.1f} of {task.total:g} s') as tell:
+    with _bar(title, total, '{task.completed:5.1f} of {task.total:g} s', quiet) as tell:
         yield lambda done: tell(min(done, total))
 
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pneu_rig_ros.cli import options, output
+
+if TYPE_CHECKING:
+    from pneu_rig_ros.records import RepairReport
 
 
 @click.command(
@@ -16,7 +21,9 @@ from pneu_rig_ros.cli import options, output
     '  for bag in runs/*; do pneu-rig repair "$bag"; done\n',
 )
 @options.bag_argument
-def repair(bag: Path) -> None:
+@click.option('--json', 'as_json', is_flag=True, help='print plain data for scripts')
+@options.quiet_option
+def repair(bag: Path, as_json: bool, quiet: bool) -> None:
     """
     Make a valid bag of one whose recorder was killed.
 
@@ -26,6 +33,19 @@ def repair(bag: Path) -> None:
     from pneu_rig_ros.records import repair as mend
 
     report = mend(bag)
+    if as_json:
+        output.print_json(plain(report))
+    elif not quiet:
+        _print(report)
+
+
+def plain(report: RepairReport) -> dict[str, Any]:
+    """Return what was done as plain data."""
+    cut = report.cut_file
+    return {**asdict(report), 'path': str(report.path), 'cut_file': str(cut) if cut else None}
+
+
+def _print(report: RepairReport) -> None:
     terminal = output.console()
     size = f'{report.messages} messages, {report.duration:.2f} s'
     if not report.repaired:

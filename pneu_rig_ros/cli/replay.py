@@ -39,7 +39,8 @@ from pneu_rig_ros.cli import options, output
     help='wait until each topic played has so many',
 )
 @click.option('--namespace', default='', metavar='NAME', help='of the topics')
-@click.option('--quiet', is_flag=True, help='no progress bar and no summary')
+@click.option('--json', 'as_json', is_flag=True, help='print the summary as JSON')
+@options.quiet_option
 def replay(
     bag: Path,
     rate: float,
@@ -50,6 +51,7 @@ def replay(
     delay: float,
     subscribers: int,
     namespace: str,
+    as_json: bool,
     quiet: bool,
 ) -> None:
     """
@@ -71,10 +73,10 @@ def replay(
         'wait_for_subscribers': subscribers,
     }
     with play(parameters, namespace) as player:
-        if quiet:
-            player.run(lambda _: None)
-            return
-        with output.progress_bar(f'{bag.name} at {rate:g}x', player.duration) as progress:
+        with output.progress_bar(f'{bag.name} at {rate:g}x', player.duration, quiet) as progress:
             player.run(progress)
-        rows = {'played': f'{player.elapsed:.2f} s', 'messages': str(player.published)}
-        output.print_values(rows)
+        if as_json:
+            output.print_json({'elapsed': player.elapsed, 'messages': player.published})
+        elif not quiet:
+            rows = {'played': f'{player.elapsed:.2f} s', 'messages': str(player.published)}
+            output.print_values(rows)

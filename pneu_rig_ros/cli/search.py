@@ -19,7 +19,9 @@ SHOWN = 10
 """So many settings are printed and written."""
 
 
-def run_search(count: int, seed: int | None, workers: int | None, out: Path | None) -> None:
+def run_search(
+    count: int, seed: int | None, workers: int | None, out: Path | None, quiet: bool = False
+) -> None:
     """
     Search, print the best settings and write them.
 
@@ -27,20 +29,23 @@ def run_search(count: int, seed: int | None, workers: int | None, out: Path | No
     :param seed: None for 1
     :param workers: processes, None for one a processor
     :param out: JSON file to write, if any
+    :param quiet: print nothing
     """
     from pneu_rig_ros.claims.search import search
     from pneu_rig_ros.claims.sensitivity import sensitivity, variations
     from pneu_rig_ros.cli.claims import write_text
 
     seed, workers = 1 if seed is None else seed, workers or os.cpu_count() or 1
-    with output.step_bar('settings', count) as progress:
+    with output.step_bar('settings', count, quiet) as progress:
         outcomes = search(count, seed, workers, progress)
     best = outcomes[0].genes
-    with output.step_bar('one by one', len(list(variations(best)))) as progress:
+    with output.step_bar('one by one', len(list(variations(best))), quiet) as progress:
         moved = sensitivity(best, workers, progress)
     if out:
         data = plain(outcomes, seed) | {'one_at_a_time': {k: _keyed(v) for k, v in moved.items()}}
         write_text(out, json.dumps(data, indent=1, allow_nan=False) + '\n')
+    if quiet:
+        return
     _print(outcomes)
     _print_sensitivity(outcomes[0], moved)
     if out:

@@ -21,6 +21,7 @@ from pneu_rig_ros.cli import options, output
 @options.stroke_options
 @click.option('--png', type=click.Path(path_type=Path), metavar='FILE', help='draw the stroke')
 @click.option('--json', 'as_json', is_flag=True, help='print the summary as JSON')
+@options.quiet_option
 def simulate(
     u: float,
     duration: float,
@@ -28,6 +29,7 @@ def simulate(
     cylinder: str,
     png: Path | None,
     as_json: bool,
+    quiet: bool,
     **settings: Any,
 ) -> None:
     """
@@ -45,7 +47,7 @@ def simulate(
     from pneu_rig_ros.simulate import simulate as run
 
     title = f'{configuration.name} at u = {u:g} V'
-    with output.progress_bar(title, duration) as progress:
+    with output.progress_bar(title, duration, quiet) as progress:
         run(configuration, u, duration, path, progress)
     record = read_record(path)
     files = {'bag': path}
@@ -53,8 +55,5 @@ def simulate(
         from pneu_rig_ros.report.figure import draw_stroke
 
         files['picture'] = draw_stroke(record, picture)
-    if as_json:
-        paths = {name: str(file) for name, file in files.items()}
-        output.print_json({**paths, **summarise(record).to_dict()})
-    else:
-        output.print_summary(summarise(record), files)
+    if as_json or not quiet:
+        output.tell_summary(summarise(record), files, as_json)
