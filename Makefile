@@ -34,6 +34,10 @@ help:  ## show this list
 demo: $(READY)  ## run the rig live and record it (CYLINDER=1|2|3 DURATION=seconds U=volts)
 	@$(BIN)/pneu-rig demo --cylinder cylinder_$(CYLINDER) --u $(U) --duration $(DURATION)
 
+.PHONY: gap
+gap: $(READY)  ## hide an effect in the rig, find it, close the gap (ARGS='--seed 7')
+	@$(BIN)/pneu-rig gap $(ARGS)
+
 .PHONY: test
 test: $(READY)  ## run the whole test suite (ARGS='-k name' passes options to pytest)
 	@$(BIN)/python -m pytest -n 2 --dist loadgroup $(ARGS)

@@ -47,21 +47,26 @@ class NodeProcess:
     :param name: module under `pneu_rig_ros.nodes`
     :param parameters: of the node
     :param log: file for its output
+    :param domain: ROS_DOMAIN_ID; that of this process when not given
     """
 
-    def __init__(self, name: str, parameters: Mapping[str, Value], log: Path) -> None:
+    def __init__(
+        self, name: str, parameters: Mapping[str, Value], log: Path, domain: int | None = None
+    ) -> None:
         self.name = name
         self._log = log
         command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{name}', '--ros-args']
         for key, value in parameters.items():
             # JSON is YAML, in which ROS reads parameters: names, numbers and odd paths survive.
             command += ['-p', f'{key}:={json.dumps(value)}']
+        own = {} if domain is None else {'ROS_DOMAIN_ID': str(domain)}
         with log.open('w') as output:
             self._process = subprocess.Popen(
                 command,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
+                env={**os.environ, **own},
                 start_new_session=True,  # Ctrl-C stops the nodes in order, through `stop`.
             )
 
@@ -69,6 +74,12 @@ class NodeProcess:
         """Raise RigError if the node has ended."""
         if self._process.poll() is not None:
             raise RigError(f'the node {self.name} has stopped: {self._last_words()}')
+
+    def done(self) -> bool:
+        """Return whether the node has ended by itself; RigError if it has failed."""
+        if self._process.poll():
+            self.check()
+        return self._process.returncode == 0
 
     def stop(self) -> bool:
         """Stop the node; return whether it ended well and by itself."""
@@ -154,7 +165,7 @@ class LiveRig:
 
     def _stop(self) -> None:
         """Stop the nodes, sources first; mend the bag if the recorder had to be killed."""
-        with _uninterrupted():
+        with uninterrupted():
             self._report('stopping')
             ended = {node.name: node.stop() for node in sorted(self._nodes, key=_turn_to_stop)}
             self._nodes.clear()
@@ -165,7 +176,7 @@ class LiveRig:
 
 
 @contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
+def uninterrupted() -> Iterator[None]:
     """Let a second Ctrl-C wait until all is in order."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     for number in before:

@@ -39,6 +39,10 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
         BAGS | {'scipy'} | ROS,
     ),
     'demo': ({'model', 'rig', 'records', 'analysis', 'report', 'nodes'}, FIGURES | TERMINAL),
+    'hiding': (
+        {'model', 'rig', 'records', 'analysis', 'report', 'demo'},
+        {'numpy', 'yaml'},
+    ),
     'cli': (
         {
             'model',
@@ -52,6 +56,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
             'simulate',
             'nodes',
             'demo',
+            'hiding',
         },
         FIGURES | TERMINAL,
     ),

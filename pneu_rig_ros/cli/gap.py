@@ -1,0 +1,240 @@
+"""`pneu-rig gap`: hide an effect in the rig, look for it, close the gap, tell what it was."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import math
+import secrets
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+from pneu_rig_ros.cli import options, output
+from pneu_rig_ros.cli.diagnose import MOST_WORKERS, write_files
+from pneu_rig_ros.errors import RigError
+
+if TYPE_CHECKING:
+    from pneu_rig_ros.analysis.comparison import Run, SignalGap
+    from pneu_rig_ros.hiding.secret import Secret
+    from pneu_rig_ros.rig import RigConfiguration
+
+Tell = Callable[[str, float], None]
+RECORDED, DIAGNOSED, AGAIN = 0.2, 0.85, 0.97
+"""Shares of the work that are done after each step [-]."""
+SEEDS = 1000
+"""A seed that is not given is below this number."""
+NOISE_SEED = 1000
+"""Of the sensors' noise in the first run; each run has its own."""
+
+
+class Outcome(NamedTuple):
+    """What the demonstration found: diagnosis.json, and the gap of each signal before, after."""
+
+    answer: dict[str, Any]
+    gaps: tuple[dict[str, SignalGap], dict[str, SignalGap]]
+
+
+@click.command(
+    short_help='Hide an effect in the rig, find it, close the gap',
+    epilog='\b\nExamples:\n'
+    '  pneu-rig gap\n'
+    '  pneu-rig gap --seed 7 --out runs/seven\n'
+    '  pneu-rig gap --effect inclination\n',
+)
+@click.option(
+    '--seed', type=click.IntRange(0, 2**31), metavar='INTEGER',
+    help='draws the effect and the noise  [default: another one each time]',
+)  # fmt: skip
+@click.option(
+    '--out', type=click.Path(path_type=Path), metavar='DIRECTORY',
+    help='directory to create  [default: runs/DATE_gap]',
+)  # fmt: skip
+@click.option('--effect', metavar='NAME', help='hide this one  [default: drawn from the seed]')
+def gap(seed: int | None, out: Path | None, effect: str | None) -> None:
+    """
+    Hide an effect in the rig, find it, close the gap.
+
+    Draws an effect and hides it in the plant, records experiments over ROS 2 into bags, diagnoses
+    them with the plain model, restarts the plant with the improved one and records once more what
+    no fit has seen. Ends with a picture, the gap in numbers, and what was hidden.
+    """
+    from pneu_rig_ros.hiding.secret import hide
+
+    if importlib.util.find_spec('rclpy') is None:
+        raise RigError("ROS 2 is not to be found; source yours, or install the extra 'ros'")
+    seed = secrets.randbelow(SEEDS) if seed is None else seed
+    secret = hide(seed, effect)
+    path = options.bag_path(out, 'gap')
+    _introduce(secret, seed)
+    with _whole(path) as folder, output.stage_bar() as tell:
+        outcome = play(folder, secret, seed, tell)
+    show(outcome, secret, path)
+
+
+@contextlib.contextmanager
+def _whole(path: Path) -> Iterator[Path]:
+    """Yield a directory to work in that becomes `path` if all goes well, else vanishes."""
+    unfinished = path.with_name(f'.{path.name}.unfinished')
+    try:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        unfinished.mkdir(parents=True)
+        yield unfinished
+        unfinished.rename(path)
+    except OSError as error:
+        raise RigError(f'--out {path}: {error.strerror}') from error
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:
+    """
+    Record, diagnose, record again, draw.
+
+    :param folder: gets all files
+    :param tell: told what is done now, and the share of the work done [-]
+    :raises RigError: when a node fails
+    """
+    from pneu_rig_ros.demo import prepare_environment
+    from pneu_rig_ros.hiding.experiments import FITTED, JUDGING
+    from pneu_rig_ros.hiding.recording import Run as Recording
+    from pneu_rig_ros.hiding.recording import record
+    from pneu_rig_ros.report.writing import write_whole
+
+    prepare_environment()
+    model = write_whole(folder / 'model.yaml', secret.model.to_yaml())
+    truth = write_whole(folder / 'hidden.yaml', secret.truth.to_yaml())
+    measured = [
+        Recording(one, truth, folder / 'measured' / one.name, NOISE_SEED * (seed + 1) + index)
+        for index, one in enumerate((*FITTED, JUDGING))
+    ]
+    title = f'recording {len(measured)} runs over ROS 2'
+    record(measured, lambda share: tell(title, RECORDED * share))
+    bags = [run.bag for run in measured]
+    answer = _diagnose(bags, model, folder / 'answer', seed, tell)
+    again = [
+        Recording(JUDGING, rig, folder / name / JUDGING.name, NOISE_SEED * (seed + 1) - index)
+        for index, (name, rig) in enumerate(
+            (('before', model), ('after', folder / 'answer' / 'improved.yaml')), start=1
+        )
+    ]
+    title = 'recording again with the model before and after'
+    record(again, lambda share: tell(title, DIAGNOSED + (AGAIN - DIAGNOSED) * share))
+    tell('drawing', AGAIN)
+    return Outcome(answer, _draw(folder / 'gap.png', bags[-1], [r.bag for r in again], model))
+
+
+def _diagnose(bags: list[Path], model: Path, out: Path, seed: int, tell: Tell) -> dict[str, Any]:
+    """Diagnose the bags, the last one left out of the fits; return diagnosis.json."""
+    from pneu_rig_ros.gap.answer import answer
+    from pneu_rig_ros.gap.diagnosis import diagnose
+
+    def within(text: str, share: float) -> None:
+        tell(f'diagnosing - {text}', RECORDED + (DIAGNOSED - RECORDED) * share)
+
+    out.mkdir()
+    diagnosis = diagnose(bags[:-1], model, bags[-1:], seed=seed, workers=MOST_WORKERS, tell=within)
+    data = answer(diagnosis)
+    write_files(out, diagnosis, data, lambda share: within('drawing the report', 0.96))
+    return data
+
+
+def _draw(
+    path: Path, measured: Path, models: list[Path], model: Path
+) -> tuple[dict[str, SignalGap], dict[str, SignalGap]]:
+    """Draw the runs; return the gaps of the model before and after."""
+    from pneu_rig_ros.analysis.comparison import compare_runs, sensor_noise, signal_noise
+    from pneu_rig_ros.hiding.experiments import JUDGING
+    from pneu_rig_ros.report.gap_figure import draw_gap
+    from pneu_rig_ros.rig import load_configuration
+
+    configuration = load_configuration(model, **JUDGING.setup)
+    truth, before, after = _runs((measured, *models), configuration)
+    single = signal_noise(*sensor_noise(configuration.sensors), truth.interval, truth.balance)
+    # All runs went through the sensors: their differences have the noise of two.
+    noise = {name: math.sqrt(2.0) * value for name, value in single.items()}
+    gaps = compare_runs(truth, before, noise), compare_runs(truth, after, noise)
+    title = 'A run that no fit has seen: the rig, its model before and after the diagnosis'
+    draw_gap(path, title, truth, (before, after), gaps)
+    return gaps
+
+
+def _runs(bags: Sequence[Path], configuration: RigConfiguration) -> list[Run]:
+    """Return the runs in bags as those of a rig, cut to the length of the shortest."""
+    from pneu_rig_ros.analysis.comparison import Run
+    from pneu_rig_ros.analysis.friction import ForceBalance
+    from pneu_rig_ros.records import read_record
+
+    records = [read_record(bag) for bag in bags]
+    size = min(record.position.size for record in records)
+    balance, stroke = ForceBalance.of(configuration), configuration.model.cylinder.stroke
+    return [
+        Run(bag.parent.name, record.interval, record.position[:size], record.pressure_1[:size],
+            record.pressure_2[:size], balance, stroke)
+        for bag, record in zip(bags, records, strict=True)
+    ]  # fmt: skip
+
+
+SHRUNK = ('signal', '>before', '>after', '>noise of two runs', 'unit', '>gap closed')
+"""Heads of the table that is printed; '>' is for numbers."""
+
+
+def _introduce(secret: Secret, seed: int) -> None:
+    from pneu_rig_ros.hiding.secret import DRAWN
+
+    output.print_values({
+        'rig': f'{secret.model.name}, with an effect hidden in it that its model lacks',
+        'drawn from': f'{len(DRAWN)} effects, seed {seed}',
+        'sensors': 'noise and 12 bit as on the rig, but no errors of gain (accuracy class 0):\n'
+        f'{"":<{output.NAME_WIDTH}}the diagnosis does not model these',
+    })  # fmt: skip
+
+
+def show(outcome: Outcome, secret: Secret, path: Path) -> None:
+    """Print what was found, the gap, the files, and what was hidden."""
+    from pneu_rig_ros.report import diagnosis_rows as rows
+
+    terminal = output.console()
+    terminal.print()
+    terminal.print(outcome.answer['sentence'], style='bold')
+    terminal.print()
+    terminal.print('RMSE on the run that no fit has seen, recorded again with either model')
+    output.print_table(output.table(SHRUNK, _shrunk(outcome)))
+    terminal.print()
+    output.print_values({
+        'diagnosis': rows.cut_text(outcome.answer),
+        'report': str(path / 'answer' / 'report.html'),
+        'improved model': str(path / 'answer' / 'improved.yaml'),
+        'bags': str(path / 'measured'),
+        'picture': str(path / 'gap.png'),
+    })  # fmt: skip
+    terminal.print()
+    output.print_values(_revelation(outcome, secret))
+
+
+def _shrunk(outcome: Outcome) -> Iterator[tuple[str, ...]]:
+    """Yield the rows of the table."""
+    from pneu_rig_ros.report.diagnosis_rows import UNITS, number
+
+    before, after = outcome.gaps
+    for name, one in before.items():
+        unit, scale = UNITS.get(one.unit, (one.unit, 1.0))
+        values = [one.rmse, after[name].rmse, one.noise or 0.0]
+        left = after[name].above_noise / one.above_noise if one.above_noise else 1.0
+        texts = (number(scale * value) for value in values)
+        yield name.replace('_', ' '), *texts, unit, f'{1.0 - left:.0%}'
+
+
+def _revelation(outcome: Outcome, secret: Secret) -> dict[str, str]:
+    from pneu_rig_ros.report import diagnosis_rows as rows
+
+    found = [
+        f'{row.name} {row.value} {row.unit}'.strip() for row in rows.added_rows(outcome.answer)
+    ]
+    return {
+        'hidden was': f'{secret.effect}: {secret.text}',
+        'found was': '; '.join(found) or 'nothing',
+    }

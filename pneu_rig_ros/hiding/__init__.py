@@ -1,0 +1,1 @@
+"""An effect is hidden in the rig and looked for: recorded over ROS 2, diagnosed, revealed."""

@@ -1,0 +1,105 @@
+"""
+Runs recorded over ROS 2, several at a time.
+
+Each is a process of plant, excitation, valve command, friction estimator and recorder in a DDS
+domain of its own, in lock step: as fast as the machine allows, and the same every time.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from pneu_rig_ros.demo import NodeProcess, Value, uninterrupted
+from pneu_rig_ros.hiding.experiments import Experiment
+from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
+from pneu_rig_ros.report.writing import write_whole
+from pneu_rig_ros.rig import load_configuration
+
+BYTES_PER_SECOND = 5.9e5
+"""How fast a bag grows [byte per simulated second], to tell how far a run is."""
+DOMAINS = 100
+"""Domains that are used: 1 to this one; higher ones take ports that others may have."""
+WATCH = 0.1
+"""Time between two looks at the processes [s]."""
+
+
+class Run(NamedTuple):
+    """
+    A run to be recorded.
+
+    :param experiment: what is done
+    :param rig: configuration file of the plant
+    :param bag: directory to create
+    :param seed: of the sensors' noise
+    """
+
+    experiment: Experiment
+    rig: Path
+    bag: Path
+    seed: int
+
+
+def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
+    """
+    Record runs side by side; whatever happens, no node is left running.
+
+    :param progress: told the share that is done [-]
+    :raises RigError: when a node fails
+    """
+    nodes: list[NodeProcess] = []
+    with tempfile.TemporaryDirectory(prefix='pneu_rig_') as folder:
+        try:
+            for index, run in enumerate(runs):
+                nodes.append(_start(run, index, Path(folder)))
+            total = sum(run.experiment.duration for run in runs) * BYTES_PER_SECOND
+            while not _all_done(nodes):
+                progress(min(sum(map(_size, runs)) / total, 1.0))
+                time.sleep(WATCH)
+        finally:
+            with uninterrupted():
+                for node in nodes:
+                    node.stop()
+    for run in runs:
+        _note_conditions(run)
+
+
+def _start(run: Run, index: int, folder: Path) -> NodeProcess:
+    profile = run.experiment.write_profile(folder / f'{index}.yaml')
+    parameters: dict[str, Value] = {
+        'use_sim_time': True,
+        'plant:speed': 0.0,
+        'plant:cylinder': str(run.rig.resolve()),
+        'plant:seed': run.seed,
+        'excitation:profile': str(profile),
+        'valve_command:command_timeout': 0.0,
+        'recorder:output': str(run.bag.resolve()),
+    }
+    parameters |= {f'plant:{name}': value for name, value in run.experiment.setup.items()}
+    # Two demonstrations at a time shall not meet.
+    domain = 1 + (16 * os.getpid() + index) % DOMAINS
+    return NodeProcess('driven_rig', parameters, folder / f'{index}.log', domain)
+
+
+def _all_done(nodes: Sequence[NodeProcess]) -> bool:
+    """Return whether all have ended; RigError if any has failed, also while others run."""
+    done = [node.done() for node in nodes]
+    return all(done)
+
+
+def _size(run: Run) -> int:
+    """Return the size of the bag so far [byte]."""
+    return sum(file.stat().st_size for file in run.bag.glob('*.mcap'))
+
+
+def _note_conditions(run: Run) -> None:
+    """Write into the bag what its signals do not say."""
+    configuration = load_configuration(run.rig)
+    known = {name: value for name, value in run.experiment.setup.items()
+             if name != 'initial_position'}  # fmt: skip
+    known['atmospheric_pressure'] = configuration.model.gas.atmospheric_pressure
+    write_whole(run.bag / FILE_NAME, format_conditions(known))
