@@ -6,6 +6,7 @@ run again. ``--fresh`` forgets them.
 """
 
 import json
+import shutil
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
@@ -45,14 +46,16 @@ def run(trials: list[Trial], workers: int, console: Console) -> None:
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
                TimeElapsedColumn(), TimeRemainingColumn())  # fmt: skip
     pool = ProcessPoolExecutor(workers, get_context('spawn'), max_tasks_per_child=50)
-    with Progress(*columns, console=console) as progress, pool, ANSWERS.open('a') as file:
+    with Progress(*columns, console=console) as progress, ANSWERS.open('a') as file:
         task = progress.add_task('blind trials', total=len(trials))
-        waiting = [pool.submit(carry_out, trial, STORE) for trial in trials]
-        for done in as_completed(waiting):
-            answer = done.result()
-            file.write(json.dumps(answer) + '\n')
-            file.flush()
-            progress.update(task, advance=1, description=answer['key'])
+        try:
+            for done in as_completed(pool.submit(carry_out, trial, STORE) for trial in trials):
+                answer = done.result()
+                file.write(json.dumps(answer) + '\n')
+                file.flush()
+                progress.update(task, advance=1, description=answer['key'])
+        finally:  # interrupted: what is not begun is left for the next time
+            pool.shutdown(cancel_futures=True)
 
 
 def chosen(
@@ -96,6 +99,8 @@ def main(
     """Run blind trials, then write docs/blind.md, docs/blind.json and the picture."""
     console = Console()
     STORE.mkdir(parents=True, exist_ok=True)
+    for scratch in STORE.glob('blind_*'):  # of a run that was killed
+        shutil.rmtree(scratch)
     if fresh:
         ANSWERS.unlink(missing_ok=True)
     answered = {answer['key'] for answer in kept()}

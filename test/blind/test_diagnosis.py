@@ -19,6 +19,9 @@ from .rig import make_bags
 from .settings import settings
 from .trials import Trial, matrix
 
+pytestmark = pytest.mark.timeout(1200)
+"""A diagnosis takes a minute, on a busy machine several."""
+
 GAP_CUT = 0.8
 """Share of what is above the noise floor, on bags left out of the fit [-]."""
 
