@@ -19,6 +19,7 @@ from pneu_rig_ros.cli.effects import effects
 from pneu_rig_ros.cli.export import export
 from pneu_rig_ros.cli.friction import friction
 from pneu_rig_ros.cli.import_ import import_
+from pneu_rig_ros.cli.gap import gap
 from pneu_rig_ros.cli.info import info
 from pneu_rig_ros.cli.live import live
 from pneu_rig_ros.cli.repair import repair
@@ -72,6 +73,7 @@ for _subcommand in (
     export,
     compare,
     diagnose,
+    gap,
     completion,
 ):
     command.add_command(_subcommand)

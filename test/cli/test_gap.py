@@ -1,0 +1,88 @@
+"""The demonstration of the gap: what is hidden comes out, and nothing is left of a broken run."""
+
+import json
+import os
+import re
+import signal
+from pathlib import Path
+
+import pytest
+
+from pneu_rig_ros.gap.bags import read_experiment
+from pneu_rig_ros.hiding.experiments import FITTED, JUDGING
+from pneu_rig_ros.hiding.secret import DRAWN, hide
+from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
+
+from .conftest import Terminal
+from .test_commands import until
+from .test_demo import children, gone, recording
+
+
+@pytest.mark.live
+def test_hidden_effect_comes_out_and_the_gap_closes(terminal: Terminal) -> None:
+    with terminal.start('gap', '--seed', 7, '--effect', 'inclination', '--out', 'gap') as process:
+        out, err = process.communicate()
+    assert process.returncode == 0, err
+    folder = terminal.directory / 'gap'
+    answer = json.loads((folder / 'answer' / 'diagnosis.json').read_text())
+    assert [one['name'] for one in answer['effects']] == ['inclination']
+    angle = answer['effects'][0]['parameters']['angle']['value']
+    assert angle == pytest.approx(-0.05, rel=0.02)
+    assert answer['gap']['cut'] > 0.8
+    closed = dict(re.findall(r'^(position|pressure 1|friction) .* (\d+)%$', out, re.MULTILINE))
+    assert len(closed) == 3
+    assert min(map(int, closed.values())) > 80
+    assert out.index('gap closed') < out.index('hidden was         inclination: angle -0.05 rad')
+    assert (folder / 'gap.png').stat().st_size > 20_000
+    assert 'errors of gain' in out
+    _check_conditions_alone_are_taken_from_a_bag(folder)
+
+
+def _check_conditions_alone_are_taken_from_a_bag(folder: Path) -> None:
+    model = load_configuration(folder / 'model.yaml')
+    experiment = read_experiment(folder / 'measured' / FITTED[0].name, model)
+    # the bag does say what is hidden ...
+    assert experiment.record.configuration is not None
+    assert 'inclination' in experiment.record.configuration.effects
+    # ... but only its conditions are looked at
+    operation = experiment.operation
+    assert (operation.supply_pressure, operation.load_mass) == (5e5, 0.2)
+    assert experiment.sensors == model.sensors
+    assert model.effects == {}
+
+
+@pytest.mark.live
+def test_interrupted_demonstration_leaves_no_node_and_no_file(terminal: Terminal) -> None:
+    with terminal.start('gap', '--seed', 7, '--out', 'gap') as process:
+        bag = terminal.directory / '.gap.unfinished' / 'measured' / JUDGING.name
+        until(lambda: recording(bag), process)
+        numbers = [number for _, number in children(process)]
+        os.kill(process.pid, signal.SIGINT)
+        _, err = process.communicate()
+    assert process.returncode == 130
+    assert 'Traceback' not in err
+    assert numbers
+    assert gone(numbers)
+    assert list(terminal.directory.iterdir()) == []
+
+
+@pytest.mark.parametrize('name', DRAWN)
+def test_every_effect_that_is_drawn_can_be_hidden(name: str) -> None:
+    secret = hide(0, name)
+    assert list(secret.truth.effects) == [name]
+    assert configuration_from_yaml(secret.truth.to_yaml(), 'truth') == secret.truth
+    assert secret.model.effects == {}
+
+
+def test_seed_draws_the_effect() -> None:
+    drawn = [hide(seed).effect for seed in range(40)]
+    assert drawn == [hide(seed).effect for seed in range(40)]
+    assert len(set(drawn)) > len(DRAWN) / 2
+
+
+@pytest.mark.parametrize('name', ['stribeck', 'described_force', 'no_such_effect'])
+def test_what_cannot_be_hidden_is_refused(terminal: Terminal, name: str) -> None:
+    outcome = terminal.run('gap', '--effect', name)
+    assert outcome.code == 2
+    assert name in outcome.err
+    assert list(terminal.directory.iterdir()) == []
