@@ -18,8 +18,8 @@ from pneu_rig_ros.cli.diagnose import diagnose
 from pneu_rig_ros.cli.effects import effects
 from pneu_rig_ros.cli.export import export
 from pneu_rig_ros.cli.friction import friction
-from pneu_rig_ros.cli.import_ import import_
 from pneu_rig_ros.cli.gap import gap
+from pneu_rig_ros.cli.import_ import import_
 from pneu_rig_ros.cli.info import info
 from pneu_rig_ros.cli.live import live
 from pneu_rig_ros.cli.repair import repair
