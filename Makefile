@@ -50,6 +50,11 @@ bench: $(READY)  ## measure everything that the README quotes, write benchmarks/
 blind: $(READY)  ## hide effects, diagnose, compare: docs/blind.md (ARGS='--part single --limit 9')
 	@cd test && ../$(BIN)/python -m blind $(ARGS)
 
+.PHONY: docs
+docs: $(READY)  ## build the documentation into build/docs (reference made from the code)
+	@$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/docs_trees docs build/docs
+	@echo 'build/docs/index.html'
+
 .PHONY: lint
 lint: $(READY)  ## check style and types
 	@$(BIN)/ruff check .
@@ -64,7 +69,7 @@ format: $(READY)  ## mend what can be mended of the style
 .PHONY: lock
 lock:  ## write requirements.txt from setup.py (needs uv)
 	@header="$$(sed -n '/^#/p' requirements.txt)" && \
-	uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra diagnosis --universal --python-version 3.10 \
+	uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra diagnosis --extra docs --universal --python-version 3.10 \
 	    --no-annotate --no-header --quiet --output-file requirements.txt > /dev/null && \
 	pins="$$(sed -E "/== 'win32'/d; s/ ; (sys_platform|platform_python|python_full_version < '3.14').*//" \
 	    requirements.txt)" && printf '%s\n' "$$header" "$$pins" > requirements.txt

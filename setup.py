@@ -72,6 +72,7 @@ setup(
         # For a description of what no effect explains. An extra for the same reason.
         'diagnosis': ['pysindy'],
         'bench': ['scikit-sundae'],
+        'docs': ['furo', 'myst-parser', 'sphinx'],
     },
     zip_safe=True,
     entry_points={

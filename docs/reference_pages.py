@@ -1,0 +1,211 @@
+"""
+Writes the reference pages from the code: topics, nodes, configuration, effects, commands.
+
+`docs/conf.py` calls it, so that the pages of a build are never older than the code. By hand::
+
+    python docs/reference_pages.py FOLDER
+"""
+
+import importlib
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pneu_rig_ros.cli import command
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import Balance
+from pneu_rig_ros.model.parameters import SECTIONS
+from pneu_rig_ros.model.quantity import Choice, Quantity, QuantityList, specifications
+from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.rig.configuration import OVERRIDES, Sampling
+from pneu_rig_ros.rig.sensors import Sensors
+
+MADE = '<!-- made by docs/reference_pages.py from the code; do not edit -->'
+NODES = {
+    'plant': 'PlantNode',
+    'valve_command': 'ValveCommandNode',
+    'friction_estimator': 'FrictionEstimatorNode',
+    'recorder': 'RecorderNode',
+    'excitation': 'ExcitationNode',
+    'position_controller': 'PositionControllerNode',
+    'replay': 'ReplayNode',
+    'shadow': 'ShadowNode',
+}
+Lines = Iterator[str]
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> Lines:
+    """Yield the lines of a Markdown table."""
+    yield ''
+    for row in (heads, ['---'] * len(heads), *rows):
+        yield f'| {" | ".join(str(cell).replace("|", chr(92) + "|") for cell in row)} |'
+    yield ''
+
+
+def bounds(low: float, high: float) -> str:
+    """Return a range; empty where there is none."""
+    return f'{low:g} to {high:g}' if math.isfinite(low) and math.isfinite(high) else ''
+
+
+def topics() -> Lines:
+    """Yield the page of the topics."""
+    yield from ('# Topics', '', 'Names are relative to the namespace of the rig, but for those')
+    yield 'that begin with `/`. Every rig has the first table; the second comes from nodes that'
+    yield 'are started beside it. All are reliable; *kept* ones are transient local.'
+    for extra in (False, True):
+        rows = [
+            (f'`{t.name}`', f'`{t.type}`', t.content, t.when)
+            for t in TOPICS.values()
+            if t.extra == extra
+        ]
+        yield from table(('topic', 'type', 'content', 'published'), rows)
+
+
+def nodes() -> Lines:
+    """Yield the page of the nodes and their parameters."""
+    from pneu_rig_ros.nodes.rig_node import COMMON
+    from pneu_rig_ros.nodes.setup import PARAMETERS as SETUP
+    from pneu_rig_ros.nodes.setup import SET_AT_RUN_TIME
+
+    yield from ('# Nodes and parameters', '', 'Given with `--ros-args -p NAME:=VALUE`, or all')
+    yield 'together with `--params-file`: `config/nodes.yaml` holds every default. A wrong type'
+    yield 'or a value out of range is refused. *At run time*: `ros2 param set` may change it.'
+    for name, kind in NODES.items():
+        node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), kind)
+        declared = [*(SETUP if name == 'plant' else ()), *node.PARAMETERS]
+        yield from ('', f'## {name}', '', paragraph(node.__doc__))
+        rows = [_parameter_row(p) for p in declared]
+        if name == 'plant':
+            rows += [
+                (f'`{key}`', 'of the cylinder', q.unit, bounds(q.low, q.high), q.description,
+                 'yes' if key in SET_AT_RUN_TIME else '')
+                for key, q in OVERRIDES.items()
+            ]  # fmt: skip
+        yield from table(PARAMETER_HEADS, rows)
+    yield from ('', '## Of every node', '', 'Besides `use_sim_time`, which every ROS node has:')
+    yield from table(PARAMETER_HEADS, [_parameter_row(p) for p in COMMON])
+    yield '`rig` runs plant, valve_command, friction_estimator and recorder in one process; its'
+    yield 'nodes have the names and parameters above.'
+
+
+PARAMETER_HEADS = ('parameter', 'default', 'unit', 'range', 'meaning', 'at run time')
+
+
+def _parameter_row(p: Any) -> tuple[object, ...]:
+    default = str(p.default).lower() if isinstance(p.default, bool) else repr(p.default)
+    allowed = ', '.join(f'`{c}`' for c in p.choices) or bounds(p.low, p.high)
+    changes = '' if p.read_only else 'yes'
+    return f'`{p.name}`', f'`{default}`', p.unit, allowed, p.description, changes
+
+
+def configuration() -> Lines:
+    """Yield the page of the configuration file."""
+    yield from (
+        '# The configuration file',
+        '',
+        'What `cylinder`, `--cylinder` and `--model` take:',
+    )
+    yield 'the name of a shipped cylinder or a YAML file. Sections that a file lacks come from'
+    yield '`config/rig.yaml`; a section that it has must be complete. Every value carries its'
+    yield 'unit, as in `stroke: 0.2 m`, and `-` for a pure number. Pressures are absolute.'
+    for name, section in {**SECTIONS, 'sensors': Sensors, 'sampling': Sampling}.items():
+        yield from ('', f'## {name}', '', paragraph(section.__doc__))
+        yield from table(
+            ('key', 'unit', 'range', 'meaning'),
+            [(f'`{key}`', *_specification(spec)) for key, spec in specifications(section).items()],
+        )
+    yield from ('', '## effects', '', 'A mapping of effect to its parameters, see [](effects.md):')
+    yield from ('', '```yaml', 'effects:', '  chamber_leak: {area_1: 2e-9 m^2, area_2: 0.0 m^2}')
+    yield '```'
+
+
+def _specification(spec: Quantity | QuantityList | Choice) -> tuple[str, str, str]:
+    if isinstance(spec, Choice):
+        return 'name', ', '.join(f'`{name}`' for name in spec.names), spec.description
+    if isinstance(spec, QuantityList):
+        item = spec.item
+        kind = f'list of up to {spec.longest}, {item.unit}'
+        return kind, bounds(item.low, item.high), item.description
+    return spec.unit, bounds(spec.low, spec.high), spec.description
+
+
+def effects() -> Lines:
+    """Yield the page of the effects."""
+    yield from ('# Effects', '', 'What the model can add to the equations of the paper, switched')
+    yield 'on in the [configuration file](configuration.md#effects). With its null values an'
+    yield 'effect vanishes exactly. [](../add_effect.md) tells how to add one.'
+    for balance in Balance:
+        names = [n for n in library.names() if library.load(n).balance is balance]
+        if names:
+            yield from ('', f'## On {balance.name.lower().replace("_", " ")} [{balance.unit}]')
+        for name in names:
+            yield from _effect(name)
+
+
+def _effect(name: str) -> Lines:
+    effect = library.load(name)
+    yield from ('', f'### {name}', '', f'{effect.title[:1].upper()}{effect.title[1:]}. Shows in')
+    yield f'{", ".join(effect.regimes)}. Source: {effect.source}.'
+    if effect.laws:
+        yield f'Completes the friction law {" or ".join(f"`{law}`" for law in effect.laws)}.'
+    if effect.describes:
+        yield 'It only describes what `pneu-rig diagnose` found no name for.'
+    yield from table(
+        ('parameter', 'unit', 'range', 'null', 'meaning'),
+        [
+            (f'`{key}`', q.unit, bounds(q.low, q.high), f'{getattr(effect.null, key):g}',
+             q.description)
+            for key, q in specifications(effect.parameters).items()
+        ],
+    )  # fmt: skip
+
+
+def commands() -> Lines:
+    """Yield the page of the command line."""
+    yield from (
+        '# Commands',
+        '',
+        'As `pneu-rig COMMAND --help` tells them. Errors are one line on',
+    )
+    yield 'stderr and exit code 2, an interrupted command ends with 130. `--json` prints plain'
+    yield 'data on stdout and nothing else; `--quiet` prints nothing but errors.'
+    for name, subcommand in sorted(command.commands.items()):
+        parent = click.Context(command, info_name='pneu-rig', max_content_width=99)
+        with click.Context(
+            subcommand, info_name=name, parent=parent, max_content_width=99, terminal_width=99
+        ) as context:
+            yield from ('', f'## {name}', '', '```text', subcommand.get_help(context), '```')
+
+
+def paragraph(text: str | None) -> str:
+    """Return a docstring without its indentation and parameter list."""
+    lines = [line.strip() for line in (text or '').strip().splitlines()]
+    return '\n'.join(line for line in lines if not line.startswith(':param')).replace('``', '`')
+
+
+PAGES: dict[str, Callable[[], Lines]] = {
+    'topics': topics,
+    'nodes': nodes,
+    'configuration': configuration,
+    'effects': effects,
+    'commands': commands,
+}
+
+
+def write(folder: Path) -> None:
+    """Write all pages into a folder; what has not changed is left alone, for faster builds."""
+    folder.mkdir(exist_ok=True)
+    for name, page in PAGES.items():
+        first, *rest = page()
+        text = '\n'.join([first, '', MADE, *rest, ''])
+        path = folder / f'{name}.md'
+        if not path.exists() or path.read_text(encoding='utf-8') != text:
+            path.write_text(text, encoding='utf-8')
+
+
+if __name__ == '__main__':
+    write(Path(sys.argv[1]))

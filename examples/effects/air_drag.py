@@ -1,0 +1,43 @@
+"""Drag of the air on what the rod carries."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Drag area and density in one."""
+
+    coefficient: Annotated[
+        float, Quantity('N*s^2/m^2', 0.0, 1e4, 'force over speed squared, rho c_d A / 2')
+    ]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the force against the motion [N], and no mass [kg]."""
+    return -parameters.coefficient * signals.velocity * abs(signals.velocity), 0.0
+
+
+EFFECT = Effect(
+    title='air drags on the load',
+    balance=Balance.FORCE,
+    regimes=('sliding',),
+    source='F. M. White, Fluid Mechanics, section 7.6',
+    parameters=Parameters,
+    null=Parameters(0.0),
+    contribution=contribution,
+    probes=(Parameters(100.0), Parameters(1000.0), Parameters(5000.0)),
+)
