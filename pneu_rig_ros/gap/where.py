@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 
 WINDOW = 17
 """Blocks over which a drift of pressure is a flow."""
-SIGNIFICANT = 3.0
+SIGNIFICANT = 2.0
 """RMS of a residual in noises from which on a balance disagrees [-]."""
 LEAST_BLOCKS = 3
 """Regimes with fewer blocks say nothing."""

@@ -83,7 +83,8 @@ def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recor
     measured, again = Run.of('measured', record), rerun(record, ideal)
     gaps = compare_runs(measured, again)
     # the initial position is a mean of readings, so the run starts some nanometres off
-    assert gaps['position'].largest < 5e-6
+    assert gaps['position'].rmse < 5e-6
+    assert gaps['position'].largest < 7.3e-5  # a step of the rig's sensor: a slip comes at once
     assert gaps['pressure_1'].largest < 20.0
     assert gaps['friction'].largest < 0.05
     dwells = [cycle.dwell for cycle in measured.events.cycles]

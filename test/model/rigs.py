@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.parameters import FILM_REST_READINGS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration
 
@@ -16,9 +16,17 @@ INTERVAL = 1.16e-3
 SHUT = (2.5, 2.5)
 
 
+PLAIN_READING: dict[str, Any] = {
+    'element_stiffness': (6e4,), 'element_limit': (), 'stop_velocity': 7.5e-4,
+    'start_velocity': 5.5e-3, 'film_rest_reading': FILM_REST_READINGS.index('with_dwell_clock'),
+}  # fmt: skip
+"""What the paper leaves open, as plain as it can be read: closed forms are known for it."""
+
+
 def changed(cylinder: str, **sections: dict[str, Any]) -> Model:
-    """Return a shipped cylinder's model with fields of its sections replaced."""
+    """Return a shipped cylinder under the plain reading, fields of its sections replaced."""
     model = load_configuration(cylinder).model
+    model = model._replace(friction=model.friction._replace(**PLAIN_READING))
     for name, fields in sections.items():
         model = model._replace(**{name: getattr(model, name)._replace(**fields)})
     return model

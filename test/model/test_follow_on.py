@@ -5,13 +5,14 @@ import pytest
 
 from pneu_rig_ros.model import follow
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig import load_configuration
+
+from .rigs import changed
 
 INTERVAL = 1.16e-3
 
 
 def test_following_in_pieces_is_following_at_once() -> None:
-    model = load_configuration('cylinder_1').model
+    model = changed('cylinder_1')
     count = 3000
     voltages = np.tile([2.8, 2.2], (count, 1))
     actions = np.zeros(count, dtype=np.int64)
