@@ -93,9 +93,9 @@ def test_nothing_is_said_to_be_missing_where_nothing_is(key: str, tmp_path: Path
 
 @pytest.mark.xdist_group('blind_1')
 def test_wrong_parameter_is_told_from_a_missing_effect(tmp_path: Path) -> None:
-    line = carry_out(trial('parameter/friction.coulomb_force/cylinder_2/1'), tmp_path)
+    line = carry_out(trial('parameter/friction.stribeck_velocity/cylinder_3/1'), tmp_path)
     assert scores.parameter_first(line), line
-    assert line['errors']['friction.coulomb_force'] < 0.1
+    assert line['errors']['friction.stribeck_velocity'] < 0.1
 
 
 @pytest.mark.xdist_group('blind_2')

@@ -29,7 +29,7 @@ def test_prints_a_row_for_each_statement_and_writes_files(run: Run, tmp_path: Pa
 
 def test_json_alone_is_the_whole_output(run: Run, tmp_path: Path) -> None:
     reading = tmp_path / 'stiff.yaml'
-    reading.write_text('friction: {element_stiffness: [1e6 N/m]}')
+    reading.write_text('friction: {element_stiffness: [1e6 N/m], element_limit: []}')
     code, out, _ = run('--reading', reading, '--json')
     assert code == 0
     entries = json.loads(out)

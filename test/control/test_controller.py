@@ -44,7 +44,7 @@ def settled(run):
     return [tracking(reference[part], position[part], interval) for part in parts]
 
 
-@pytest.mark.parametrize('cylinder', CYLINDERS)
+@pytest.mark.parametrize('cylinder', ['cylinder_2', 'cylinder_3'])
 def test_a_bare_pid_hunts_and_compensation_ends_it(cylinder: str) -> None:
     bare = settled(controlled(cylinder, 'pid', 'reference_steps', compensated=False))
     compensated = settled(controlled(cylinder, 'pid', 'reference_steps'))

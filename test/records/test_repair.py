@@ -93,7 +93,9 @@ def test_repaired_bag_is_read_alike_by_three_readers(
     positions = [ros.position[0] for _, c, _, ros in decoded if c.topic == '/joint_states']
     forces = [ros.fluid_pressure for _, c, _, ros in decoded if c.topic == '/chamber_1/pressure']
     assert record.position.tolist() == positions
-    assert record.pressure_1.tolist() == forces
+    # the cut may be within a sample: its pressure is then not there
+    assert len(positions) - 1 <= len(forces) <= len(positions)
+    assert record.pressure_1.tolist()[: len(forces)] == forces
 
 
 @pytest.mark.parametrize('share', [0.2, 0.4, 0.5, 0.6, 0.8, 0.9, 0.99, 0.99999])
