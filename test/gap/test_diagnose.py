@@ -165,7 +165,10 @@ def test_improved_model_goes_into_the_plant(effect: Case, parameter: Case, tmp_p
 
 
 def test_model_that_is_consistent_stays_as_it_is(consistent: Case) -> None:
-    assert load_configuration(consistent.out / 'improved.yaml') == load_configuration('cylinder_2')
+    given = load_configuration('cylinder_2')
+    sensors = given.sensors._replace(position_class=0.0, pressure_class=0.0)
+    improved = load_configuration(consistent.out / 'improved.yaml')
+    assert improved == replace(given, sensors=sensors)
 
 
 class Texts(HTMLParser):
@@ -284,6 +287,8 @@ def test_terminal_tells_the_answer(effect: Case, capsys: pytest.CaptureFixture[s
     show(effect.data, effect.out)
     told = capsys.readouterr().out
     assert told.startswith(effect.data['sentence'])
-    for text in ('RMS/noise', 'gap left', 'chamber_leak.area_1', 'before/noise', 'measure next',
+    # a leak this small may stay below the noise of every single balance
+    assert ('RMS/noise' in told) == bool(effect.data['where'])
+    for text in ('gap left', 'chamber_leak.area_1', 'before/noise', 'measure next',
                  str(effect.out / 'improved.yaml')):  # fmt: skip
         assert text in told
