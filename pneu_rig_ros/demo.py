@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.records import repair
 from pneu_rig_ros.rig.configuration import configuration_folder
 
@@ -59,7 +60,9 @@ class NodeProcess:
         for key, value in parameters.items():
             # JSON is YAML, in which ROS reads parameters: names, numbers and odd paths survive.
             command += ['-p', f'{key}:={json.dumps(value)}']
-        own = {} if domain is None else {'ROS_DOMAIN_ID': str(domain)}
+        own = {OWNER: str(os.getpid())}
+        if domain is not None:
+            own['ROS_DOMAIN_ID'] = str(domain)
         with log.open('w') as output:
             self._process = subprocess.Popen(
                 command,
@@ -201,6 +204,6 @@ def prepare_environment() -> None:
     if profile.exists():
         os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(profile))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    domain = os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+    domain = os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 50))
     if not (domain.isdecimal() and int(domain) <= LAST_DOMAIN):
         raise RigError(f'ROS_DOMAIN_ID={domain}: must be a whole number from 0 to {LAST_DOMAIN}')

@@ -22,7 +22,7 @@ from pneu_rig_ros.rig import load_configuration
 
 BYTES_PER_SECOND = 5.9e5
 """How fast a bag grows [byte per simulated second], to tell how far a run is."""
-DOMAINS = 100
+DOMAINS = 50
 """Domains that are used: 1 to this one; higher ones take ports that others may have."""
 WATCH = 0.1
 """Time between two looks at the processes [s]."""

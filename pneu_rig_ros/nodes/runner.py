@@ -2,6 +2,7 @@
 
 import gc
 import inspect
+import os
 import signal
 import sys
 import time
@@ -13,6 +14,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import Diagnostics
 from pneu_rig_ros.nodes.pacing import claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
@@ -111,8 +113,14 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
     # What exists now lives until the end: the collector need not look at it again.
     gc.collect()
     gc.freeze()
+    owner = os.environ.get(OWNER)
+
+    def wanted() -> bool:
+        orphaned = owner is not None and os.getppid() != int(owner)
+        return not (stop or orphaned or any(node.done for node in runner.nodes))
+
     try:
-        runner.run(lambda: not stop and not any(node.done for node in runner.nodes))
+        runner.run(wanted)
     finally:
         runner.close()
     return 0

@@ -13,6 +13,7 @@ import pytest
 import yaml
 from rosbags.rosbag2 import Reader
 
+from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.drive import drive
 from pneu_rig_ros.records import read_record
 from pneu_rig_ros.records.wire import unpack_stamp
@@ -147,3 +148,11 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(start, node, parameter, t
     assert len(lines) == 1
     assert told in lines[0]
     assert 'Traceback' not in errors
+
+
+def test_node_ends_with_the_process_that_owns_it(start, monkeypatch, bystander):
+    monkeypatch.setenv(OWNER, '1')  # not this process, as if the owner had been killed
+    plant = start('plant')
+    _, errors = plant.communicate(timeout=30)
+    assert plant.returncode == 0, errors
+    assert errors == ''

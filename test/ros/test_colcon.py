@@ -18,13 +18,15 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState
 
+from .domain import own_domain
+
 PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = {
     'plant', 'valve_command', 'friction_estimator', 'recorder', 'rig',
     'excitation', 'position_controller', 'replay', 'shadow', 'pneu-rig',
 }  # fmt: skip
-DOMAIN = 1 + os.getpid() % 50  # of this run alone: another test run must not be heard
+DOMAIN = own_domain()
 PATIENCE = 60.0  # s, for a first start, which compiles the plant
 
 # rosdep key -> name on PyPI, where it is not the key without `python3-`
