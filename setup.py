@@ -59,6 +59,7 @@ setup(
             'mcap-ros2-support',
             'mypy',
             'playwright',  # drives the Chromium of the system
+            'psutil',
             'pytest',
             'pytest-timeout',
             'pytest-xdist',
@@ -71,7 +72,10 @@ setup(
         'tables': ['pint', 'pyarrow'],
         # For a description of what no effect explains. An extra for the same reason.
         'diagnosis': ['pysindy'],
+        # For more than one process or machine. An extra for the same reason.
+        'scale': ['distributed'],
         'bench': ['scikit-sundae'],
+        'fuzz': ['atheris; python_version >= "3.11" and sys_platform == "linux"'],
         'docs': ['furo', 'myst-parser', 'sphinx'],
     },
     zip_safe=True,

@@ -1,0 +1,1 @@
+"""Programs that prove that the suite keeps working; their figures go into docs/reliability.*."""
