@@ -17,8 +17,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from pneu_rig_ros.claims.experiments import CYLINDERS, Reading
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Friction
@@ -35,6 +33,7 @@ from pneu_rig_ros.rig.configuration import (
     configuration_folder,
     configuration_from_yaml,
 )
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
 DEFAULT = 'default'
 """The reading of the shipped cylinder files, and its name."""
@@ -74,7 +73,7 @@ def load_reading(source: str | Path) -> Reading:
     if str(source) == DEFAULT:
         return Reading()
     path = _locate(source)
-    reading = _read(_parsed(path), str(path), path.stem)
+    reading = _read(parse_yaml(read_text(path), str(path)), str(path), path.stem)
     _check_with_cylinders(reading, str(path))
     return reading
 
@@ -129,16 +128,6 @@ def _locate(source: str | Path) -> Path:
     if path.exists():
         return path
     raise RigError(f'reading: {unknown(str(source), [DEFAULT, *names])}, or a YAML file')
-
-
-def _parsed(path: Path) -> object:
-    try:
-        return yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'{path}: cannot be read: {reason}') from None
-    except yaml.YAMLError as error:
-        raise RigError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
 
 
 def _read(data: object, origin: str, stem: str) -> Reading:

@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import yaml
-
 from pneu_rig_ros.control.shapes import LEVEL, SHAPES, Shape
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import (
@@ -19,6 +17,7 @@ from pneu_rig_ros.model.quantity import (
     unknown,
 )
 from pneu_rig_ros.rig.configuration import configuration_folder
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
 COMMAND, REFERENCE = 'u', 'reference'
 LEVELS = {
@@ -97,13 +96,7 @@ def _locate(source: str | Path) -> Path:
 
 
 def _mapping(path: Path) -> dict[str, Any]:
-    try:
-        data = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'{path}: cannot be read: {reason}') from None
-    except (yaml.YAMLError, ValueError) as error:
-        raise RigError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
+    data = parse_yaml(read_text(path), str(path))
     if not isinstance(data, dict):
         raise RigError(f'{path}: expected a mapping with drives, shape and its parameters')
     return data

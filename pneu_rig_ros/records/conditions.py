@@ -13,13 +13,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-import yaml
-
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, specifications, unknown
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
 
 if TYPE_CHECKING:
     from pneu_rig_ros.records.record import Record
@@ -86,12 +85,7 @@ def apply_conditions(
 
 def read_conditions(path: Path | str) -> dict[str, float]:
     """Read a conditions file; see :func:`parse_conditions`."""
-    try:
-        text = Path(path).read_text(encoding='utf-8-sig')
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'{path}: cannot be read: {reason}') from None
-    return parse_conditions(text, str(path))
+    return parse_conditions(read_text(path), str(path))
 
 
 def parse_conditions(text: str, origin: str) -> dict[str, float]:
@@ -104,10 +98,8 @@ def parse_conditions(text: str, origin: str) -> dict[str, float]:
     :return: name of :data:`CONDITIONS` -> value in SI units, pressures absolute
     :raises RigError: for an unknown name, a wrong unit or a value out of range
     """
-    try:
-        data = yaml.safe_load(text) or {}
-    except yaml.YAMLError as error:
-        raise RigError(f'{origin}: not valid YAML: {" ".join(str(error).split())}') from None
+    data = parse_yaml(text, origin)
+    data = {} if data is None else data
     if not isinstance(data, dict):
         raise RigError(f'{origin}: expected a mapping with {", ".join(CONDITIONS)}')
     values: dict[str, float] = {}
@@ -122,7 +114,7 @@ def parse_conditions(text: str, origin: str) -> dict[str, float]:
 def format_conditions(conditions: Mapping[str, float]) -> str:
     """Return the text that :func:`parse_conditions` reads back to exactly the same values."""
     texts = {name: CONDITIONS[name].format(float(value)) for name, value in conditions.items()}
-    return yaml.safe_dump(texts, sort_keys=False) if texts else ''
+    return to_yaml(texts) if texts else ''
 
 
 def _known(name: str, origin: str) -> Quantity:

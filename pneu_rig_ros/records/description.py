@@ -15,7 +15,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import yaml
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.rig.yaml_file import parse_yaml
 
 if TYPE_CHECKING:
     from pneu_rig_ros.rig import RigConfiguration
@@ -40,8 +41,8 @@ def bag_metadata(description: str) -> dict[str, str]:
     """
     head = _HEAD_PATTERN.match(description)
     try:
-        loaded = yaml.safe_load(description)
-    except yaml.YAMLError:
+        loaded = parse_yaml(description, 'rig_description')
+    except RigError:
         loaded = None
     sections = loaded if isinstance(loaded, dict) else {}
     return {

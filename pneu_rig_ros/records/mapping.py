@@ -29,11 +29,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.units import convert
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
 SIGNALS = {
     'position': 'm',
@@ -134,13 +133,7 @@ def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> Table
         return source
     if isinstance(source, Mapping):
         return _checked(dict(source), 'mapping')
-    try:
-        data = yaml.safe_load(Path(source).read_text(encoding='utf-8-sig'))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'{source}: cannot be read: {reason}') from None
-    except yaml.YAMLError as error:
-        raise RigError(f'{source}: not valid YAML: {" ".join(str(error).split())}') from None
+    data = parse_yaml(read_text(source), str(source))
     if not isinstance(data, dict):
         raise RigError(f'{source}: expected a mapping of signals: {", ".join(SIGNALS)}')
     return _checked(data, str(source))

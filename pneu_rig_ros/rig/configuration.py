@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, cast
 
-import yaml
-
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, SECTIONS, Friction, Model, Operation
@@ -20,6 +18,7 @@ from pneu_rig_ros.model.quantity import (
     write_section,
 )
 from pneu_rig_ros.rig.sensors import Sensors
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
 
 
 class Sampling(NamedTuple):
@@ -70,7 +69,7 @@ class RigConfiguration:
         sections['sensors'] = write_section(self.sensors)
         sampling = Sampling(self.interval_ns, self.seed)
         sections['sampling'] = write_section(sampling)
-        return yaml.safe_dump(sections, sort_keys=False)
+        return to_yaml(sections)
 
 
 def configuration_folder() -> Path:
@@ -105,7 +104,7 @@ def load_configuration(source: str | Path, **overrides: object) -> RigConfigurat
     :raises RigError: for anything missing, unknown, of a wrong unit or out of range
     """
     path = _locate(source)
-    configuration = _read(_mapping(_text(path), str(path)), str(path))
+    configuration = _read(_mapping(read_text(path), str(path)), str(path))
     given = {key: value for key, value in overrides.items() if value is not None}
     return override(configuration, given) if given else configuration
 
@@ -152,19 +151,8 @@ def _locate(source: str | Path) -> Path:
     raise RigError(f'cylinder: {unknown(str(source), shipped_cylinders())}, or a YAML file')
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'{path}: cannot be read: {reason}') from None
-
-
 def _mapping(text: str, origin: str) -> dict[str, Any]:
-    try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise RigError(f'{origin}: not valid YAML: {" ".join(str(error).split())}') from None
+    data = parse_yaml(text, origin)
     if not isinstance(data, dict):
         raise RigError(f'{origin}: expected a mapping with {", ".join(_ALL_SECTIONS)}')
     return data
@@ -173,7 +161,7 @@ def _mapping(text: str, origin: str) -> dict[str, Any]:
 @functools.cache
 def _shared() -> dict[str, Any]:
     path = configuration_folder() / 'rig.yaml'
-    return _mapping(_text(path), str(path))
+    return _mapping(read_text(path), str(path))
 
 
 def _read(data: dict[str, Any], origin: str) -> RigConfiguration:

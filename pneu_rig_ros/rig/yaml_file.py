@@ -1,4 +1,10 @@
-"""YAML files whose top is a mapping."""
+"""
+YAML from anywhere: read without executing, expanding or guessing.
+
+Besides what is no YAML, this refuses what a hand-written file of this project never needs and a
+hostile or mistaken one may have: aliases, which can stand for terabytes; tags; the same key
+twice, of which one would silently win; nesting and texts without an end.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,6 +14,29 @@ import yaml
 
 from pneu_rig_ros.errors import RigError
 
+LARGEST_FILE, LONGEST_TEXT, DEEPEST = 1_000_000, 1000, 20
+"""Limits of a file [character], of one text in it [character], and of its nesting [level]."""
+
+# The same parser written in C where there is one, ten times as fast.
+_Base: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+
+
+class _Loader(_Base):
+    """Builds plain data only, and takes no key twice."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Return the mapping of a node."""
+        found: set[object] = set()
+        for key, _ in node.value:
+            name = key.value if isinstance(key, yaml.ScalarNode) else None
+            if name is not None and name in found:
+                line = key.start_mark.line + 1
+                raise yaml.constructor.ConstructorError(
+                    problem=f'key {name!r} for the second time in line {line}'
+                )
+            found.add(name)
+        return super().construct_mapping(node, deep)
+
 
 def read_yaml(path: Path | str) -> dict[str, Any]:
     """
@@ -15,16 +44,61 @@ def read_yaml(path: Path | str) -> dict[str, Any]:
 
     :raises RigError: when the file cannot be read, or is something else
     """
-    try:
-        data = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'{path}: cannot be read: {reason}') from None
-    except yaml.YAMLError as error:
-        raise RigError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
+    data = parse_yaml(read_text(path), str(path))
     if not isinstance(data, dict):
         raise RigError(f'{path}: expected a mapping of names')
     return data
+
+
+def read_text(path: Path | str) -> str:
+    """Return a text file in UTF-8, with or without a byte order mark; RigError if it is none."""
+    try:
+        with Path(path).open(encoding='utf-8-sig') as file:
+            return file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise RigError(f'{path}: cannot be read: {reason}') from None
+
+
+def parse_yaml(text: str, origin: str) -> Any:
+    """
+    Return the plain data of a YAML text, None if it is empty.
+
+    :param origin: what to call the text in an error
+    :raises RigError: when it is no YAML, or goes beyond the limits
+    """
+    if len(text) > LARGEST_FILE:
+        raise RigError(f'{origin}: longer than {LARGEST_FILE} characters')
+    try:
+        _check_extent(text)
+        return yaml.load(text, _Loader)
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
+        # dates and numbers that are none are told as ValueError
+        raise RigError(f'{origin}: not valid YAML: {error}') from None
+
+
+def _check_extent(text: str) -> None:
+    """Raise ValueError for what goes beyond the limits, before anything is built."""
+    depth = 0
+    for event in yaml.parse(text, Loader=_Base):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if complaint := _complaint(event, depth):
+            mark: Any = event.start_mark
+            raise ValueError(f'line {mark.line + 1}: {complaint}')
+
+
+def _complaint(event: Any, depth: int) -> str:
+    """Return what is wrong with an event of the parser, '' if nothing."""
+    if depth > DEEPEST:
+        return f'more than {DEEPEST} levels deep'
+    if isinstance(event, yaml.AliasEvent):
+        return f'alias *{event.anchor}; write the value out'
+    if getattr(event, 'tag', None):
+        return f'tag {event.tag}; write a plain value'
+    if isinstance(event, yaml.ScalarEvent) and len(event.value) > LONGEST_TEXT:
+        return f'text of {len(event.value)} characters, allowed are {LONGEST_TEXT}'
+    return ''
 
 
 def to_yaml(data: Mapping[str, Any]) -> str:
