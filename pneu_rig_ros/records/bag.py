@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import struct
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,7 +12,14 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, ReaderError
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.bag_file import UnindexedReader
+from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.topics import DERIVED
+from pneu_rig_ros.records.wire import unpack_string
+
+ATTEMPTS = 5
+PAUSE = 0.01
+"""Between two attempts to open a bag that is being recorded [s]; appending takes less."""
 
 
 def bag_directory(path: Path | str) -> Path:
@@ -33,13 +41,13 @@ def storage_files(directory: Path) -> list[Path]:
 @contextlib.contextmanager
 def open_bag(path: Path | str) -> Iterator[Reader]:
     """
-    Open a complete bag for reading.
+    Open a bag for reading, also one that is still being recorded.
 
-    :raises RigError: when it is none, or was cut off before its index was written
+    :raises RigError: when it is none, or was cut off within a message
     """
     directory = bag_directory(path)
     try:
-        with Reader(directory) as reader:
+        with _opened(directory) as reader:
             yield reader
     except (ReaderError, OSError, AssertionError, TypeError, struct.error) as error:
         raise RigError(
@@ -48,9 +56,36 @@ def open_bag(path: Path | str) -> Iterator[Reader]:
         ) from error
 
 
+@contextlib.contextmanager
+def _opened(directory: Path) -> Iterator[Reader]:
+    """Open a bag by its metadata, or by its only file when these are not written yet."""
+    files = storage_files(directory)
+    if (directory / 'metadata.yaml').exists() or len(files) > 1:
+        with Reader(directory) as reader:
+            yield reader
+        return
+    reader = Reader(files[0])
+    reader.storage = UnindexedReader(files[0])
+    for attempt in range(ATTEMPTS):
+        try:
+            reader.open()
+            break
+        except ReaderError:  # looked at while the recorder was appending
+            if attempt == ATTEMPTS - 1:
+                raise
+            time.sleep(PAUSE)
+    with contextlib.closing(reader):
+        yield reader
+
+
 def custom_data(reader: Reader) -> dict[str, str]:
     """Return the custom data of an open bag, see `pneu_rig_ros.records.description`."""
-    return dict(reader.storage.metadata.custom or {})
+    kept = reader.storage.metadata.custom
+    if kept is not None or not isinstance(reader.storage, UnindexedReader):
+        return dict(kept or {})
+    described = [c for c in reader.connections if c.topic.endswith('/rig_description')]
+    texts = [unpack_string(bytes(cdr)) for _, _, cdr in reader.messages(described)]
+    return bag_metadata(texts[-1]) if described and texts else {}
 
 
 def first_line(error: BaseException) -> str:

@@ -1,9 +1,9 @@
 """
 Makes a valid bag of one whose recorder was killed.
 
-Such a file lacks its last chunk, index and metadata, and only a stream reader opens it. What it
-yields is written into a new bag beside the old one, read back, and only then put in its place; the
-cut file stays beside it under another name.
+Such a file lacks its last chunk, index and metadata, and may end within a record. What a stream
+reader yields of it is written into a new bag beside the old one, read back, and only then put in
+its place; the cut file stays beside it under another name.
 """
 
 from __future__ import annotations
@@ -69,7 +69,9 @@ def repair(path: Path | str) -> RepairReport:
 
 
 def _healthy(directory: Path) -> RepairReport:
-    """Read every message; RigError if index and content do not agree."""
+    """Read every message; RigError without metadata, or if index and content do not agree."""
+    if not (directory / 'metadata.yaml').exists():
+        raise RigError(f'{directory} has no metadata.yaml')
     with open_bag(directory) as reader:
         count = sum(1 for _ in reader.messages())
         if count != reader.message_count:

@@ -1,12 +1,13 @@
 """
 Writes rosbag2 directories with MCAP storage, through `rosbags`, raw CDR in, raw CDR out.
 
-An MCAP file without its index can be read chunk by chunk up to its end, so what a killed recorder
-loses is the chunk it was filling. Left alone, rosbags closes a chunk at 1 MiB, i.e. every 2 s;
-here a chunk is also closed and handed to the operating system after ``FLUSH_PERIOD``.
+What a killed recorder loses is the chunk it was filling. Left alone, rosbags closes a chunk at
+1 MiB, i.e. every 2 s; here a chunk is also closed and handed to the operating system after
+``FLUSH_PERIOD``, in a file that can be read from then on, see `bag_file`.
 
-Messages are appended to rosbags' pending chunk directly, and its statistics kept once a chunk:
-``Writer.write`` does both for each message, which costs five times as much.
+Messages are appended to rosbags' pending chunk directly: ``Writer.write`` keeps statistics for
+each message, which costs five times as much. Here index and statistics are made of the file's
+chunks when the bag is complete, so that the memory of a recorder does not grow with its bag.
 """
 
 from __future__ import annotations
@@ -14,10 +15,12 @@ from __future__ import annotations
 import contextlib
 import struct
 import time
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from io import BytesIO
 from pathlib import Path
 from types import TracebackType
-from typing import Literal
+from typing import Any, Literal, cast
 
 from rosbags.interfaces import (
     Connection,
@@ -29,10 +32,11 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.rosbag2.storage_mcap import McapWriter, PendingChunk
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.bag_file import MAGIC, BagFile, chunks, index_record, totals
 from pneu_rig_ros.records.topics import DEPTH, topic_named
 
 FLUSH_PERIOD = 0.4
@@ -94,6 +98,9 @@ class BagWriter:
         storage = self._writer.storage
         assert isinstance(storage, McapWriter)
         self._storage = storage
+        storage.bio.close()
+        self._file = BagFile(storage.path)
+        storage.bio = cast('Any', self._file)
         self._flushed = time.monotonic()
 
     def add_topic(self, topic: str, type_name: str) -> None:
@@ -135,42 +142,50 @@ class BagWriter:
         self._flushed = time.monotonic()
         with self._explained():
             if self._storage.chunk.msgs:
-                self._count_chunk()
-                self._storage.close_chunk()
-            self._storage.bio.flush()
+                self._close_chunk()
+            self._file.commit()
 
-    def _count_chunk(self) -> None:
-        """Enter the messages of the pending chunk into the statistics of storage and bag."""
-        writer, storage, chunk = self._writer, self._storage, self._storage.chunk
-        for channel, entries in chunk.msgs.items():
-            storage.channel_stats[channel] += len(entries)
-            writer.counts[channel] += len(entries)
-            first, last = min(entries)[0], max(entries)[0]
-            chunk.message_start_time = min(chunk.message_start_time, first)
-            chunk.message_end_time = max(chunk.message_end_time, last)
-        storage.message_start_time = min(storage.message_start_time, chunk.message_start_time)
-        storage.message_end_time = max(storage.message_end_time, chunk.message_end_time)
-        writer.min_timestamp = storage.message_start_time
-        writer.max_timestamp = storage.message_end_time
+    def _close_chunk(self) -> None:
+        chunk = self._storage.chunk
+        entries = [entry for entries in chunk.msgs.values() for entry in entries]
+        chunk.message_start_time, chunk.message_end_time = min(entries)[0], max(entries)[0]
+        self._storage.close_chunk()
+        self._storage.chunks.clear()
 
     def close(self, metadata: Mapping[str, str]) -> None:
         """
         Write index and metadata.yaml; the bag is complete.
 
-        :param metadata: custom data, see `pneu_rig_ros.records.metadata`
+        :param metadata: custom data, see `pneu_rig_ros.records.description`
         """
         for key, value in metadata.items():
             self._writer.set_custom_data(key, value)
-        self.flush()
-        with self._explained():
-            if self.message_count == 0:
-                # rosbags would write a start at 2^63 - 1 ns, which no reader likes.
-                self._writer.min_timestamp = 0
-                self._storage.message_start_time = 0
-            self._writer.close()
+        try:
+            self.flush()
+        finally:
+            # What could not be written is not counted; what could be gets its index.
+            with self._explained():
+                self._take_stock()
+                self._writer.close()
+
+    def _take_stock(self) -> None:
+        """Give rosbags the chunks and statistics that belong into the index."""
+        storage, writer = self._storage, self._writer
+        storage.chunk = PendingChunk(0, 0, BytesIO(), defaultdict(list))
+        with storage.path.open('rb') as stream:
+            found = list(chunks(stream, len(MAGIC), self._file.tell()))
+        counted = totals(found)
+        storage.chunks = [index_record(chunk) for chunk in found]
+        # An empty bag would start at 2^63 - 1 ns otherwise, which no reader likes.
+        writer.min_timestamp = storage.message_start_time = counted.start_time
+        writer.max_timestamp = storage.message_end_time = counted.end_time
+        for channel in writer.counts:
+            count = counted.channel_message_counts.get(channel, 0)
+            writer.counts[channel] = storage.channel_stats[channel] = count
 
     def abort(self) -> None:
         """Stop without index, as a crash would; `pneu_rig_ros.records.repair` reads the rest."""
+        self._file.drop()
         self._writer.abort()
 
     def __enter__(self) -> BagWriter:
