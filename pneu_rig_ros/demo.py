@@ -21,7 +21,6 @@ from pathlib import Path
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.records import repair
-from pneu_rig_ros.rig.configuration import configuration_folder
 
 Progress = Callable[[float], None]
 """Told the time since the start of the stroke [s]."""
@@ -200,9 +199,6 @@ def prepare_environment() -> None:
 
     :raises RigError: when the user's ROS_DOMAIN_ID is none
     """
-    profile = configuration_folder() / 'fastdds.xml'
-    if profile.exists():
-        os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(profile))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     domain = os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 50))
     if not (domain.isdecimal() and int(domain) <= LAST_DOMAIN):

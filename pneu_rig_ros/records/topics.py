@@ -7,8 +7,8 @@ DIAGNOSTICS = '/diagnostics'
 PISTON = 'piston'
 """Name of the only joint in `joint_states` and `friction`."""
 
-DEPTH = 4000
-"""Queue [messages]: 4.6 s at 862 Hz, so that a stalled reader loses nothing."""
+DEPTH = 20_000
+"""Queue [messages]: 23 s at 862 Hz, so that a reader that stood still loses nothing."""
 
 EACH_SAMPLE = 'each sample'
 EACH_COMMAND = 'each command'
