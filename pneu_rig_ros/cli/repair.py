@@ -54,4 +54,6 @@ def _print(report: RepairReport) -> None:
     terminal.print(f'{report.path} is repaired: {size}')
     if not report.configuration_found:
         terminal.print('the rig configuration was not recorded; friction cannot be estimated')
+    if report.damaged_chunks:
+        terminal.print(f'{report.damaged_chunks} damaged chunks are left out')
     terminal.print(f'the cut file is kept: {report.cut_file}', style='dim')

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import struct
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from rosbags.rosbag2 import Reader, ReaderError
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag_file import UnindexedReader
 from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.integrity import check_metadata, check_storage
 from pneu_rig_ros.records.topics import DERIVED
 from pneu_rig_ros.records.wire import unpack_string
 
@@ -49,7 +49,10 @@ def open_bag(path: Path | str) -> Iterator[Reader]:
     try:
         with _opened(directory) as reader:
             yield reader
-    except (ReaderError, OSError, AssertionError, TypeError, struct.error) as error:
+    except RigError:
+        raise
+    except Exception as error:
+        # In damaged data rosbags, and the decompressors and parsers below it, stumble anyhow.
         raise RigError(
             f'{directory} is cut off or damaged ({first_line(error)}); '
             f'run: pneu-rig repair {directory}'
@@ -61,7 +64,9 @@ def _opened(directory: Path) -> Iterator[Reader]:
     """Open a bag by its metadata, or by its only file when these are not written yet."""
     files = storage_files(directory)
     if (directory / 'metadata.yaml').exists() or len(files) > 1:
+        check_metadata(directory)
         with Reader(directory) as reader:
+            check_storage(reader)
             yield reader
         return
     reader = Reader(files[0])
@@ -75,6 +80,7 @@ def _opened(directory: Path) -> Iterator[Reader]:
                 raise
             time.sleep(PAUSE)
     with contextlib.closing(reader):
+        check_storage(reader)
         yield reader
 
 

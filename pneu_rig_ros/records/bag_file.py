@@ -59,6 +59,11 @@ class BagFile:
         """Return where the next byte will be."""
         return self._size + len(self._pending)
 
+    def replace(self, place: int, data: bytes) -> None:
+        """Write over what waits, from an offset in the file [byte] on."""
+        start = place - self._size
+        self._pending[start : start + len(data)] = data
+
     def commit(self) -> None:
         """
         Hand over to the operating system what waits: it survives the end of this process.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.record import Floats, Stamps
+from pneu_rig_ros.records.record import Floats, Stamps, check_gaps
 
 HELD = ('u', 'voltage_1', 'voltage_2')
 """Signals that keep their value until the next one; the others are interpolated linearly."""
@@ -23,8 +23,8 @@ HELD = ('u', 'voltage_1', 'voltage_2')
 JITTER = 0.02
 """Stamps within this share of the interval of the grid lie on it [-]."""
 
-LARGEST = 100_000_000
-"""Most samples of a grid."""
+LONGEST = 4e9
+"""Most seconds from the epoch to a sample: in nanoseconds it must be a 64-bit number."""
 
 
 class Grid(NamedTuple):
@@ -67,10 +67,15 @@ def to_grid(time: Floats, signals: Mapping[str, Floats], epoch_ns: int = 0) -> G
     :raises RigError: when the stamps are so uneven that there is no such grid
     """
     steps = np.diff(time)
+    if np.abs(time).max() > LONGEST:
+        raise RigError(
+            f'times from {time[0]:g} to {time[-1]:g} s: allowed are up to {LONGEST:g} s'
+        )
     index, interval, off = _fit(time, steps)
     rounding = _resolution(time)
     notes = []
     if index is not None and off <= max(rounding, JITTER * interval):
+        check_gaps(int(index[-1]) + 1, index.size)
         interval_ns = round(_plain(interval, int(index[-1]), rounding) * 1e9)
         kept = dict(signals)
         if missing := int(index[-1]) + 1 - index.size:
@@ -100,6 +105,8 @@ def resample(wanted: Floats, known: Floats, values: Floats, name: str) -> Floats
 def _fit(time: Floats, steps: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
     """Return sample numbers, interval [s] and largest distance [s] of the stamps from a grid."""
     typical = float(np.median(steps))
+    if typical < 1e-9 or steps.max() / typical > LONGEST:
+        raise RigError(f'time steps of {typical:g} to {steps.max():g} s: no interval fits them')
     counts = np.round(steps / typical).astype(np.int64)
     if (counts < 1).any():
         return None, typical, np.inf
@@ -131,8 +138,9 @@ def _resampled(
     time: Floats, signals: Mapping[str, Floats], interval_ns: int
 ) -> tuple[Stamps, dict[str, Floats]]:
     interval = interval_ns * 1e-9
-    if interval_ns < 1 or (time[-1] - time[0]) / interval > LARGEST:
+    if interval_ns < 1:
         raise RigError('the time steps are so uneven that no sampling interval fits them')
+    check_gaps(int((time[-1] - time[0]) / interval) + 1, time.size)
     index = np.arange(int((time[-1] - time[0]) / interval + 1e-6) + 1, dtype=np.int64)
     wanted = time[0] + interval * index
     return index, {name: resample(wanted, time, v, name) for name, v in signals.items()}

@@ -7,12 +7,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import wire
 from pneu_rig_ros.records.bag import custom_data, find_namespace, open_bag
-from pneu_rig_ros.records.record import NEVER, UNITS, Floats, Record, Stamps, check_stamps
+from pneu_rig_ros.records.record import (
+    NEVER,
+    UNITS,
+    Floats,
+    Record,
+    Stamps,
+    check_gaps,
+    check_stamps,
+)
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -67,7 +76,10 @@ def read_record(path: Path | str) -> Record:
         namespace = find_namespace(reader.connections)
         metadata = custom_data(reader)
         counts = _counts(reader, namespace)
-        streams = _streams(reader, namespace)
+        try:
+            streams = _streams(reader, namespace)
+        except RigError as error:
+            raise RigError(f'{path}: {error}') from error
     try:
         return _align(streams, counts, metadata)
     except RigError as error:
@@ -86,11 +98,27 @@ def _streams(reader: Reader, namespace: str) -> dict[str, Stream]:
     connections = [c for c in reader.connections if c.topic in names]
     arrivals: dict[str, list[int]] = {topic: [] for topic in _DECODERS}
     rows: dict[str, list[tuple[Any, ...]]] = {topic: [] for topic in _DECODERS}
+    for connection in connections:
+        _check_type(connection, names[connection.topic])
     for connection, arrival_ns, cdr in reader.messages(connections):
         topic = names[connection.topic]
         arrivals[topic].append(arrival_ns)
-        rows[topic].append(_DECODERS[topic](cdr))
+        try:
+            rows[topic].append(_DECODERS[topic](cdr))
+        except RigError as error:
+            number = len(rows[topic]) + 1
+            raise RigError(f'{connection.topic}: message {number}: {error}') from error
+    for connection in connections:
+        found = len(rows[names[connection.topic]])
+        if found != connection.msgcount:
+            raise RigError(f'{connection.topic}: {found} messages, the index says '
+                           f'{connection.msgcount}')  # fmt: skip
     return {topic: _stream(arrivals[topic], rows[topic]) for topic in _DECODERS}
+
+
+def _check_type(connection: Connection, topic: str) -> None:
+    if connection.msgtype != TOPICS[topic].type:
+        raise RigError(f'{connection.topic} is {connection.msgtype}, must be {TOPICS[topic].type}')
 
 
 def _stream(arrivals: list[int], rows: list[tuple[Any, ...]]) -> Stream:
@@ -110,9 +138,10 @@ def _align(streams: dict[str, Stream], counts: dict[str, int], metadata: dict[st
     interval = _interval(streams['joint_states'].stamps, configuration)
     start = min(int(streams[topic].stamps.min()) for topic in SAMPLED)
     end = max(int(streams[topic].stamps.max()) for topic in SAMPLED)
-    grid = np.arange(start, end + 1, interval, dtype=np.int64)
     for topic in (*SAMPLED, 'friction'):
         check_stamps(streams[topic].stamps, start, interval, topic)
+    check_gaps((end - start) // interval + 1, streams['joint_states'].stamps.size)
+    grid = np.arange(start, end + 1, interval, dtype=np.int64)
     joint, cap, rod = (streams[topic] for topic in SAMPLED)
     arrival = np.full(grid.size, NEVER, dtype=np.int64)
     arrival[(joint.stamps - start) // interval] = joint.arrival_ns

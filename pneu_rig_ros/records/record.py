@@ -112,6 +112,22 @@ class Record:
         return 1e-9 * self.interval_ns * (self.position.size - 1)
 
 
+MOST_MISSING = 1_000_000
+"""So many samples may be missing beside ten for each that there is."""
+
+
+def check_gaps(wanted: int, there: int) -> None:
+    """
+    Raise RigError when far more samples are missing than there are: some stamp must be wrong.
+
+    :param wanted: samples from the first stamp to the last
+    :param there: samples that there are
+    """
+    if wanted > 10 * there + MOST_MISSING:
+        raise RigError(f'{there} samples are stamped as if they were {wanted}: is a stamp wrong, '
+                       'or were two recordings put together?')  # fmt: skip
+
+
 def check_stamps(stamps: Stamps, start_ns: int, interval_ns: int, topic: str) -> None:
     """Raise RigError unless the stamps [ns] increase strictly and lie on the sampling grid."""
     steps = np.diff(stamps)

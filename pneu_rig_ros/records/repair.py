@@ -3,21 +3,22 @@ Makes a valid bag of one whose recorder was killed.
 
 Such a file lacks its last chunk, index and metadata, and may end within a record. What a stream
 reader yields of it is written into a new bag beside the old one, read back, and only then put in
-its place; the cut file stays beside it under another name.
+its place; the cut file stays beside it under another name. Chunks that do not fit their checksums
+are left out.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
-import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.records import Channel, Message, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from rosbags.rosbag2.storage_mcap import decompress
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import wire
@@ -40,6 +41,7 @@ class RepairReport:
     :param duration: from the first to the last of them [s]
     :param configuration_found: whether the rig's configuration could be recovered
     :param cut_file: where the old file is kept, None if nothing was changed
+    :param damaged_chunks: chunks that were left out, as they do not fit their checksums
     """
 
     path: Path
@@ -48,6 +50,7 @@ class RepairReport:
     duration: float
     configuration_found: bool
     cut_file: Path | None
+    damaged_chunks: int = 0
 
 
 def repair(path: Path | str) -> RepairReport:
@@ -86,15 +89,15 @@ def _rewrite(directory: Path, file: Path) -> RepairReport:
     _make_room(workshop)
     try:
         new = workshop / file.stem
-        _copy_messages(file, new)
+        damaged = _copy_messages(file, new)
         report = _healthy(new)
         if report.messages == 0:
             raise RigError(f'{file} was cut off before its first message: nothing to recover')
         cut_file = _swap(new, directory, file)
     finally:
         shutil.rmtree(workshop, ignore_errors=True)
-    return RepairReport(
-        directory, True, report.messages, report.duration, report.configuration_found, cut_file
+    return replace(
+        report, path=directory, repaired=True, cut_file=cut_file, damaged_chunks=damaged
     )
 
 
@@ -106,34 +109,67 @@ def _make_room(workshop: Path) -> None:
         raise RigError(f'cannot write beside the bag, {workshop}: {error.strerror}') from error
 
 
-def _copy_messages(file: Path, new: Path) -> None:
-    """Write all that can be read of a cut file into a new bag."""
+def _copy_messages(file: Path, new: Path) -> int:
+    """Write all that can be read of a file into a new bag; return how many chunks were damaged."""
     metadata: dict[str, str] = {}
+    damaged: list[int] = []
     with BagWriter(new) as writer:
-        for topic, type_name, message in _readable(file):
+        for topic, type_name, message in _readable(file, damaged):
             writer.write(topic, type_name, message.log_time, message.data)
             if topic.endswith('/rig_description'):
-                metadata = bag_metadata(wire.unpack_string(message.data))
+                with contextlib.suppress(RigError):  # nobody could read it either
+                    metadata = bag_metadata(wire.unpack_string(message.data))
         writer.close(metadata)
+    return len(damaged)
 
 
-def _readable(file: Path) -> Iterator[tuple[str, str, Message]]:
-    """Yield topic, type and message up to where the file ends or makes no sense."""
+def _readable(file: Path, damaged: list[int]) -> Iterator[tuple[str, str, Message]]:
+    """
+    Yield topic, type and message up to where the file ends or makes no sense.
+
+    :param damaged: gets the number of each chunk that does not fit its checksum and is left out
+    """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
+    # The index repeats what stands in the chunks, of which any may be damaged.
+    for record in _outer_records(file):
+        _note(record, schemas, channels)
+    chunks = (record for record in _outer_records(file) if isinstance(record, Chunk))
+    for number, chunk in enumerate(chunks):
+        try:
+            content = breakup_chunk(_decompressed(chunk))
+        except Exception:
+            damaged.append(number)
+            continue
+        for record in content:
+            _note(record, schemas, channels)
+            if isinstance(record, Message) and record.channel_id in channels:
+                channel = channels[record.channel_id]
+                yield channel.topic, schemas[channel.schema_id].name, record
+
+
+def _outer_records(file: Path) -> Iterator[McapRecord]:
+    """Yield the records of a file, chunks as they are, up to where they make no sense."""
     limit = file.stat().st_size
     with file.open('rb') as stream:
-        try:
-            for record in StreamReader(stream, record_size_limit=limit).records:
-                if isinstance(record, Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    channels[record.id] = record
-                elif isinstance(record, Message):
-                    channel = channels[record.channel_id]
-                    yield channel.topic, schemas[channel.schema_id].name, record
-        except (McapError, struct.error, ValueError, KeyError, EOFError):
-            return
+        records = StreamReader(stream, record_size_limit=limit, emit_chunks=True).records
+        with contextlib.suppress(Exception):
+            yield from records
+
+
+def _note(record: McapRecord, schemas: dict[int, Schema], channels: dict[int, Channel]) -> None:
+    if isinstance(record, Schema):
+        schemas[record.id] = record
+    elif isinstance(record, Channel) and record.schema_id in schemas:
+        channels[record.id] = record
+
+
+def _decompressed(chunk: Chunk) -> Chunk:
+    """Return a chunk with its content as it is; ReaderError when the checksum does not fit."""
+    content = decompress(
+        chunk.data, chunk.compression, chunk.uncompressed_size, chunk.uncompressed_crc
+    )
+    return replace(chunk, compression='', data=content)
 
 
 def _swap(new: Path, directory: Path, file: Path) -> Path:

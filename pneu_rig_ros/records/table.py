@@ -65,6 +65,11 @@ class Table:
             if values.shape != self.time.shape:
                 raise RigError(f'{self.source}: {name} has shape {values.shape}, '
                                f'time has {self.time.shape}')  # fmt: skip
+            if not np.isfinite(values).all():
+                k = int((~np.isfinite(values)).argmax())
+                raise RigError(
+                    f'{self.source}: {name} is {values[k]} at sample {k}, must be finite'
+                )
         if self.time.size < 2:
             raise RigError(f'{self.source}: {self.time.size} samples, at least 2 are needed')
         if not (np.diff(self.time) > 0).all():

@@ -32,6 +32,7 @@ _CLOCK = struct.Struct('<4siI')
 _FLOAT64 = struct.Struct('<4sd')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _ENCAPSULATION = len(_LITTLE_ENDIAN)
+_MOST_PADDING = 3
 # Stand for the numbers in a new template, so that their places are found and not counted by hand.
 _MARKS = (1.2345678e-101, 2.3456789e-102, 3.4567891e-103)
 
@@ -221,7 +222,7 @@ class _Reader:
     """Walks through little-endian CDR; alignment counts from the end of the encapsulation."""
 
     def __init__(self, cdr: bytes) -> None:
-        if len(cdr) < _ENCAPSULATION or cdr[1] != _LITTLE_ENDIAN[1]:
+        if len(cdr) < _ENCAPSULATION or bytes(cdr[:2]) != _LITTLE_ENDIAN[:2]:
             raise RigError(f'message of {len(cdr)} bytes: not little-endian CDR')
         self._cdr = cdr
         self._at = _ENCAPSULATION
@@ -235,6 +236,8 @@ class _Reader:
     def stamp(self) -> int:
         seconds, nanoseconds = _TIME.unpack_from(self._cdr, self._at)
         self._at += 8
+        if nanoseconds >= NANOSECONDS:
+            raise RigError(f'stamp with {nanoseconds} ns in a second, allowed are below 1e9')
         return int(seconds) * NANOSECONDS + int(nanoseconds)
 
     def skip_string(self) -> None:
@@ -254,12 +257,17 @@ class _Reader:
         self._at += 8 * count
         return values
 
+    def end(self) -> None:
+        """Raise RigError unless all but the padding was read: else it is another type."""
+        if not 0 <= (left := len(self._cdr) - self._at) <= _MOST_PADDING:
+            raise RigError(f'message of {len(self._cdr)} bytes: {left} bytes too many')
+
 
 _Decoder = Callable[[bytes], _Value]
 
 
 def _decoder(decode: _Decoder[_Value]) -> _Decoder[_Value]:
-    """Turn bytes that end too early into a RigError."""
+    """Turn bytes that end too early, and text that is none, into a RigError."""
 
     @wraps(decode)
     def guarded(cdr: bytes) -> _Value:
@@ -267,6 +275,8 @@ def _decoder(decode: _Decoder[_Value]) -> _Decoder[_Value]:
             return decode(cdr)
         except (struct.error, IndexError) as error:
             raise RigError(f'{decode.__name__}: {len(cdr)} bytes are too few: {error}') from error
+        except UnicodeDecodeError as error:
+            raise RigError(f'{decode.__name__}: not UTF-8: {error}') from error
 
     return guarded
 
@@ -274,7 +284,10 @@ def _decoder(decode: _Decoder[_Value]) -> _Decoder[_Value]:
 @_decoder
 def unpack_float64(cdr: bytes) -> float:
     """Decode std_msgs/Float64. RigError when cut short."""
-    return _Reader(cdr).doubles(1)[0]
+    reader = _Reader(cdr)
+    (value,) = reader.doubles(1)
+    reader.end()
+    return value
 
 
 @_decoder
@@ -287,6 +300,7 @@ def unpack_valve_voltages(cdr: bytes) -> tuple[float, float]:
         reader.count()
     reader.count()
     values = reader.doubles(reader.count())
+    reader.end()
     if len(values) != 2:
         raise RigError(f'valve_voltages: {len(values)} values, allowed 2 (u1, u2 [V])')
     return values[0], values[1]
@@ -301,6 +315,7 @@ def unpack_joint_state(cdr: bytes) -> JointReading:
     for _ in range(reader.count()):
         reader.skip_string()
     fields = [reader.doubles(reader.count()) for _ in range(3)]
+    reader.end()
     position, velocity, effort = (field[0] if field else math.nan for field in fields)
     return JointReading(stamp_ns, position, velocity, effort)
 
@@ -311,7 +326,9 @@ def unpack_fluid_pressure(cdr: bytes) -> PressureReading:
     reader = _Reader(cdr)
     stamp_ns = reader.stamp()
     reader.skip_string()
-    return PressureReading(stamp_ns, *reader.doubles(2))
+    pressure, variance = reader.doubles(2)
+    reader.end()
+    return PressureReading(stamp_ns, pressure, variance)
 
 
 @_decoder
@@ -323,4 +340,7 @@ def unpack_stamp(cdr: bytes) -> int:
 @_decoder
 def unpack_string(cdr: bytes) -> str:
     """Decode std_msgs/String. RigError when cut short."""
-    return _Reader(cdr).string()
+    reader = _Reader(cdr)
+    text = reader.string()
+    reader.end()
+    return text

@@ -21,6 +21,7 @@ from io import BytesIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, cast
+from zlib import crc32
 
 from rosbags.interfaces import (
     Connection,
@@ -37,6 +38,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag_file import MAGIC, BagFile, chunks, index_record, totals
+from pneu_rig_ros.records.integrity import CHECKSUM_PLACE, seal_index, seal_metadata
 from pneu_rig_ros.records.topics import DEPTH, topic_named
 
 FLUSH_PERIOD = 0.4
@@ -131,8 +133,8 @@ class BagWriter:
         channel = connection.id
         chunk.msgs[channel].append((log_time_ns, chunk.bio.tell()))
         length = _FIXED_SIZE + len(cdr)
-        chunk.bio.write(_MESSAGE.pack(0x05, length, channel, 0, log_time_ns, log_time_ns))
-        chunk.bio.write(cdr)
+        head = _MESSAGE.pack(0x05, length, channel, 0, log_time_ns, log_time_ns)
+        chunk.bio.write(head + cdr)  # in one, so that an interrupt leaves no half of it
         self.message_count += 1
         if time.monotonic() - self._flushed > FLUSH_PERIOD or chunk.bio.tell() > CHUNK_SIZE:
             self.flush()
@@ -140,16 +142,30 @@ class BagWriter:
     def flush(self) -> None:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
         self._flushed = time.monotonic()
-        with self._explained():
-            if self._storage.chunk.msgs:
-                self._close_chunk()
-            self._file.commit()
+        chunk, start = self._storage.chunk, self._file.tell()
+        try:
+            with self._explained():
+                if chunk.msgs:
+                    self._close_chunk(chunk, start)
+                self._file.commit()
+        except KeyboardInterrupt:
+            # The chunk is in the file or not at all, and then it is written by the next call.
+            self._file.drop()
+            if self._file.tell() == start:
+                self._storage.chunk = chunk
+            raise
 
-    def _close_chunk(self) -> None:
-        chunk = self._storage.chunk
-        entries = [entry for entries in chunk.msgs.values() for entry in entries]
-        chunk.message_start_time, chunk.message_end_time = min(entries)[0], max(entries)[0]
-        self._storage.close_chunk()
+    def _close_chunk(self, chunk: PendingChunk, start: int) -> None:
+        for entries in chunk.msgs.values():
+            if entries and entries[-1][1] >= chunk.bio.tell():
+                entries.pop()  # of a message before which there was an interrupt
+        times = [time_ns for entries in chunk.msgs.values() for time_ns, _ in entries]
+        if not times:
+            return
+        chunk.message_start_time, chunk.message_end_time = min(times), max(times)
+        checksum = crc32(chunk.bio.getbuffer())
+        self._storage.close_chunk()  # rosbags leaves its place for a checksum empty
+        self._file.replace(start + CHECKSUM_PLACE, struct.pack('<I', checksum))
         self._storage.chunks.clear()
 
     def close(self, metadata: Mapping[str, str]) -> None:
@@ -167,6 +183,8 @@ class BagWriter:
             with self._explained():
                 self._take_stock()
                 self._writer.close()
+                seal_index(self._storage.path)
+                seal_metadata(self.path / 'metadata.yaml')
 
     def _take_stock(self) -> None:
         """Give rosbags the chunks and statistics that belong into the index."""

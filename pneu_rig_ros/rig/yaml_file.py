@@ -70,25 +70,30 @@ def parse_yaml(text: str, origin: str) -> Any:
     if len(text) > LARGEST_FILE:
         raise RigError(f'{origin}: longer than {LARGEST_FILE} characters')
     try:
-        _check_extent(text)
+        check_yaml(text)
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         # dates and numbers that are none are told as ValueError
         raise RigError(f'{origin}: not valid YAML: {error}') from None
 
 
-def _check_extent(text: str) -> None:
-    """Raise ValueError for what goes beyond the limits, before anything is built."""
+def check_yaml(text: str, longest: int = LONGEST_TEXT) -> None:
+    """
+    Look at a YAML text before anything is built of it.
+
+    :param longest: allowed length of one text in it [character]
+    :raises ValueError: for what goes beyond the limits; YAMLError for what is no YAML
+    """
     depth = 0
     for event in yaml.parse(text, Loader=_Base):
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
-        if complaint := _complaint(event, depth):
+        if complaint := _complaint(event, depth, longest):
             mark: Any = event.start_mark
             raise ValueError(f'line {mark.line + 1}: {complaint}')
 
 
-def _complaint(event: Any, depth: int) -> str:
+def _complaint(event: Any, depth: int, longest: int) -> str:
     """Return what is wrong with an event of the parser, '' if nothing."""
     if depth > DEEPEST:
         return f'more than {DEEPEST} levels deep'
@@ -96,8 +101,8 @@ def _complaint(event: Any, depth: int) -> str:
         return f'alias *{event.anchor}; write the value out'
     if getattr(event, 'tag', None):
         return f'tag {event.tag}; write a plain value'
-    if isinstance(event, yaml.ScalarEvent) and len(event.value) > LONGEST_TEXT:
-        return f'text of {len(event.value)} characters, allowed are {LONGEST_TEXT}'
+    if isinstance(event, yaml.ScalarEvent) and len(event.value) > longest:
+        return f'text of {len(event.value)} characters, allowed are {longest}'
     return ''
 
 
