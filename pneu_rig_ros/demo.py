@@ -48,29 +48,53 @@ class NodeProcess:
     :param parameters: of the node
     :param log: file for its output
     :param domain: ROS_DOMAIN_ID; that of this process when not given
+    :param environment: variables besides those of this process
     """
 
     def __init__(
-        self, name: str, parameters: Mapping[str, Value], log: Path, domain: int | None = None
+        self,
+        name: str,
+        parameters: Mapping[str, Value],
+        log: Path,
+        domain: int | None = None,
+        environment: Mapping[str, str] | None = None,
     ) -> None:
         self.name = name
         self._log = log
-        command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{name}', '--ros-args']
+        self._command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{name}', '--ros-args']
         for key, value in parameters.items():
             # JSON is YAML, in which ROS reads parameters: names, numbers and odd paths survive.
-            command += ['-p', f'{key}:={json.dumps(value)}']
-        own = {OWNER: str(os.getpid())}
+            self._command += ['-p', f'{key}:={json.dumps(value)}']
+        self._environment = {OWNER: str(os.getpid()), **(environment or {})}
         if domain is not None:
-            own['ROS_DOMAIN_ID'] = str(domain)
-        with log.open('w') as output:
-            self._process = subprocess.Popen(
-                command,
+            self._environment['ROS_DOMAIN_ID'] = str(domain)
+        log.write_text('')
+        self._process = self._start()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        with self._log.open('a') as output:
+            return subprocess.Popen(
+                self._command,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
-                env={**os.environ, **own},
+                env={**os.environ, **self._environment},
                 start_new_session=True,  # Ctrl-C stops the nodes in order, through `stop`.
             )
+
+    @property
+    def number(self) -> int:
+        """Number of its process."""
+        return self._process.pid
+
+    def revive(self) -> bool:
+        """Start the node again if it was killed; RigError if it has ended by itself."""
+        if self._process.poll() is None:
+            return False
+        if self._process.returncode >= 0:
+            self.check()
+        self._process = self._start()
+        return True
 
     def check(self) -> None:
         """Raise RigError if the node has ended."""
