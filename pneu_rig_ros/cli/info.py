@@ -30,12 +30,13 @@ def info(bag: Path, as_json: bool) -> None:
     summary = summarise(record)
     if as_json:
         output.print_json({'bag': str(bag), **_origin(record), 'messages': dict(record.counts),
-                           **summary.to_dict()})  # fmt: skip
+                           'checksums': record.protected, **summary.to_dict()})  # fmt: skip
         return
     output.print_summary(summary, {'bag': bag})
     origin = _origin(record)
     text = f'pneu_rig_ros {origin["package_version"]}, revision {origin["git_revision"]}'
-    output.print_values({'written by': text})
+    checked = 'of every message' if record.protected else 'none: changed bits would go unnoticed'
+    output.print_values({'written by': text, 'checksums': checked})
     output.console().print()
     _print_topics(record, summary.lost)
 

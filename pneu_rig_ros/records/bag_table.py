@@ -13,17 +13,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Reader as Reader1
+from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.bag import find_namespace, first_line
 from pneu_rig_ros.records.grid import HELD, resample
+from pneu_rig_ros.records.integrity import check_metadata, check_storage, unprotected_messages
 from pneu_rig_ros.records.mapping import PRESSURES, SIGNALS, Source, TableMapping
 from pneu_rig_ros.records.record import Floats, Stamps
 from pneu_rig_ros.records.table import Table, in_si, unit_of
+from pneu_rig_ros.records.wire import NANOSECONDS
 
 USUAL_FIELDS = {
     'std_msgs/msg/Float64': 'data',
@@ -74,14 +78,29 @@ def read_bag_table(path: Path, mapping: TableMapping | None, zero: float) -> Tab
     if mapping is not None and not mapping.of_bag:
         raise RigError(f'{mapping.origin}: maps columns, but {path} is a bag; write topics: ...')
     directory = path if path.is_dir() or path.suffix == '.bag' else path.parent
+    if directory.is_dir():
+        check_metadata(directory)
     try:
         with AnyReader([directory], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+            unprotected = any(map(_unprotected, reader.readers))
             sources = dict(mapping.signals) if mapping else _own(reader.connections)
             origin = mapping.origin if mapping else str(path)
             streams, gauge = _streams(reader, sources, origin, zero)
-    except (AnyReaderError, OSError, KeyError) as error:
-        raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from None
-    return _table(str(path), streams, zero if gauge else None)
+    except RigError:
+        raise
+    except Exception as error:
+        # In damaged data rosbags, and the decompressors and parsers below it, stumble anyhow.
+        raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from error
+    notes = ['no checksums: changed bits would not be noticed'] if unprotected else []
+    return _table(str(path), streams, zero if gauge else None, notes)
+
+
+def _unprotected(reader: Reader | Reader1) -> bool:
+    """Check the index of a bag; return whether its messages lack checksums."""
+    if isinstance(reader, Reader1):
+        return True
+    check_storage(reader)
+    return unprotected_messages(reader)
 
 
 def _own(connections: list[Connection]) -> dict[str, Source]:
@@ -166,7 +185,11 @@ def _stamp(message: Any, log_time: int) -> int:
     """Return the stamp of the header [ns], else the time of recording."""
     header = getattr(message, 'header', None)
     stamp = getattr(header, 'stamp', None)
-    return log_time if stamp is None else int(stamp.sec) * 10**9 + int(stamp.nanosec)
+    if stamp is None:
+        return log_time
+    if not 0 <= stamp.nanosec < NANOSECONDS:
+        raise RigError(f'stamp with {stamp.nanosec} ns in a second, allowed are below 1e9')
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
 def _value(message: Any, steps: list[str], path: str, where: str) -> float:
@@ -204,7 +227,9 @@ def _fields(part: Any) -> str:
     return f', it has {len(part)} elements' if hasattr(part, '__len__') else ''
 
 
-def _table(path: str, streams: dict[str, Stream], atmosphere: float | None) -> Table:
+def _table(
+    path: str, streams: dict[str, Stream], atmosphere: float | None, notes: list[str]
+) -> Table:
     """Return all streams at the stamps of the one with the most messages."""
     sampled = {name: s for name, s in streams.items() if name not in HELD} or streams
     main = max(sampled, key=lambda name: sampled[name].stamps.size)
@@ -222,7 +247,7 @@ def _table(path: str, streams: dict[str, Stream], atmosphere: float | None) -> T
         for name, stream in streams.items()
     }
     late = [name for name in streams if name in HELD and streams[name].stamps[0] > epoch]
-    notes = [f'{name} starts after the first sample; its first value is held' for name in late]
+    notes += [f'{name} starts after the first sample; its first value is held' for name in late]
     return Table(path, time, signals, epoch, atmosphere, tuple(notes))
 
 

@@ -3,7 +3,7 @@ Keeps a damaged bag from passing for a whole one, and a hostile one from filling
 
 A bag of this project has a checksum over each chunk, over the index of its MCAP file and over its
 metadata.yaml, so that a changed bit anywhere is found. In a bag of others that lacks them only
-what contradicts itself is found; :func:`unprotected` tells.
+what contradicts itself is found; :func:`unprotected_messages` tells.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def check_storage(reader: Reader) -> None:
                        f'{topic}, the index {found[topic]} ({count} apart)')  # fmt: skip
 
 
-def unprotected(reader: Reader) -> bool:
+def unprotected_messages(reader: Reader) -> bool:
     """Return whether the messages of an open bag lack a checksum."""
     return any(
         not isinstance(storage, McapReader) or not all(_checksums(storage))

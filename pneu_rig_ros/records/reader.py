@@ -13,6 +13,7 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import wire
 from pneu_rig_ros.records.bag import custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.integrity import unprotected_messages
 from pneu_rig_ros.records.record import (
     NEVER,
     UNITS,
@@ -75,13 +76,14 @@ def read_record(path: Path | str) -> Record:
     with open_bag(path) as reader:
         namespace = find_namespace(reader.connections)
         metadata = custom_data(reader)
+        protected = not unprotected_messages(reader)
         counts = _counts(reader, namespace)
         try:
             streams = _streams(reader, namespace)
         except RigError as error:
             raise RigError(f'{path}: {error}') from error
     try:
-        return _align(streams, counts, metadata)
+        return _align(streams, counts, metadata, protected)
     except RigError as error:
         raise RigError(f'{path}: {error}') from error
 
@@ -130,7 +132,9 @@ def _stream(arrivals: list[int], rows: list[tuple[Any, ...]]) -> Stream:
     )
 
 
-def _align(streams: dict[str, Stream], counts: dict[str, int], metadata: dict[str, str]) -> Record:
+def _align(
+    streams: dict[str, Stream], counts: dict[str, int], metadata: dict[str, str], protected: bool
+) -> Record:
     for topic in SAMPLED:
         if streams[topic].stamps.size == 0:
             raise RigError(f'no message on {topic}: was the plant running and unpaused?')
@@ -169,6 +173,7 @@ def _align(streams: dict[str, Stream], counts: dict[str, int], metadata: dict[st
         counts=counts,
         configuration=configuration,
         metadata=metadata,
+        protected=protected,
         **signals,
     )
 

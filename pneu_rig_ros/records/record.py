@@ -51,6 +51,7 @@ class Record:
     :param counts: topic -> number of messages in the bag
     :param configuration: the rig, None if the bag does not say
     :param metadata: custom data of the bag
+    :param protected: whether checksums stood by every message, so that no bit can have changed
     :raises RigError: when lengths differ, a value is not finite or a stamp is off the grid
     """
 
@@ -68,6 +69,7 @@ class Record:
     counts: Mapping[str, int] = field(default_factory=dict)
     configuration: RigConfiguration | None = None
     metadata: Mapping[str, str] = field(default_factory=dict)
+    protected: bool = True
 
     def __post_init__(self) -> None:
         """Validate, and make the arrays read-only."""
