@@ -4,6 +4,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from pneu_rig_ros.nodes import wiring
 from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.twins import PROCESS, own_process
 from pneu_rig_ros.records.topics import DIAGNOSTICS
 
 PERIOD_NS = 1_000_000_000
@@ -25,12 +26,13 @@ class Diagnostics:
 
     def publish(self) -> None:
         """Publish the node's report now."""
-        report = self._node.report()
+        report = self._node.full_report()
+        values = {**report.values, PROCESS: own_process()}
         status = DiagnosticStatus(
             level=report.level,
             name=self._node.get_fully_qualified_name(),
             message=report.summary,
-            values=[KeyValue(key=key, value=str(value)) for key, value in report.values.items()],
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
         message = DiagnosticArray(status=[status])
         message.header.stamp = self._node.get_clock().now().to_msg()

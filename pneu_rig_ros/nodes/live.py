@@ -55,6 +55,7 @@ class LiveNode(RigNode):
     """
 
     period_ns = PERIOD_NS
+    unique = False
 
     def __init__(
         self, context: Context | None = None, overrides: Mapping[str, Any] | None = None

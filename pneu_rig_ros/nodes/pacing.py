@@ -61,6 +61,11 @@ class Metronome:
         self.errors = TickErrors()
         self._deadline = 0
 
+    def begin(self, now_ns: int) -> None:
+        """Count the deadlines from a reading of the monotonic clock [ns] on, errors anew."""
+        self._deadline = now_ns
+        self.errors = TickErrors()
+
     def wait(self) -> None:
         """Sleep until the next deadline; return at once when it has passed already."""
         self._deadline = (self._deadline or time.monotonic_ns()) + self.period_ns
@@ -71,11 +76,17 @@ class Metronome:
 
 
 class Arrivals:
-    """Waits for a message on any of some inlets."""
+    """
+    Waits for a message on any of some inlets.
+
+    :param gap_ns: least time between two turns [ns], so that a flood of messages is met in lumps
+    """
 
     _TIMEOUT_NS = 20_000_000
 
-    def __init__(self, inlets: Sequence[Inlet], context: Context) -> None:
+    def __init__(self, inlets: Sequence[Inlet], context: Context, gap_ns: int = 0) -> None:
+        self._gap_ns = gap_ns
+        self._turn_ns = 0
         self._handles = [inlet.handle for inlet in inlets]
         assert context.handle is not None
         with context.handle:
@@ -87,6 +98,11 @@ class Arrivals:
         for handle in self._handles:
             self._set.add_subscription(handle)
         self._set.wait(self._TIMEOUT_NS)
+        if self._gap_ns:
+            early = self._turn_ns + self._gap_ns - time.monotonic_ns()
+            if early > 0:
+                time.sleep(early * 1e-9)
+            self._turn_ns = time.monotonic_ns()
 
 
 def claim_realtime_priority(priority: int) -> str | None:

@@ -1,6 +1,7 @@
 """The plant node: the emulated rig, sampled at exact intervals."""
 
 import math
+import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,6 +18,7 @@ from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
 from pneu_rig_ros.nodes.setup import SET_AT_RUN_TIME, declare_setup, read_setup
+from pneu_rig_ros.nodes.wall_clock import WallClock
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.records.wire import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.rig import Rig
@@ -69,6 +71,7 @@ class PlantNode(RigNode):
         self._voltages = valve_voltages(0.0)
         self._rate = Rate()
         self._metronome = Metronome(self.period_ns) if self._speed else None
+        self._wall_clock = WallClock()
         self._prepare()
 
     def _warm_up(self) -> None:
@@ -139,11 +142,19 @@ class PlantNode(RigNode):
 
     def _begin(self) -> None:
         """Fix the stamp of tick 0; what was late before it does not count."""
+        self._late_before = 0
+        self._wall_clock = WallClock()
+        self._start_ns = 0 if self.simulated_time else self._next_on_grid()
         if self._metronome:
-            self._metronome.errors = TickErrors()
-            self._late_before = 0
-        self._start_ns = 0 if self.simulated_time else self.get_clock().now().nanoseconds
+            self._metronome.begin(time.monotonic_ns())
         self._prepare()
+
+    def _next_on_grid(self) -> int:
+        """Wait for a multiple of the interval [ns]: one grid of stamps, also after a new start."""
+        now = self.get_clock().now().nanoseconds
+        remaining = -now % self.interval_ns
+        time.sleep(remaining * 1e-9)
+        return int(now + remaining)
 
     def _prepare(self) -> None:
         """Encode the present sample for the present tick."""
@@ -240,6 +251,10 @@ class PlantNode(RigNode):
             return Report(DiagnosticStatus.WARN, 'sensor saturated', values)
         if late > LATE_SHARE * rate:
             return Report(DiagnosticStatus.WARN, f'{late} ticks late in the last second', values)
+        self._wall_clock.look()
+        jump = None if self.simulated_time else self._wall_clock.told('stamps')
+        if jump:
+            return Report(DiagnosticStatus.WARN, jump, values)
         return Report(DiagnosticStatus.OK, 'paused' if self._paused else 'running', values)
 
 

@@ -1,5 +1,7 @@
 """The recorder node: every topic of the rig into a bag, losing nothing."""
 
+import contextlib
+import itertools
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
@@ -8,14 +10,17 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.losses import Losses
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
 from pneu_rig_ros.nodes.timeline import Timeline
+from pneu_rig_ros.nodes.wall_clock import WallClock
 from pneu_rig_ros.nodes.wiring import Arrival, Inlet
 from pneu_rig_ros.records import BagWriter
+from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.topics import CLOCK, TOPICS
 from pneu_rig_ros.records.wire import unpack_stamp, unpack_string
@@ -33,8 +38,9 @@ class RecorderNode(RigNode):
     """
     Writes the raw messages of all topics to a rosbag2 directory with MCAP storage.
 
-    The log time is the time of reception, as in rosbag2. In simulated time it is the stamp, and
-    for messages without one the stamp of the sample that was sent last before them.
+    The log time is the time of reception, as in rosbag2, and never goes back. In simulated time it
+    is the stamp, and for messages without one the stamp of the sample that was sent last before.
+    When the bag cannot be written any more, what is in it stays and the rig goes on unrecorded.
     """
 
     period_ns = 20_000_000
@@ -46,7 +52,10 @@ class RecorderNode(RigNode):
     ) -> None:
         super().__init__('recorder', context, overrides)
         default = f'runs/{datetime.now():%Y-%m-%d_%H-%M-%S}'
-        self._writer = BagWriter(Path(self.text('output') or default))
+        self._writer = BagWriter(successor(Path(self.text('output') or default)))
+        self._failure: RigError | None = None
+        self._wall_clock = WallClock()
+        self._newest_ns = 0
         self._description = ''
         self._timeline = Timeline() if self.simulated_time else None
         self._waiting: list[tuple[Inlet, Arrival]] = []
@@ -59,20 +68,35 @@ class RecorderNode(RigNode):
         self.get_logger().info(f'recording to {self._writer.path.resolve()}')
 
     def work(self) -> None:
-        """Write all that has arrived."""
+        """Write all that has arrived; drop it once the bag cannot be written any more."""
         batch = [(inlet, arrival) for inlet in self.inlets for arrival in inlet.arrivals()]
+        self._wall_clock.look()
         for inlet, arrival in batch:
             self._losses.note(inlet.topic.name, arrival.number)
             if inlet.topic.name == DESCRIPTION:
                 self._description = unpack_string(arrival.cdr)
+        if self._failure is None:
+            try:
+                self._record(batch)
+            except RigError as error:
+                self._failure = error
+                self.get_logger().error(self._told(error))
+
+    def _record(self, batch: list[tuple[Inlet, Arrival]]) -> None:
         if self._timeline is None:
-            batch.sort(key=lambda item: item[1].received_ns)
-            for inlet, arrival in batch:
-                self._write(inlet, arrival.received_ns, arrival.cdr)
+            self._write_received(batch)
         else:
             self._write_simulated(batch, self._timeline)
         if not batch:
             self._writer.flush()
+
+    def _write_received(self, batch: list[tuple[Inlet, Arrival]]) -> None:
+        """Write at the time of reception; a clock that is set does not turn time back."""
+        steady = self._wall_clock.steady
+        timed = [(steady(arrival.received_ns), inlet, arrival.cdr) for inlet, arrival in batch]
+        for received_ns, inlet, cdr in sorted(timed, key=lambda item: item[0]):
+            self._newest_ns = max(self._newest_ns, received_ns)
+            self._write(inlet, self._newest_ns, cdr)
 
     def _write_simulated(self, batch: list[tuple[Inlet, Arrival]], timeline: Timeline) -> None:
         """Write at simulated time; what has no stamp waits until the sample after it is here."""
@@ -97,8 +121,16 @@ class RecorderNode(RigNode):
         self._rate.count += 1
 
     def close(self) -> None:
-        """Write what still waits, then index and metadata."""
+        """
+        Write what still waits, then index and metadata.
+
+        :raises RigError: when the bag could not be written to its end
+        """
         self.work()
+        if self._failure is not None:
+            with contextlib.suppress(RigError):  # there may be room for the index
+                self._writer.close(bag_metadata(self._description))
+            raise RigError(self._told(self._failure))
         for inlet, arrival in self._waiting:
             assert self._timeline is not None
             self._write(inlet, self._timeline.time_of(arrival.sent_ns), arrival.cdr)
@@ -113,9 +145,25 @@ class RecorderNode(RigNode):
             'lost': self._losses.total,
             'bag': self._writer.path.resolve(),
         }
+        jump = None if self.simulated_time else self._wall_clock.told('log times')
+        if self._failure is not None:
+            return Report(DiagnosticStatus.ERROR, self._told(self._failure), values)
         if self._losses.total:
             return Report(DiagnosticStatus.WARN, f'{self._losses.total} messages lost', values)
+        if jump:
+            return Report(DiagnosticStatus.WARN, jump, values)
         return Report(DiagnosticStatus.OK, 'recording', values)
+
+    def _told(self, failure: RigError) -> str:
+        return f'{failure}; recording has ended, what was recorded is kept'
+
+
+def successor(path: Path) -> Path:
+    """Return the path; where a killed recorder has left its bag, the next name that is free."""
+    if not path.is_dir() or not storage_files(path) or (path / 'metadata.yaml').exists():
+        return path
+    names = (path.with_name(f'{path.name}_{number}') for number in itertools.count(2))
+    return next(name for name in names if not name.exists())
 
 
 def main() -> int:

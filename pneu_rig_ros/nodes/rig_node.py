@@ -12,6 +12,7 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 
 from pneu_rig_ros.nodes import parameters, wiring
+from pneu_rig_ros.nodes.mismatches import Mismatches
 from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.wiring import Inlet
@@ -61,6 +62,10 @@ class RigNode(Node):
     """Least time between two turns [ns] when the node shares a loop with others."""
     done: bool = False
     """Whether the node has nothing left to do: its process ends."""
+    unique: ClassVar[bool] = True
+    """Whether there may be only one node of its name."""
+    has_twin: bool = False
+    """Whether there is another node of its name."""
 
     def __init__(
         self, name: str, context: Context | None, overrides: Mapping[str, Any] | None
@@ -68,6 +73,7 @@ class RigNode(Node):
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
         super().__init__(name, context=context, parameter_overrides=given)
         parameters.declare(self, (*COMMON, *self.PARAMETERS))
+        self._mismatches = Mismatches(self)
         self._outlets: list[Publisher] = []
         self.inlets: list[Inlet] = []
         self._began = False
@@ -75,14 +81,14 @@ class RigNode(Node):
 
     def outlet(self, topic_name: str) -> Publisher:
         """Return a new publisher for a topic of the table."""
-        publisher = wiring.outlet(self, topic_name)
+        publisher = wiring.outlet(self, topic_name, self._mismatches)
         if not TOPICS[topic_name].latched:
             self._outlets.append(publisher)
         return publisher
 
     def inlet(self, topic_name: str) -> Inlet:
         """Return a new polled subscription to a topic of the table."""
-        inlet = Inlet(self, topic_name)
+        inlet = Inlet(self, topic_name, self._mismatches)
         self.inlets.append(inlet)
         return inlet
 
@@ -127,6 +133,21 @@ class RigNode(Node):
     def report(self) -> Report:
         """Return what `/diagnostics` shows of this node."""
         return Report(DiagnosticStatus.OK, 'running', {})
+
+    def full_report(self) -> Report:
+        """Return the report with what troubles every node alike."""
+        report = self.report()
+        troubles = self._mismatches.told()
+        level = max(report.level, DiagnosticStatus.WARN if troubles else DiagnosticStatus.OK)
+        if self.has_twin:
+            level = DiagnosticStatus.ERROR
+            name = self.get_fully_qualified_name()
+            troubles.append(f'another {name} is running: give one rig a namespace')
+        if not troubles:
+            return report
+        if report.level != DiagnosticStatus.OK:
+            troubles.insert(0, report.summary)
+        return Report(level, '; '.join(troubles), report.values)
 
     def close(self) -> None:
         """Finish while ROS is still up: take what waits, write what is unwritten."""

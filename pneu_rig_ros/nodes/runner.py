@@ -18,6 +18,7 @@ from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import Diagnostics
 from pneu_rig_ros.nodes.pacing import claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.twins import Twins
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which costs the ticks next to nothing."""
@@ -38,6 +39,7 @@ class Runner:
         for node in nodes:
             self._executor.add_node(node)
             node.expect(nodes)
+        self.twins = Twins(nodes)
         self._diagnostics = [Diagnostics(node) for node in nodes]
         self._due = [0] * len(nodes)
         self._service_due = 0
@@ -68,18 +70,29 @@ class Runner:
         """Serve one waiting service of each executor round, and report once a second."""
         self._service_due = now + SERVICE_PERIOD_NS
         self._executor.spin_once(timeout_sec=0)
+        self.twins.listen()
         for diagnostics in self._diagnostics:
             diagnostics.publish_if_due(now)
 
     def close(self) -> None:
-        """Let each node finish, report for the last time and be heard; then destroy them."""
+        """
+        Let each node finish, report for the last time and be heard; then destroy them.
+
+        :raises RigError: when one could not finish what it was for
+        """
+        failures: list[RigError] = []
         for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
-            node.close()
+            try:
+                node.close()
+            except RigError as error:
+                failures.append(error)
             diagnostics.publish()
             node.await_delivery()
         self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
+        if failures:
+            raise failures[0]
 
 
 def main(factories: Sequence[Factory]) -> int:
@@ -120,6 +133,7 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
         return not (stop or orphaned or any(node.done for node in runner.nodes))
 
     try:
+        runner.twins.give_way()
         runner.run(wanted)
     finally:
         runner.close()

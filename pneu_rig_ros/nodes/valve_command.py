@@ -9,11 +9,19 @@ from rclpy.context import Context
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.pacing import Arrivals, Pace
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
+from pneu_rig_ros.nodes.senders import Senders
 from pneu_rig_ros.records.wire import pack_valve_voltages, unpack_float64, unpack_stamp
 from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+LEAST_GAP_NS = 500_000
+"""Between two turns [ns]: half a sampling interval, however fast commands come."""
+
+FLOOD_HZ = 2000.0
+"""Commands a second of which diagnostics warn: more than two a sample are of no use."""
 
 ON_COMMAND, ON_SAMPLE = 'command', 'sample'
 
@@ -23,8 +31,10 @@ class ValveCommandNode(RigNode):
     Answers each command `u` [V] with `valve_voltages` [V].
 
     A command that is not finite is refused and the last valid one stays; without any command for
-    `command_timeout` u falls to 0. With trigger `sample` it answers each sample instead, from the
-    first command on, and time is that of the samples: lock step without a controller in the loop.
+    `command_timeout` u falls to 0, also after a start, as the valves may still be open. Of several
+    commands that wait the newest is answered, whoever sent it. With trigger `sample` it answers
+    each sample instead, from the first command on, and time is that of the samples: lock step
+    without a controller in the loop.
     """
 
     PARAMETERS = (
@@ -54,9 +64,11 @@ class ValveCommandNode(RigNode):
         by_sample = self.text('trigger') == ON_SAMPLE
         self._samples = self.inlet('joint_states') if by_sample else None
         self._u: float | None = None
-        self._command_ns = 0
+        self._senders = Senders()
+        self._command_ns = time.monotonic_ns()
         self._now_ns = 0
         self._rate = Rate()
+        self._commanded = Rate()
         self._refused = 0
 
     def work(self) -> None:
@@ -65,13 +77,25 @@ class ValveCommandNode(RigNode):
             return
         if self._samples is None:
             self._now_ns = time.monotonic_ns()
-        for cdr in self._commands.take_all():
-            if self._accepts(cdr) and self._samples is None:
-                self._answer()
+        answerable = self._take_commands()
         if self._samples is not None:
             self._answer_samples()
-        elif self._timed_out():
+        elif answerable or self._timed_out():
             self._answer()
+
+    def pace(self) -> Pace:
+        """Return the pace of the commands, which may be slower than they come."""
+        gap_ns = LEAST_GAP_NS if self._samples is None and not self.simulated_time else 0
+        return Arrivals(self.inlets, self.context, gap_ns)
+
+    def _take_commands(self) -> bool:
+        """Take over the newest valid command; return whether there was one."""
+        valid = False
+        for arrival in self._commands.arrivals():
+            self._senders.note(arrival.number)
+            self._commanded.count += 1
+            valid = self._accepts(arrival.cdr) or valid
+        return valid
 
     def _answer_samples(self) -> None:
         """Answer the samples that wait; before the first command there is nothing to answer."""
@@ -98,9 +122,13 @@ class ValveCommandNode(RigNode):
     def _timed_out(self) -> bool:
         """Let u fall to 0 when the last command is too old; return whether it just fell."""
         timeout = self.number('command_timeout')
-        if not self._u or not timeout or self._now_ns - self._command_ns <= timeout * 1e9:
+        if not timeout or self._now_ns - self._command_ns <= timeout * 1e9:
             return False
-        self.get_logger().warning(f'no command for {timeout:g} s, u falls from {self._u:g} to 0 V')
+        if self._u == 0.0 or (self._u is None and self.simulated_time):
+            return False
+        if self._u:
+            told = f'no command for {timeout:g} s, u falls from {self._u:g} to 0 V'
+            self.get_logger().warning(told)
         self._u = 0.0
         return True
 
@@ -110,12 +138,20 @@ class ValveCommandNode(RigNode):
 
     def report(self) -> Report:
         """Return rate, present command and refused commands for `/diagnostics`."""
+        commanded = self._commanded.per_second()
         values: dict[str, object] = {
             'rate [Hz]': f'{self._rate.per_second():.2f}',
+            'commands [Hz]': f'{commanded:.2f}',
             'published': self._rate.count,
             'u [V]': self._u,
             'refused commands': self._refused,
         }
+        if self._senders.several:
+            told = 'u comes from several publishers, the newest command counts'
+            return Report(DiagnosticStatus.WARN, told, values)
+        if commanded > FLOOD_HZ:
+            told = f'u comes {commanded:.0f} times a second, the newest command counts'
+            return Report(DiagnosticStatus.WARN, told, values)
         return Report(DiagnosticStatus.OK, 'waiting' if self._u is None else 'running', values)
 
 

@@ -8,7 +8,9 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
+from pneu_rig_ros.nodes.mismatches import Mismatches
 from pneu_rig_ros.records.topics import DEPTH, TOPICS, Topic
 
 
@@ -22,13 +24,13 @@ class Arrival(NamedTuple):
 
 
 class _Polled(CallbackGroup):
-    """Keeps its subscriptions out of every executor, because the node's loop takes from them."""
+    """Keeps subscriptions, but not their events, out of executors: the node's loop takes them."""
 
     def can_execute(self, entity: Any) -> bool:
-        return False
+        return not isinstance(entity, Subscription)
 
     def beginning_execution(self, entity: Any) -> bool:
-        return False
+        return not isinstance(entity, Subscription)
 
 
 def message_class(type_name: str) -> Any:
@@ -46,10 +48,14 @@ def quality(topic: Topic) -> QoSProfile:
     return QoSProfile(depth=DEPTH, reliability=reliable)
 
 
-def outlet(node: Node, topic_name: str) -> Publisher:
+def outlet(node: Node, topic_name: str, mismatches: Mismatches | None = None) -> Publisher:
     """Return a publisher for a topic of the table; it takes raw CDR or a typed message."""
     topic = TOPICS[topic_name]
-    return node.create_publisher(message_class(topic.type), topic.name, quality(topic))
+    profile = quality(topic)
+    events = mismatches and mismatches.of_publisher(topic.name, profile)
+    return node.create_publisher(
+        message_class(topic.type), topic.name, profile, event_callbacks=events
+    )
 
 
 class Inlet:
@@ -58,14 +64,17 @@ class Inlet:
 
     :param node: whose namespace and remaps apply
     :param topic_name: a name of the table
+    :param mismatches: is told of publishers that cannot be heard
     """
 
-    def __init__(self, node: Node, topic_name: str) -> None:
+    def __init__(self, node: Node, topic_name: str, mismatches: Mismatches | None = None) -> None:
         self.topic = TOPICS[topic_name]
         self._class = message_class(self.topic.type)
+        profile = quality(self.topic)
+        events = mismatches and mismatches.of_subscription(topic_name, profile)
         self._subscription = node.create_subscription(
-            self._class, topic_name, _never_called, quality(self.topic),
-            callback_group=_Polled(), raw=True,
+            self._class, topic_name, _never_called, profile,
+            callback_group=_Polled(), event_callbacks=events, raw=True,
         )  # fmt: skip
         self.handle = self._subscription.handle
         self.name: str = self._subscription.topic_name

@@ -85,7 +85,8 @@ def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path, bystander
     counts, stamps = contents(bag)
     assert heard[0] < 0.1
     assert heard[-1] == 1.0
-    assert counts['/u'] == counts['/valve_voltages'] >= 2
+    # of commands that wait the newest is answered, and u = 0 may come before the first one
+    assert 2 <= counts['/valve_voltages'] <= counts['/u'] + 1
     sampled = ('/position', '/velocity', '/chamber_1/pressure', '/chamber_2/pressure')
     assert {counts[topic] for topic in sampled} == {len(stamps)}
     assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}

@@ -44,11 +44,38 @@ def test_each_command_is_answered_and_a_wrong_one_leaves_the_last(start, bystand
     runner = start(command_timeout=0.0, wait_for_subscribers=1)
     voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
     commands = [0.34, -0.34, 0.0, 9.0, wrong, b'', 1.0]
-    for u in commands:
+    taken = runner.nodes[0]._commanded
+    for number, u in enumerate(commands, 1):
         say(u if isinstance(u, bytes) else pack_float64(u))
-    valid = [u for u in commands if not isinstance(u, bytes) and math.isfinite(u)]
-    assert answers(runner, voltages, len(valid)) == [valve_voltages(u) for u in valid]
+        until(lambda n=number: runner.turn() or taken.count == n)
+        if not isinstance(u, bytes) and math.isfinite(u):
+            assert answers(runner, voltages, 1) == [valve_voltages(u)]
     assert runner.nodes[0].report().values['refused commands'] == 2
+    assert voltages.take() is None
+
+
+def test_of_commands_that_wait_the_newest_is_answered(start, bystander):
+    runner = start(command_timeout=0.0, wait_for_subscribers=1)
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    until(lambda: runner.nodes[0].ready())
+    for u in (0.1, 0.2, math.nan, 0.3, math.nan):
+        say(pack_float64(u))
+    inlet = runner.nodes[0].inlets[0]
+    arrived = []
+    until(lambda: arrived.extend(inlet.arrivals()) or len(arrived) == 5)
+    inlet.arrivals = lambda: [arrived.pop(0) for _ in list(arrived)]
+    runner.turn()
+    assert answers(runner, voltages, 1) == [valve_voltages(0.3)]
+    assert voltages.take() is None
+
+
+def test_without_a_first_command_u_is_set_to_zero_once(start, bystander):
+    runner = start(command_timeout=0.2)
+    voltages = bystander.hear('valve_voltages')
+    until(lambda: runner.nodes[0].count_subscribers('valve_voltages'))
+    assert answers(runner, voltages, 1) == [AT_REST]
+    for _ in range(100):
+        runner.turn()
     assert voltages.take() is None
 
 
