@@ -19,17 +19,19 @@ TABLES = BAGS | {'pint', 'pyarrow'}
 FIGURES = BAGS | {'scipy', 'matplotlib', 'jinja2'}
 TERMINAL = {'click', 'rich'}
 WEB = {'aiohttp', 'jinja2'}
+CLUSTER = {'distributed'}
 
 # room: the rooms of the package it may import from, the outside packages it may import
 RULES: dict[str, tuple[set[str], set[str]]] = {
     '__init__': (set(), set()),
     'errors': (set(), set()),
+    'executor': (set(), CLUSTER),
     'model': (set(), SCIENCE),
     'rig': ({'model'}, SCIENCE),
     'records': ({'model', 'rig'}, TABLES),
     'analysis': ({'model', 'rig', 'records'}, BAGS | {'scipy'}),
     'control': ({'model', 'rig', 'analysis'}, SCIENCE),
-    'claims': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'yaml'}),
+    'claims': ({'model', 'rig', 'records', 'analysis', 'executor'}, {'numpy', 'scipy', 'yaml'}),
     'gap': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'pysindy'}),
     'web': (set(), WEB),
     'report': ({'model', 'rig', 'records', 'analysis', 'claims', 'gap', 'web'}, FIGURES),
@@ -54,6 +56,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
             'report',
             'web',
             'simulate',
+            'executor',
             'nodes',
             'demo',
             'hiding',

@@ -7,20 +7,17 @@ statements that hold and, below that, by how far the others are from holding. No
 prints is touched.
 """
 
-import signal
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import repeat
 from typing import Any
 
 import numpy as np
 
 from pneu_rig_ros.claims.experiments import CYLINDERS, Laboratory, Reading
-from pneu_rig_ros.claims.findings import Row
+from pneu_rig_ros.claims.findings import Row, Statement
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
+from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.model.parameters import (
     FILM_NORMALISED,
     FILM_READINGS,
@@ -37,6 +34,8 @@ LEAST_CYCLES = 3
 """A setting is not pursued when a cylinder has fewer cycles in the stroke of its caption."""
 CHEAPEST_FIRST = [STATEMENTS[number - 1] for number in (1, 2, 3, 6, 8, 9, 7, 5, 4, 10)]
 """Statements in the order in which the search measures them."""
+HOPELESS = 3
+"""So many statements are measured, the first ones, of a setting that is not pursued."""
 BATCH = 32
 """Settings drawn before the ranking is looked at again."""
 PARENTS = 16
@@ -95,11 +94,13 @@ class Outcome:
     :param genes: where in its range each quantity is
     :param margins: number of each statement measured -> its margin [-], see ``Row``
     :param shortfall: number of each statement measured -> its shortfall [-], see ``Row``
+    :param pursued: whether all statements were measured
     """
 
     genes: Genes
     margins: dict[int, float]
     shortfall: dict[int, float]
+    pursued: bool
 
     @property
     def reading(self) -> Reading:
@@ -110,11 +111,6 @@ class Outcome:
     def holds(self) -> dict[int, bool]:
         """Number of each statement measured -> whether it holds."""
         return {number: margin >= 0.0 for number, margin in self.margins.items()}
-
-    @property
-    def pursued(self) -> bool:
-        """Whether all statements were measured."""
-        return len(self.margins) == len(STATEMENTS)
 
     @property
     def score(self) -> tuple[bool, float, int]:
@@ -129,36 +125,29 @@ class Outcome:
 
 
 def search(
-    count: int, seed: int, workers: int, progress: Callable[[int], None] = lambda _: None
-) -> list[Outcome]:
+    count: int, seed: int, executor: Executor, progress: Callable[[int], None] = lambda _: None,
+    statements: Sequence[Statement] = CHEAPEST_FIRST,
+) -> list[Outcome]:  # fmt: skip
     """
     Return the settings tried, best first.
 
     :param count: number of settings
-    :param seed: makes the search repeatable, whatever the number of workers
-    :param workers: processes
+    :param seed: makes the search repeatable, wherever it is run
+    :param executor: where settings are measured
     :param progress: told the number of settings done
+    :param statements: that count, in the order in which they are measured
     """
     rng = np.random.default_rng(seed)
     outcomes: list[Outcome] = []
-    with worker_pool(workers) as pool:
-        while len(outcomes) < count:
-            batch = draw(rng, outcomes, min(BATCH, count - len(outcomes)))
-            for outcome in pool.map(evaluate, batch, repeat(bar(outcomes))):
-                outcomes.append(outcome)
-                progress(len(outcomes))
-            outcomes.sort(key=lambda outcome: outcome.score, reverse=True)
+    while len(outcomes) < count:
+        batch = draw(rng, outcomes, min(BATCH, count - len(outcomes)))
+
+        def told(done: int, before: int = len(outcomes)) -> None:
+            progress(before + done)
+
+        outcomes += map_tasks(executor, evaluate, batch, bar(outcomes), statements, progress=told)
+        outcomes.sort(key=lambda outcome: outcome.score, reverse=True)
     return outcomes
-
-
-@contextmanager
-def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of processes that is gone at once when its user is interrupted."""
-    pool = ProcessPoolExecutor(workers, initializer=_leave_interrupts_to_the_parent)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def bar(best: list[Outcome]) -> float:
@@ -168,10 +157,6 @@ def bar(best: list[Outcome]) -> float:
     behind = best[0].score[1] - GIVEN_UP
     full = len(best) >= PARENTS and best[PARENTS - 1].pursued
     return max(behind, best[PARENTS - 1].score[1]) if full else behind
-
-
-def _leave_interrupts_to_the_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def draw(rng: np.random.Generator, best: list[Outcome], count: int) -> list[Genes]:
@@ -250,23 +235,28 @@ def _elements(stiffness: float, share: float, limit: float) -> dict[str, tuple[f
     return {'element_stiffness': springs, 'element_limit': (limit, limit, limit)}
 
 
-def evaluate(genes: Genes, bar: float = -np.inf) -> Outcome:
+def evaluate(
+    genes: Genes, bar: float = -np.inf, statements: Sequence[Statement] = CHEAPEST_FIRST
+) -> Outcome:
     """
     Measure the statements under one setting, as long as it may still be among the best.
 
     :param genes: the setting
     :param bar: it is given up when its score will be below this, or when a cylinder hardly sticks
+    :param statements: that count, in the order in which they are measured
     """
     laboratory = Laboratory(reading_of(genes))
     sticks = min(stroke.count for stroke in laboratory.captions()) >= LEAST_CYCLES
     rows: list[Row] = []
-    for statement in CHEAPEST_FIRST if sticks else STATEMENTS[:3]:
+    first = sorted(statements, key=lambda statement: statement.number)[:HOPELESS]
+    for statement in statements if sticks else first:
         rows.append(measure(laboratory, statement))
         failed = sum(1.0 + row.shortfall for row in rows if not row.holds)
-        if len(STATEMENTS) - failed < bar:
+        if len(statements) - failed < bar:
             break
     return Outcome(
         genes,
         {row.statement.number: row.margin for row in rows},
         {row.statement.number: row.shortfall for row in rows},
+        len(rows) == len(statements),
     )

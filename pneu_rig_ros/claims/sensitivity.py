@@ -1,41 +1,43 @@
 """How far each statement can be moved by one open quantity alone."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from pneu_rig_ros.claims.findings import Statement
 from pneu_rig_ros.claims.search import (
+    CHEAPEST_FIRST,
     CHOICES,
     LINEAR_RANGES,
     LOG_RANGES,
     Genes,
     Outcome,
     evaluate,
-    worker_pool,
 )
+from pneu_rig_ros.executor import Executor, map_tasks
 
 PLACES = 5
 """Places in its range at which each quantity is tried."""
 
 
 def sensitivity(
-    genes: Genes, workers: int, progress: Callable[[int], None] = lambda _: None
-) -> dict[str, dict[int, float]]:
+    genes: Genes, executor: Executor, progress: Callable[[int], None] = lambda _: None,
+    statements: Sequence[Statement] = CHEAPEST_FIRST,
+) -> dict[str, dict[int, float]]:  # fmt: skip
     """
     Vary one quantity at a time about a setting.
 
     :param genes: the setting
-    :param workers: processes
+    :param executor: where settings are measured
     :param progress: told the number of settings done
+    :param statements: that are measured
     :returns: name of a quantity -> number of a statement -> largest margin reached [-]
     """
     names, settings = zip(*variations(genes), strict=True)
     best: dict[str, dict[int, float]] = {name: {} for name in names}
-    with worker_pool(workers) as pool:
-        outcomes = pool.map(evaluate, settings)
-        for number, (name, outcome) in enumerate(zip(names, outcomes, strict=True), start=1):
-            _keep_best(best[name], outcome)
-            progress(number)
+    outcomes = map_tasks(executor, evaluate, settings, -np.inf, statements, progress=progress)
+    for name, outcome in zip(names, outcomes, strict=True):
+        _keep_best(best[name], outcome)
     return best
 
 

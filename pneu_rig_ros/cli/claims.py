@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pneu_rig_ros.claims.findings import Row
 
 STDOUT = '-'
-SEARCH_OPTIONS = ('seed', 'workers', 'out')
+SEARCH_OPTIONS = ('seed', 'workers', 'scheduler', 'out')
 OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 
 
@@ -59,12 +59,7 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 @click.option(
     '--seed', type=click.IntRange(0, 2**63), metavar='INTEGER', help='of the search  [default: 1]'
 )
-@click.option(
-    '--workers',
-    type=click.IntRange(1, 256),
-    metavar='INTEGER',
-    help='processes of the search  [default: one for each processor]',
-)
+@options.workers_options
 @click.option(
     '--out', type=click.Path(path_type=Path), metavar='FILE', help='write the search as JSON'
 )
@@ -83,7 +78,9 @@ def claims(search: int | None, quiet: bool, **given: Any) -> None:
     if search is not None:
         from pneu_rig_ros.cli.search import run_search
 
-        run_search(search, given['seed'], given['workers'], given['out'], quiet)
+        run_search(
+            search, given['seed'], given['workers'], given['scheduler'], given['out'], quiet
+        )
     else:
         source = given['reading'] or 'default'
         _measure(source, given['html'], given['as_json'], given['markdown'], quiet)

@@ -62,10 +62,31 @@ _STROKE_OPTIONS = (
     ),
 )
 
+_WORKERS_OPTIONS = (
+    click.option(
+        '--workers',
+        type=click.IntRange(1, 256),
+        metavar='INTEGER',
+        help='processes that share the work  [default: one for each processor]',
+    ),
+    click.option(
+        '--scheduler',
+        metavar='ADDRESS',
+        help='of a Dask cluster that does it instead, tcp://HOST:PORT',
+    ),
+)
+
 
 def stroke_options(function: Command) -> Command:
     """Add the options of a stroke of a configured rig."""
     for option in reversed((*_STROKE_OPTIONS, *_RIG_OPTIONS)):
+        function = option(function)
+    return function
+
+
+def workers_options(function: Command) -> Command:
+    """Add the options of work that is shared out: how many processes, or which cluster."""
+    for option in reversed(_WORKERS_OPTIONS):
         function = option(function)
     return function
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,27 +19,31 @@ SHOWN = 10
 
 
 def run_search(
-    count: int, seed: int | None, workers: int | None, out: Path | None, quiet: bool = False
-) -> None:
+    count: int, seed: int | None, workers: int | None, scheduler: str | None, out: Path | None,
+    quiet: bool = False,
+) -> None:  # fmt: skip
     """
     Search, print the best settings and write them.
 
     :param count: number of settings
     :param seed: None for 1
     :param workers: processes, None for one a processor
+    :param scheduler: address of a Dask scheduler whose workers do it instead, if any
     :param out: JSON file to write, if any
     :param quiet: print nothing
     """
     from pneu_rig_ros.claims.search import search
     from pneu_rig_ros.claims.sensitivity import sensitivity, variations
     from pneu_rig_ros.cli.claims import write_text
+    from pneu_rig_ros.executor import executor
 
-    seed, workers = 1 if seed is None else seed, workers or os.cpu_count() or 1
-    with output.step_bar('settings', count, quiet) as progress:
-        outcomes = search(count, seed, workers, progress)
-    best = outcomes[0].genes
-    with output.step_bar('one by one', len(list(variations(best))), quiet) as progress:
-        moved = sensitivity(best, workers, progress)
+    seed = 1 if seed is None else seed
+    with executor(workers, scheduler) as somewhere:
+        with output.step_bar('settings', count, quiet) as progress:
+            outcomes = search(count, seed, somewhere, progress)
+        best = outcomes[0].genes
+        with output.step_bar('one by one', len(list(variations(best))), quiet) as progress:
+            moved = sensitivity(best, somewhere, progress)
     if out:
         data = plain(outcomes, seed) | {'one_at_a_time': {k: _keyed(v) for k, v in moved.items()}}
         write_text(out, json.dumps(data, indent=1, allow_nan=False) + '\n')

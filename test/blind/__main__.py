@@ -7,8 +7,6 @@ run again. ``--fresh`` forgets them.
 
 import json
 import shutil
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
 import click
@@ -21,6 +19,9 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.executor import Executor, executor
 
 from . import page, scores
 from .answers import Answer, carry_out
@@ -41,21 +42,16 @@ def kept() -> list[Answer]:
     return [answer for answer in lines if answer['key'] in keys]
 
 
-def run(trials: list[Trial], workers: int, console: Console) -> None:
+def run(trials: list[Trial], somewhere: Executor, console: Console) -> None:
     """Carry out the trials and append each answer to the file."""
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
                TimeElapsedColumn(), TimeRemainingColumn())  # fmt: skip
-    pool = ProcessPoolExecutor(workers, get_context('spawn'), max_tasks_per_child=50)
     with Progress(*columns, console=console) as progress, ANSWERS.open('a') as file:
         task = progress.add_task('blind trials', total=len(trials))
-        try:
-            for done in as_completed(pool.submit(carry_out, trial, STORE) for trial in trials):
-                answer = done.result()
-                file.write(json.dumps(answer) + '\n')
-                file.flush()
-                progress.update(task, advance=1, description=answer['key'])
-        finally:  # interrupted: what is not begun is left for the next time
-            pool.shutdown(cancel_futures=True)
+        for _, answer in somewhere.completed(carry_out, trials, STORE):
+            file.write(json.dumps(answer) + '\n')
+            file.flush()
+            progress.update(task, advance=1, description=answer['key'])
 
 
 def chosen(
@@ -83,6 +79,7 @@ def chosen(
 @click.option('--effect', multiple=True, help='effect or section.key that is hidden')
 @click.option('--limit', type=int, help='at most so many trials that are not yet answered')
 @click.option('--workers', default=2, show_default=True)
+@click.option('--scheduler', help='of a Dask cluster that does it instead, tcp://HOST:PORT')
 @click.option('--fresh', is_flag=True, help='forget the answers given so far')
 @click.option('--docs', type=click.Path(path_type=Path), default=ROOT / 'docs')
 def main(
@@ -93,6 +90,7 @@ def main(
     effect: tuple[str, ...],
     limit: int | None,
     workers: int,
+    scheduler: str | None,
     fresh: bool,
     docs: Path,
 ) -> None:
@@ -106,7 +104,11 @@ def main(
     answered = {answer['key'] for answer in kept()}
     wanted = chosen(part, cylinder, tuple(map(float, noise)), strength, effect)
     trials = [trial for trial in wanted if trial.key not in answered][:limit]
-    run(trials, workers, console)
+    try:
+        with executor(workers, scheduler) as somewhere:
+            run(trials, somewhere, console)
+    except RigError as error:
+        raise click.UsageError(str(error)) from None
     answers = kept()
     page.write(answers, docs)
     for name, figure in scores.figures(answers).items():

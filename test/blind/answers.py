@@ -38,6 +38,7 @@ def ask(fit: list[Path], verify: list[Path], model: Path, compare: bool, **optio
 
 def carry_out(trial: Trial, scratch: Path) -> Answer:
     """Return one line of the results: the trial, the answer, and how the two compare."""
+    scratch.mkdir(parents=True, exist_ok=True)  # on another machine
     folder = Path(tempfile.mkdtemp(prefix='blind_', dir=scratch))
     try:
         bags = make_bags(folder / 'bags', trial.cylinder, trial.secret, trial.noise, trial.seed)

@@ -59,6 +59,7 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
         (['--reading', 'nope.yaml'], 'nope.yaml: cannot be read'),
         (['--seed', '3'], '--seed needs --search'),
         (['--workers', '1'], '--workers needs --search'),
+        (['--scheduler', 'tcp://x:1'], '--scheduler needs --search'),
         (['--out', 'x.json'], '--out needs --search'),
         (['--search', '3', '--html', 'x.html'], '--html does not go with --search'),
         (['--search', '3', '--json'], '--json does not go with --search'),

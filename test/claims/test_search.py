@@ -23,24 +23,26 @@ from pneu_rig_ros.claims.search import (
 from pneu_rig_ros.claims.sensitivity import sensitivity, variations
 from pneu_rig_ros.claims.statements import STATEMENTS
 from pneu_rig_ros.cli.search import describe, held_by, plain
+from pneu_rig_ros.executor import Here, executor
 
 from .conftest import Run
 
+FIRST = STATEMENTS[:3]
+
 
 @pytest.fixture
-def three_statements(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Measure statements 1 to 3 only, in batches of four, so that settings are soon bred."""
-    monkeypatch.setattr(module, 'STATEMENTS', STATEMENTS[:3])
-    monkeypatch.setattr(module, 'CHEAPEST_FIRST', STATEMENTS[:3])
+def soon_bred(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw settings in batches of four, so that they are soon bred."""
     monkeypatch.setattr(module, 'BATCH', 4)
     monkeypatch.setattr(module, 'PARENTS', 2)
 
 
-@pytest.mark.usefixtures('three_statements')
+@pytest.mark.usefixtures('soon_bred')
 def test_same_seed_same_result_whatever_the_workers() -> None:
     done: list[int] = []
-    alone = search(12, 5, 1, done.append)
-    assert search(12, 5, 2) == alone
+    alone = search(12, 5, Here(), done.append, FIRST)
+    with executor(2) as processes:
+        assert search(12, 5, processes, statements=FIRST) == alone
     assert done[-1] == len(alone) == 12
     assert sorted(alone, key=lambda outcome: outcome.score, reverse=True) == alone
     assert alone[0].pursued
@@ -71,13 +73,12 @@ def test_hopeless_setting_is_given_up_early() -> None:
     assert not hopeless.pursued
 
 
-@pytest.mark.usefixtures('three_statements')
 def test_one_quantity_at_a_time_is_varied(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(variation, 'PLACES', 2)
     settings = list(variations(DRIFT_IS_NO_SLIP))
     for name, genes in settings:
         assert set(genes.items()) - set(DRIFT_IS_NO_SLIP.items()) <= {(name, genes[name])}
-    best = sensitivity(DRIFT_IS_NO_SLIP, 2)
+    best = sensitivity(DRIFT_IS_NO_SLIP, Here(), statements=FIRST)
     assert all(set(margins) == {1, 2, 3} for margins in best.values())
 
 
@@ -86,7 +87,7 @@ def test_command_prints_and_writes_the_best(run: Run, tmp_path: Path) -> None:
     code, out, err = run('--search', 1, '--seed', 5, '--workers', 1, '--out', file)
     assert (code, err) == (0, '')
     data = json.loads(file.read_text())
-    outcomes = search(1, 5, 1)
+    outcomes = search(1, 5, Here())
     moved = data.pop('one_at_a_time')
     assert set(moved) == {name for name, _ in variations(outcomes[0].genes)}
     assert data == plain(outcomes, seed=5)
