@@ -22,6 +22,7 @@ from pneu_rig_ros.nodes.wiring import Arrival, Inlet
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.repair import CUT_SUFFIX
 from pneu_rig_ros.records.topics import CLOCK, TOPICS
 from pneu_rig_ros.records.wire import unpack_stamp, unpack_string
 
@@ -160,7 +161,9 @@ class RecorderNode(RigNode):
 
 def successor(path: Path) -> Path:
     """Return the path; where a killed recorder has left its bag, the next name that is free."""
-    if not path.is_dir() or not storage_files(path) or (path / 'metadata.yaml').exists():
+    cut = storage_files(path) and not (path / 'metadata.yaml').exists()
+    repaired = any(path.glob(f'*{CUT_SUFFIX}*'))
+    if not (cut or repaired):
         return path
     names = (path.with_name(f'{path.name}_{number}') for number in itertools.count(2))
     return next(name for name in names if not name.exists())

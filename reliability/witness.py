@@ -1,0 +1,130 @@
+"""A node beside the rig that commands it, and keeps every message that it receives."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, NamedTuple
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.signals import SignalHandlerOptions
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes import wiring
+from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
+from pneu_rig_ros.records.wire import pack_float64
+from reliability.live_rig import PATIENCE
+
+U = 0.34
+COMMAND_PERIOD = 0.02
+"""Command [V], and how often it is given [s]."""
+
+OK, WARN, ERROR = b'\x00', b'\x01', b'\x02'
+
+WATCHED = [topic.name for topic in TOPICS.values() if not topic.extra and topic.name != '/clock']
+
+
+class Received(NamedTuple):
+    """A message: when it was received [ns since 1970], and its bytes."""
+
+    time_ns: int
+    cdr: bytes
+
+
+class Status(NamedTuple):
+    """What a node said last on /diagnostics."""
+
+    level: bytes
+    message: str
+    values: dict[str, str]
+
+
+class Witness:
+    """
+    Listens to a rig and commands it; a context manager.
+
+    :param commands: whether to give commands, each a little different from all others
+    """
+
+    def __init__(self, commands: bool = True) -> None:
+        self.received: dict[str, list[Received]] = defaultdict(list)
+        self.said: dict[str, Status] = {}
+        self._commands = commands
+        self._count = 0
+        self._due = 0.0
+
+    def __enter__(self) -> Witness:
+        self.context = Context()
+        rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node('witness', context=self.context)
+        self._inlets = [wiring.Inlet(self.node, topic) for topic in WATCHED]
+        self._publisher = wiring.outlet(self.node, 'u') if self._commands else None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def turn(self) -> None:
+        """Give a command if it is due, take what has come."""
+        now = time.monotonic()
+        if self._publisher is not None and now >= self._due:
+            self._due = now + COMMAND_PERIOD
+            self._count += 1
+            self._publisher.publish(pack_float64(U + 1e-9 * self._count))
+        for inlet in self._inlets:
+            for arrival in inlet.arrivals():
+                message = Received(arrival.received_ns, arrival.cdr)
+                self.received[inlet.topic.name].append(message)
+                if inlet.topic.name == DIAGNOSTICS:
+                    self._hear(arrival.cdr)
+        time.sleep(0.004)
+
+    def _hear(self, cdr: bytes) -> None:
+        message: Any = deserialize_message(cdr, DiagnosticArray)
+        for status in message.status:
+            values = {item.key: item.value for item in status.values}
+            self.said[status.name.lstrip('/')] = Status(status.level, status.message, values)
+
+    def listen(self, seconds: float) -> None:
+        """Listen for a while [s]."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.turn()
+
+    def until(
+        self, condition: Callable[[], object], what: str, patience: float = PATIENCE
+    ) -> float:
+        """Listen until something is so; return how long it took [s]. RigError if too long."""
+        start = time.monotonic()
+        while not condition():
+            if time.monotonic() - start > patience:
+                raise RigError(f'not within {patience:g} s: {what}')
+            self.turn()
+        return time.monotonic() - start
+
+    def hears(self, topic: str) -> float:
+        """Listen until the next message of a topic; return how long it took [s]."""
+        known = len(self.received[topic])
+        return self.until(lambda: len(self.received[topic]) > known, f'a message on {topic}')
+
+    def told(self, node: str, level: bytes, word: str) -> str:
+        """Listen until a node says something on /diagnostics at a level; return what it said."""
+
+        def said() -> bool:
+            status = self.said.get(node)
+            return status is not None and status.level == level and word in status.message
+
+        self.until(said, f'{node} says {word!r} on /diagnostics')
+        return self.said[node].message
