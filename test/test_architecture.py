@@ -27,14 +27,21 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     'errors': (set(), set()),
     'executor': (set(), CLUSTER),
     'model': (set(), SCIENCE),
+    'batch': ({'model'}, SCIENCE),
     'rig': ({'model'}, SCIENCE),
     'records': ({'model', 'rig'}, TABLES),
     'analysis': ({'model', 'rig', 'records'}, BAGS | {'scipy'}),
     'control': ({'model', 'rig', 'analysis'}, SCIENCE),
-    'claims': ({'model', 'rig', 'records', 'analysis', 'executor'}, {'numpy', 'scipy', 'yaml'}),
+    'claims': (
+        {'model', 'batch', 'rig', 'records', 'analysis', 'executor'},
+        {'numpy', 'scipy', 'yaml'},
+    ),
     'gap': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'pysindy'}),
     'web': (set(), WEB),
-    'report': ({'model', 'rig', 'records', 'analysis', 'claims', 'gap', 'web'}, FIGURES),
+    'report': (
+        {'model', 'batch', 'rig', 'records', 'analysis', 'claims', 'gap', 'web'},
+        FIGURES,
+    ),
     'simulate': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'}),
     'nodes': (
         {'model', 'rig', 'records', 'analysis', 'control'},

@@ -1,6 +1,6 @@
 """Outstrokes under the conditions of the paper's figures, simulated under one reading of it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.batch.strokes import END_SHARE, strokes
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration
@@ -18,10 +19,6 @@ INTERVAL = 1.16e-3
 """Sampling interval [s], section 2.1 of the paper."""
 LONGEST_STROKE = 100.0
 """A stroke is given up after this time [s]."""
-BLOCK = 5.0
-"""A stroke is looked at again after each such time, whether it is done [s]."""
-END_SHARE = 0.98
-"""A stroke counts as done at this share of the way to the end stop [-]."""
 
 
 @dataclass(frozen=True)
@@ -128,13 +125,21 @@ class Laboratory:
 
     def perform(self, experiment: Experiment) -> Stroke:
         """Return the stroke of an experiment."""
-        if experiment not in self._strokes:
-            self._strokes[experiment] = self._simulate(experiment)
-        return self._strokes[experiment]
+        return self.perform_all([experiment])[0]
+
+    def perform_all(self, experiments: Iterable[Experiment]) -> list[Stroke]:
+        """Return the strokes of experiments; those not yet carried out share the processors."""
+        wanted = list(experiments)
+        new = [one for one in dict.fromkeys(wanted) if one not in self._strokes]
+        plants = [self.plant(one) for one in new]
+        voltages = np.array([valve_voltages(one.u) for one in new]).reshape(-1, 2)
+        runs = strokes(plants, voltages, INTERVAL, LONGEST_STROKE)
+        self._strokes |= dict(zip(new, map(Stroke, new, runs, plants), strict=True))
+        return [self._strokes[one] for one in wanted]
 
     def captions(self, law: str = 'revised_lugre_dwell') -> list[Stroke]:
         """Return the strokes of Fig. 4-6 under a friction law."""
-        return [self.perform(replace(point, law=law)) for point in CAPTIONS.values()]
+        return self.perform_all(replace(point, law=law) for point in CAPTIONS.values())
 
     def plant(self, experiment: Experiment) -> Plant:
         """Return the plant of an experiment, at rest at its start."""
@@ -152,19 +157,6 @@ class Laboratory:
         friction = model.friction._replace(**changes, model=law)
         changed = model._replace(operation=operation, friction=friction)
         return Plant(changed, tolerance=self._tolerance)
-
-    def _simulate(self, experiment: Experiment) -> Stroke:
-        plant = self.plant(experiment)
-        block = np.tile(valve_voltages(experiment.u), (round(BLOCK / INTERVAL), 1))
-        end, runs = END_SHARE * plant.model.cylinder.stroke, []
-        for _ in range(round(LONGEST_STROKE / BLOCK)):
-            runs.append(plant.run(block, INTERVAL))
-            if runs[-1].position[-1] >= end:
-                break
-        columns: list[Any] = [np.concatenate(parts) for parts in zip(*runs, strict=True)]
-        done = Trajectory(*columns).position >= end
-        last = int(np.argmax(done)) + 1 if done.any() else len(done)
-        return Stroke(experiment, Trajectory(*(column[:last] for column in columns)), plant)
 
 
 @cache

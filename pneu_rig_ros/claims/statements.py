@@ -131,7 +131,7 @@ def airflow(laboratory: Laboratory) -> list[Finding]:
     """Statement 4 (Fig. 7)."""
     findings = []
     for name in CYLINDERS:
-        runs = [laboratory.perform(replace(CAPTIONS[name], u=u)) for u in COMMANDS[name]]
+        runs = laboratory.perform_all(replace(CAPTIONS[name], u=u) for u in COMMANDS[name])
         counts, times = [run.count for run in runs], [run.time for run in runs]
         findings += [
             Finding(f'{name}: fewer events', numbers(counts, 'd'), fewer(counts)),
@@ -154,7 +154,7 @@ def supply(laboratory: Laboratory) -> list[Finding]:
     """Statement 5 (Fig. 8)."""
     findings = []
     for name in CYLINDERS:
-        runs = [laboratory.perform(replace(CAPTIONS[name], supply_pressure=p)) for p in SUPPLIES]
+        runs = laboratory.perform_all(replace(CAPTIONS[name], supply_pressure=p) for p in SUPPLIES)
         times, waits = [run.time for run in runs], [middle(dwells(run)) for run in runs]
         steps = [1e3 * middle(slips(run)) for run in runs]
         # nothing may stick any more at the highest pressure, but something must at the lowest
@@ -173,7 +173,7 @@ def supply(laboratory: Laboratory) -> list[Finding]:
 def load(laboratory: Laboratory) -> list[Finding]:
     """Statement 6 (Fig. 9): cylinder 1 at 0.30 V."""
     point = replace(CAPTIONS['cylinder_1'], u=LOAD_COMMAND)
-    runs = [laboratory.perform(replace(point, load_mass=mass)) for mass in LOADS]
+    runs = laboratory.perform_all(replace(point, load_mass=mass) for mass in LOADS)
     counts, times = [run.count for run in runs], [run.time for run in runs]
     steps = [1e3 * middle(slips(run)) for run in runs]
     few, spread = max(1, round(0.25 * counts[0])), max(counts) - min(counts)
@@ -195,7 +195,7 @@ def initial_position(laboratory: Laboratory) -> list[Finding]:
     """Statement 7 (Fig. 10)."""
     findings = []
     for name in CYLINDERS:
-        runs = [laboratory.perform(point) for point in starts(laboratory, name)]
+        runs = laboratory.perform_all(starts(laboratory, name))
         firsts = [run.cycles[0].dwell if run.cycles else np.nan for run in runs]
         later = {
             'cycles': ([float(run.count) for run in runs], ''),

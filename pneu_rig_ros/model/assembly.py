@@ -97,10 +97,14 @@ def cache_folder() -> Path:
 
 
 def _module(effects: tuple[str, ...]) -> ModuleType:
-    name = f'plant_{_fingerprint(effects)}'
+    return kept_module(f'plant_{_fingerprint(effects)}', _TEMPLATE.format(effects=effects))
+
+
+def kept_module(name: str, text: str) -> ModuleType:
+    """Return a module of the cache folder, written there if it is missing."""
     path = cache_folder() / f'{name}.py'
     if not path.exists():
-        _write(path, _TEMPLATE.format(effects=effects))
+        _write(path, text)
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f'{path} cannot be imported')

@@ -1,6 +1,6 @@
 """The plant: the model of one rig, started from rest and driven by two valve voltages."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,6 +74,27 @@ class Trajectory(NamedTuple):
     pressure_2_reading: Array
 
 
+class UnderWay(NamedTuple):
+    """
+    Everything that the compiled run of a plant goes on from.
+
+    :param run: the compiled run, see ``integrator.build_run``
+    :param carry: the integration
+    :param intervals: sampled since the reset
+    :param model, effects: parameters
+    :param tolerance: local error as a share of full scale [-]
+    :param longest_step: [s]
+    """
+
+    run: Callable[..., None]
+    carry: integrator.Carry
+    intervals: int
+    model: CompiledModel
+    effects: tuple[Any, ...]
+    tolerance: float
+    longest_step: float
+
+
 class Plant:
     """
     Eq. 3-16 with optional effects, integrated in time.
@@ -132,13 +153,23 @@ class Plant:
         :param voltages: u1, u2 [V], shape (m, 2)
         :param interval: [s], the same in every call since the last reset
         """
-        count = len(voltages)
-        states = np.empty((count, self.state_size))
-        extras = np.empty((count, len(integrator.EXTRA_NAMES)))
+        states = np.empty((len(voltages), self.state_size))
+        extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
         self._solver.run(
             self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), states,
             extras, self.tolerance, self.longest_step, self._arguments, self.effects,
         )  # fmt: skip
+        return self.advanced(states, extras, interval)
+
+    def advanced(self, states: Array, extras: Array, interval: float) -> Trajectory:
+        """
+        Return what has been run; the plant goes on from there.
+
+        :param states: after each interval, shape (m, n)
+        :param extras: see ``integrator.EXTRA_NAMES``, shape (m, 4)
+        :param interval: [s]
+        """
+        count = len(states)
         if count:
             self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
         time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
@@ -168,19 +199,22 @@ class Plant:
         :param measured: x, v, p1, p2 [SI] that the actions use, shape (m, 4)
         :param rests: when the rest began [s since the reset], shape (m,)
         """
-        count = len(voltages)
-        states = np.empty((count, self.state_size))
-        extras = np.empty((count, len(integrator.EXTRA_NAMES)))
+        states = np.empty((len(voltages), self.state_size))
+        extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
         self._solver.follow(
             self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), actions,
             measured, rests, states, extras, self.tolerance, self.longest_step, self._arguments,
             self.effects,
         )  # fmt: skip
-        if count:
-            self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
-        time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
-        self._index += count
-        return self._trajectory(time, states, extras)
+        return self.advanced(states, extras, interval)
+
+    @property
+    def under_way(self) -> UnderWay:
+        """What the compiled run goes on from."""
+        return UnderWay(
+            self._solver.run, self._carry, self._index, self._arguments, self.effects,
+            self.tolerance, self.longest_step,
+        )  # fmt: skip
 
     @property
     def state(self) -> PlantState:

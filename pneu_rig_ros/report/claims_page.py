@@ -13,7 +13,8 @@ import jinja2
 import matplotlib
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.claims.experiments import CYLINDERS, END_SHARE, LONGEST_STROKE, Laboratory
+from pneu_rig_ros.batch.strokes import END_SHARE
+from pneu_rig_ros.claims.experiments import CYLINDERS, LONGEST_STROKE, Laboratory
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.readings import (
     CONDITIONS,

@@ -1,0 +1,1 @@
+"""Many plants at once, on all processors, with the bits of each run alone."""

@@ -1,0 +1,65 @@
+"""
+The compiled loop over plants, one for each kind of plant, kept on disk beside the plant.
+
+It calls the compiled run of the plant itself, so that the numbers are those of a run alone, to
+the last bit, and a change of the loop compiles no plant again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+
+from pneu_rig_ros.batch.layout import Row, alias
+from pneu_rig_ros.model.assembly import kept_module
+
+Loop = Callable[..., None]
+
+_TEMPLATE = '''"""Loop over compiled plants; made by pneu_rig_ros, may be deleted."""
+
+from numba import njit, prange
+
+from pneu_rig_ros.model.integrator import Carry
+from {plant} import run
+{imports}
+
+
+@njit(cache=True, parallel=True, error_model='numpy', nogil=True)
+def loop(
+    rows, arrays, clock, counts, y0, f0, y1, f1, arrow, memory, held, scale, work, work_arrow,
+    interval, first, voltages, states, extras, tolerance, longest,
+):
+    for i in prange(len(rows)):
+        row = rows[i]
+        model, effects = {code}
+        carry = Carry(
+            clock[i], counts[i], y0[i], f0[i], y1[i], f1[i], arrow[i], memory[i], held[i],
+            scale[i], work[i], work_arrow[i],
+        )
+        run(
+            carry, interval, first, voltages[i % len(voltages)], states[i], extras[i], tolerance,
+            longest, model, effects,
+        )
+'''
+
+
+def loop_over(plant: str, row: Row) -> Loop:
+    """
+    Return the compiled loop.
+
+    :param plant: module of the compiled plant
+    :param row: model and effects of one of the plants taken apart
+    """
+    imports = ''.join(
+        f'from {module} import {name} as {alias(module, name)}\n'
+        for module, name in sorted(row.classes)
+    )
+    return _loop(plant, _TEMPLATE.format(plant=plant, imports=imports, code=row.code))
+
+
+@cache
+def _loop(plant: str, text: str) -> Loop:
+    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+    loop: Loop = kept_module(f'loop_{digest}', text).loop
+    return loop

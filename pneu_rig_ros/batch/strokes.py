@@ -1,0 +1,61 @@
+"""Strokes under constant commands, each simulated as far as its end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.batch.together import run_together
+from pneu_rig_ros.model.plant import Plant, Trajectory
+
+BLOCK = 5.0
+"""Strokes are looked at again after each such time, whether they are done [s]."""
+END_SHARE = 0.98
+"""A stroke counts as done at this share of the way to the end stop [-]."""
+
+
+def strokes(
+    plants: Sequence[Plant], voltages: NDArray[np.float64], interval: float, longest: float,
+    threads: int | None = None,
+) -> list[Trajectory]:  # fmt: skip
+    """
+    Run each plant until its piston is at the end that it moves to.
+
+    :param plants: at rest
+    :param voltages: u1, u2 [V] of each, shape (n, 2); the piston extends where u1 is above u2
+    :param interval: [s]
+    :param longest: given up after this time [s]
+    :param threads: at most; None for one a processor
+    :returns: up to the first sample at the end, or to the longest time
+    """
+    runs: list[list[Trajectory]] = [[] for _ in plants]
+    left, count = list(range(len(plants))), round(longest / interval)
+    block = round(BLOCK / interval)
+    for begin in range(0, count, block):
+        samples = min(block, count - begin)
+        held = np.repeat(voltages[left, None], samples, axis=1)
+        done = run_together([plants[i] for i in left], held, interval, threads)
+        for number, run in zip(left, done, strict=True):
+            runs[number].append(run)
+        left = [i for i in left if not at_end(plants[i], voltages[i], runs[i][-1]).any()]
+    return [_cut(plant, v, _joined(r)) for plant, v, r in zip(plants, voltages, runs, strict=True)]
+
+
+def at_end(
+    plant: Plant, voltages: NDArray[np.float64], run: Trajectory
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Return at which samples the piston is at the end that it moves to, shape (m,)."""
+    share = run.position / plant.model.cylinder.stroke
+    return np.asarray((share if voltages[0] >= voltages[1] else 1.0 - share) >= END_SHARE)
+
+
+def _joined(runs: list[Trajectory]) -> Trajectory:
+    return Trajectory(*(np.concatenate(parts) for parts in zip(*runs, strict=True)))
+
+
+def _cut(plant: Plant, voltages: NDArray[np.float64], run: Trajectory) -> Trajectory:
+    done = at_end(plant, voltages, run)
+    last = int(np.argmax(done)) + 1 if done.any() else len(done)
+    return Trajectory(*(column[:last] for column in run))  # type: ignore[arg-type]
