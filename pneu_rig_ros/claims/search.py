@@ -7,9 +7,8 @@ statements that hold and, below that, by how far the others are from holding. No
 prints is touched.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,10 +22,9 @@ from pneu_rig_ros.model.parameters import (
     FILM_READINGS,
     FILM_REST_READINGS,
     FILM_RESTS_BY_SPEED,
-    LATCHED_AT_BREAKAWAY,
+    FOLLOWS_CLOCK,
     STATIC_FRICTION_READINGS,
 )
-from pneu_rig_ros.rig import load_configuration
 
 WANTED = (3, 4, 5, 6, 7, 9, 10)
 """Statements that decide between settings under which as many hold."""
@@ -45,45 +43,64 @@ FRESH = 0.4
 GIVEN_UP = 1.5
 """A setting that will stay so far behind the score of the best is not measured to the end."""
 
-LOG_RANGES = {
+OWN_RANGES = {
     'fluid_time_constant': (1e-4, 2.0),  # [s]; below 1 ms it is taken as 0
-    'stop_velocity': (1e-4, 4e-2),  # [m/s]
+    'stop_velocity': (1e-4, 6e-2),  # [m/s]
     'start_velocity': (1e-3, 6e-2),  # [m/s], at least the stop velocity
     'film_rest_velocity': (1e-5, 1e-2),  # [m/s]
     'stiffness': (1e4, 5e5),  # [N/m], of all elements together
+}
+OWN_LINEAR_RANGES = {
+    'soft_share': (-0.5, 0.9),  # of the stiffness in elements that slip; none below 0 [-]
+    'soft_limit': (0.3, 6.0),  # slip limit of the first of them [N]
+}
+"""Quantities of each cylinder on its own, as Table 2 gives all others of its friction."""
+LOG_RANGES = {
+    **{f'{own}.{name}': limits for own in CYLINDERS for name, limits in OWN_RANGES.items()},
     'rest_time': (0.5, 6e3),  # [s]
 }
 """Quantities searched on a logarithmic scale: least and largest value."""
 LINEAR_RANGES = {
+    **{f'{own}.{name}': at for own in CYLINDERS for name, at in OWN_LINEAR_RANGES.items()},
     'initial_position': (0.0, 0.1),  # [m]
-    'soft_share': (-0.5, 0.9),  # of the stiffness in elements that slip; none below 0 [-]
-    'soft_limit': (0.3, 6.0),  # slip limit of the first of them [N]
 }
 """Quantities searched on a linear scale: least and largest value."""
 CHOICES = {
     'static_friction_reading': len(STATIC_FRICTION_READINGS),
     'film_reading': len(FILM_READINGS),
     'film_rest_reading': len(FILM_REST_READINGS),
-    'threshold_reading': 2,  # the same in m/s for all cylinders, or in shares of F_smax / sigma_2
 }
 """Readings searched: number of alternatives."""
-THRESHOLDS = ('stop_velocity', 'start_velocity')
-"""Quantities that are those of cylinder 1 where they are shares."""
 
 Genes = dict[str, float]
 """Name -> place of a quantity in its range, 0 to 1, or index of a reading."""
 
-DRIFT_IS_NO_SLIP: Genes = {
-    'static_friction_reading': LATCHED_AT_BREAKAWAY, 'film_reading': FILM_NORMALISED,
-    'film_rest_reading': FILM_RESTS_BY_SPEED, 'threshold_reading': 1,
-    'fluid_time_constant': 0.0, 'stop_velocity': 0.4628, 'start_velocity': 0.901,
-    'film_rest_velocity': 0.7435, 'stiffness': 0.5046, 'rest_time': 0.8287,
-    'initial_position': 0.0, 'soft_share': 0.5754, 'soft_limit': 0.4737,
-}  # fmt: skip
-"""
-A setting that each search tries first, the default: the dwell clock of Eq. 16 goes on while the
-piston drifts as fast as the air feeds it, and is reset by a slip only.
-"""
+
+def genes_of(values: Mapping[str, float]) -> Genes:
+    """Return a setting from its quantities in SI units and the indices of its readings."""
+    genes: Genes = {name: values[name] for name in CHOICES}
+    for name, (low, high) in LOG_RANGES.items():
+        genes[name] = float(np.log(max(values[name], low) / low) / np.log(high / low))
+    for name, (low, high) in LINEAR_RANGES.items():
+        genes[name] = (values[name] - low) / (high - low)
+    return genes
+
+
+START = genes_of({
+    'static_friction_reading': FOLLOWS_CLOCK, 'film_reading': FILM_NORMALISED,
+    'film_rest_reading': FILM_RESTS_BY_SPEED,
+    'cylinder_1.fluid_time_constant': 0.03, 'cylinder_1.film_rest_velocity': 7.2e-4,
+    'cylinder_1.stop_velocity': 4.56e-2, 'cylinder_1.start_velocity': 4.56e-2,
+    'cylinder_2.fluid_time_constant': 0.70, 'cylinder_2.film_rest_velocity': 2e-4,
+    'cylinder_2.stop_velocity': 6.44e-3, 'cylinder_2.start_velocity': 6.44e-3,
+    'cylinder_3.fluid_time_constant': 0.0, 'cylinder_3.film_rest_velocity': 1.3e-3,
+    'cylinder_3.stop_velocity': 2.13e-2, 'cylinder_3.start_velocity': 2.13e-2,
+    'rest_time': 1200.0, 'initial_position': 0.0,
+    'cylinder_1.stiffness': 2.8e4, 'cylinder_1.soft_share': -0.5, 'cylinder_1.soft_limit': 3.0,
+    'cylinder_2.stiffness': 2.7e4, 'cylinder_2.soft_share': -0.5, 'cylinder_2.soft_limit': 3.0,
+    'cylinder_3.stiffness': 7.2e4, 'cylinder_3.soft_share': 0.3056, 'cylinder_3.soft_limit': 3.0,
+})  # fmt: skip
+"""A setting that each search tries first: the default."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +178,7 @@ def bar(best: list[Outcome]) -> float:
 
 def draw(rng: np.random.Generator, best: list[Outcome], count: int) -> list[Genes]:
     """Return settings: the known one first, then over the whole range and bred from the best."""
-    known = [] if best else [DRIFT_IS_NO_SLIP, DRIFT_IS_NO_SLIP | {'threshold_reading': 0}]
+    known = [] if best else [START]
     return known[:count] + [
         breed(rng, [outcome.genes for outcome in best[:PARENTS]])
         if len(best) >= BATCH and rng.random() > FRESH
@@ -194,36 +211,25 @@ def reading_of(genes: Genes) -> Reading:
     """Return the setting as a reading."""
     value = {name: low * (high / low) ** genes[name] for name, (low, high) in LOG_RANGES.items()}
     value |= {n: low + (high - low) * genes[n] for n, (low, high) in LINEAR_RANGES.items()}
-    value['start_velocity'] = max(value['start_velocity'], value['stop_velocity'])
-    time = value['fluid_time_constant']
-    friction: dict[str, Any] = {
-        **{name: int(genes[name]) for name in CHOICES if name != 'threshold_reading'},
-        'fluid_time_constant': time if time >= 1e-3 else 0.0,
-        'film_rest_velocity': value['film_rest_velocity'],
-        **_elements(value['stiffness'], value['soft_share'], value['soft_limit']),
-    }
-    thresholds = {name: value[name] for name in THRESHOLDS}
+    friction = {name: int(genes[name]) for name in CHOICES}
     conditions = {name: value[name] for name in ('rest_time', 'initial_position')}
-    if not genes['threshold_reading']:
-        return Reading('searched', friction | thresholds, conditions)
     single = {
-        cylinder: {name: limit * relative_speed(cylinder) for name, limit in thresholds.items()}
-        for cylinder in CYLINDERS
+        own: _own({name: value[f'{own}.{name}'] for name in (*OWN_RANGES, *OWN_LINEAR_RANGES)})
+        for own in CYLINDERS
     }
     return Reading('searched', friction, conditions, single)
 
 
-@cache
-def relative_speed(cylinder: str) -> float:
-    """
-    Return F_smax / sigma_2 of a cylinder, in that of cylinder 1 [-].
-
-    At that speed the viscous friction alone is as large as the largest static friction: the speed
-    of the slips scales with it.
-    """
-    laws = [load_configuration(name).model.friction for name in (cylinder, CYLINDERS[0])]
-    own, first = (law.breakaway_force / law.viscous_coefficient for law in laws)
-    return own / first
+def _own(value: dict[str, float]) -> dict[str, Any]:
+    """Return the friction of one cylinder, in which no two quantities contradict each other."""
+    time = value['fluid_time_constant']
+    return {
+        'fluid_time_constant': time if time >= 1e-3 else 0.0,
+        'stop_velocity': value['stop_velocity'],
+        'start_velocity': max(value['start_velocity'], value['stop_velocity']),
+        'film_rest_velocity': value['film_rest_velocity'],
+        **_elements(value['stiffness'], value['soft_share'], value['soft_limit']),
+    }
 
 
 def _elements(stiffness: float, share: float, limit: float) -> dict[str, tuple[float, ...]]:

@@ -21,7 +21,7 @@ from pneu_rig_ros.claims.findings import (
     unchanged,
 )
 from pneu_rig_ros.claims.readings import load_reading, printed_values_changed
-from pneu_rig_ros.claims.search import DRIFT_IS_NO_SLIP, reading_of
+from pneu_rig_ros.claims.search import START, reading_of
 from pneu_rig_ros.claims.statements import STATEMENTS, measure, starts
 
 HOLD = (3, 4, 5, 6, 7, 10)
@@ -62,7 +62,7 @@ def test_shipped_reading_holds_what_the_default_does_not(
 
 
 def test_default_is_the_known_start_of_the_search() -> None:
-    known = reading_of(DRIFT_IS_NO_SLIP)
+    known = reading_of(START)
     for name in CYLINDERS:
         shipped = Laboratory().plant(CAPTIONS[name]).model
         for key, value in known.friction_of(name).items():
