@@ -50,6 +50,14 @@ bench: $(READY)  ## measure everything that the README quotes, write benchmarks/
 blind: $(READY)  ## hide effects, diagnose, compare: docs/blind.md (ARGS='--part single --limit 9')
 	@cd test && ../$(BIN)/python -m blind $(ARGS)
 
+.PHONY: fuzz
+fuzz: $(READY)  ## try bad input on every reader (ARGS='--minutes 10')
+	@$(BIN)/python -m reliability fuzz $(ARGS)
+
+.PHONY: numerics
+numerics: $(READY)  ## simulate random rigs, check their balances (ARGS='--count 10000')
+	@$(BIN)/python -m reliability numerics $(ARGS)
+
 .PHONY: docs
 docs: $(READY)  ## build the documentation into build/docs (reference made from the code)
 	@$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/docs_trees docs build/docs

@@ -193,7 +193,10 @@ def _decimal(row: Sequence[str], separator: str) -> str:
 def _split(text: str, separator: str) -> list[str]:
     if separator == ' ':
         return text.split()
-    return next(csv.reader([text], delimiter=separator))
+    try:
+        return next(csv.reader([text], delimiter=separator))
+    except csv.Error as error:
+        raise RigError(f'{error}, in a row that begins with {text[:40]!r}') from None
 
 
 def _rows(path: Path, lines: Sequence[Line], separator: str) -> list[list[str]]:

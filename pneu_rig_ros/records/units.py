@@ -30,6 +30,14 @@ _TEXT = re.compile(
 _REFERENCE = re.compile(
     r'\s*(?:\(?(?P<word>gauge|absolute|abs|rel)\.?\)?|\(?(?P<letter>[ag])\)?)$'
 )
+LONGEST_UNIT = 60
+"""[character]"""
+
+# A number or a bracket to a power, or one that is no digit: 9**9**9 would never be done.
+_POWER = re.compile(
+    r'[\d).]\s*(?:\*\*|\^|[⁰¹²³⁴-⁹⁻])|[⁰¹²³⁴-⁹⁻]{3}'
+    r'|(?:\*\*|\^)(?!\s*[-+]?\d(?![\d.eE_]|\s*\*\*|\s*\^))'
+)
 _PRESSURES = ('bar', 'mbar', 'Pa', 'hPa', 'kPa', 'MPa', 'psi', 'ksi')
 
 
@@ -56,6 +64,9 @@ def parse_unit(text: str, si_unit: str, where: str) -> Unit:
     :param where: what to call the place in an error
     :raises RigError: for what is no unit, or one of another kind
     """
+    if len(text) > LONGEST_UNIT or _POWER.search(text):
+        raise RigError(f'{where}: unit {text!r}: allowed are up to {LONGEST_UNIT} characters, '
+                       'and powers of names by one digit, such as m^2')  # fmt: skip
     name, gauge = _reference(text.strip()) if si_unit == 'Pa' else (text.strip(), None)
     if name == si_unit:
         return Unit(1.0, 0.0, gauge)

@@ -241,14 +241,15 @@ class _Reader:
         return int(seconds) * NANOSECONDS + int(nanoseconds)
 
     def skip_string(self) -> None:
-        length = self.count()
-        self._at += length
+        end = self.count() + self._at
+        if not self._at < end <= len(self._cdr) or self._cdr[end - 1]:
+            raise RigError(f'message of {len(self._cdr)} bytes: a text in it does not end')
+        self._at = end
 
     def string(self) -> str:
-        length = self.count()
-        (text,) = struct.unpack_from(f'{length}s', self._cdr, self._at)
-        self._at += length
-        return str(text[:-1], 'utf-8')
+        start = self._at
+        self.skip_string()
+        return str(self._cdr[start + _COUNT.size : self._at - 1], 'utf-8')
 
     def doubles(self, count: int) -> tuple[float, ...]:
         if count:
