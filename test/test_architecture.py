@@ -36,6 +36,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
         {'model', 'batch', 'rig', 'records', 'analysis', 'executor'},
         {'numpy', 'scipy', 'yaml'},
     ),
+    'sweep': ({'model', 'batch', 'rig', 'analysis', 'executor'}, {'numpy'}),
     'gap': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'pysindy'}),
     'web': (set(), WEB),
     'report': (
@@ -64,6 +65,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
             'web',
             'simulate',
             'executor',
+            'sweep',
             'nodes',
             'demo',
             'hiding',

@@ -25,6 +25,7 @@ from pneu_rig_ros.cli.live import live
 from pneu_rig_ros.cli.repair import repair
 from pneu_rig_ros.cli.replay import replay
 from pneu_rig_ros.cli.simulate import simulate
+from pneu_rig_ros.cli.sweep import sweep
 from pneu_rig_ros.cli.view import view
 from pneu_rig_ros.errors import RigError
 
@@ -38,6 +39,7 @@ ERROR, INTERRUPTED, UNREAD = 2, 130, 1
     epilog='\b\nExamples:\n'
     '  pneu-rig demo                       the rig live over ROS 2, recorded and summarised\n'
     '  pneu-rig simulate --duration 60     the same bag offline, many times faster\n'
+    '  pneu-rig sweep --u 0.3:0.6:31       many strokes, what each comes to\n'
     '  pneu-rig info runs/BAG              what a bag holds\n'
     '  pneu-rig view runs/BAG              the bag as an interactive page\n'
     '  pneu-rig live                       the running rig in the browser\n'
@@ -61,6 +63,7 @@ def command(context: click.Context) -> None:
 for _subcommand in (
     demo,
     simulate,
+    sweep,
     replay,
     info,
     view,

@@ -59,7 +59,7 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 @click.option(
     '--seed', type=click.IntRange(0, 2**63), metavar='INTEGER', help='of the search  [default: 1]'
 )
-@options.workers_options
+@options.workers_options()
 @click.option(
     '--out', type=click.Path(path_type=Path), metavar='FILE', help='write the search as JSON'
 )

@@ -62,20 +62,6 @@ _STROKE_OPTIONS = (
     ),
 )
 
-_WORKERS_OPTIONS = (
-    click.option(
-        '--workers',
-        type=click.IntRange(1, 256),
-        metavar='INTEGER',
-        help='processes that share the work  [default: one for each processor]',
-    ),
-    click.option(
-        '--scheduler',
-        metavar='ADDRESS',
-        help='of a Dask cluster that does it instead, tcp://HOST:PORT',
-    ),
-)
-
 
 def stroke_options(function: Command) -> Command:
     """Add the options of a stroke of a configured rig."""
@@ -84,11 +70,25 @@ def stroke_options(function: Command) -> Command:
     return function
 
 
-def workers_options(function: Command) -> Command:
-    """Add the options of work that is shared out: how many processes, or which cluster."""
-    for option in reversed(_WORKERS_OPTIONS):
-        function = option(function)
-    return function
+def workers_options(
+    default: int | None = None,
+    help: str = 'processes that share the work  [default: one for each processor]',
+) -> Callable[[Command], Command]:
+    """Return what adds the options of work that is shared out: processes, or a cluster."""
+    workers = click.option(
+        '--workers',
+        type=click.IntRange(1, 256),
+        metavar='INTEGER',
+        default=default,
+        show_default=default is not None,
+        help=help,
+    )
+    scheduler = click.option(
+        '--scheduler',
+        metavar='ADDRESS',
+        help='of a Dask cluster that does it instead, tcp://HOST:PORT',
+    )
+    return lambda function: workers(scheduler(function))
 
 
 def bag_argument(function: Command) -> Command:

@@ -1,0 +1,1 @@
+"""Strokes over a grid of conditions and parameters."""
