@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model.parameters import FILM_REST_READINGS, Model
+from pneu_rig_ros.model.parameters import FILM_RESTS_WITH_CLOCK, LATCHED_AT_BREAKAWAY, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration
 
@@ -18,7 +18,8 @@ SHUT = (2.5, 2.5)
 
 PLAIN_READING: dict[str, Any] = {
     'element_stiffness': (6e4,), 'element_limit': (), 'stop_velocity': 7.5e-4,
-    'start_velocity': 5.5e-3, 'film_rest_reading': FILM_REST_READINGS.index('with_dwell_clock'),
+    'start_velocity': 5.5e-3, 'film_rest_reading': FILM_RESTS_WITH_CLOCK,
+    'static_friction_reading': LATCHED_AT_BREAKAWAY, 'fluid_time_constant': 0.0,
 }  # fmt: skip
 """What the paper leaves open, as plain as it can be read: closed forms are known for it."""
 

@@ -92,8 +92,8 @@ def test_overrides_apply() -> None:
         ('cylinder:', 'cilinder:', "unknown name 'cilinder', did you mean 'cylinder'"),
         ('model: revised_lugre_dwell', 'model: lugree', "'lugree', did you mean 'lugre'"),
         ('coulomb_force: 0.5 N', 'coulomb_force: 50 N', 'breakaway_force must be at least'),
-        ('element_limit: [3.0 N, 3.0 N, 3.0 N]', 'element_limit: [1 N]', 'one entry fewer'),
-        ('stop_velocity: 0.00092', 'stop_velocity: 0.03', 'must not be above start_velocity'),
+        ('element_limit: []', 'element_limit: [1 N]', 'one entry fewer'),
+        ('stop_velocity: 0.00644', 'stop_velocity: 0.03', 'must not be above start_velocity'),
         ('name: cylinder_2', 'name: [', 'not valid YAML'),
     ],
 )
