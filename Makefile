@@ -58,6 +58,14 @@ fuzz: $(READY)  ## try bad input on every reader (ARGS='--minutes 10')
 numerics: $(READY)  ## simulate random rigs, check their balances (ARGS='--count 10000')
 	@$(BIN)/python -m reliability numerics $(ARGS)
 
+.PHONY: soak
+soak: $(READY)  ## run the rig live for 30 minutes on a busy machine (ARGS='--minutes 5')
+	@$(BIN)/python -m reliability soak $(ARGS)
+
+.PHONY: faults
+faults: $(READY)  ## kill, stop, flood and starve the rig, prove what it does (ARGS='--times 3')
+	@$(BIN)/python -m reliability faults $(ARGS)
+
 .PHONY: docs
 docs: $(READY)  ## build the documentation into build/docs (reference made from the code)
 	@$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/docs_trees docs build/docs

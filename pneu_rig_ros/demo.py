@@ -87,6 +87,15 @@ class NodeProcess:
         """Number of its process."""
         return self._process.pid
 
+    @property
+    def code(self) -> int | None:
+        """Exit code of its process, None while it runs."""
+        return self._process.poll()
+
+    def ended(self) -> bool:
+        """Return whether its process has ended, however it did."""
+        return self.code is not None
+
     def revive(self) -> bool:
         """Start the node again if it was killed; RigError if it has ended by itself."""
         if self._process.poll() is None:

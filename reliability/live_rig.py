@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
+import functools
 import os
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
+from typing import TextIO
 
 from pneu_rig_ros.demo import NodeProcess, Value
 from pneu_rig_ros.errors import RigError
@@ -26,6 +29,8 @@ DOMAINS = range(215, 233)
 """Of these programs: apart from demonstrations and tests, outside of the range of free ports."""
 PATIENCE = 60.0
 
+_held: list[TextIO] = []
+
 
 class ProcessRig:
     """
@@ -34,6 +39,7 @@ class ProcessRig:
     :param bag: directory to record to
     :param parameters: of the nodes by name, besides those that hold back the first sample
     :param environment: of the nodes by name, besides that of this process
+    :param only: which nodes are started at first
     """
 
     def __init__(
@@ -41,10 +47,12 @@ class ProcessRig:
         bag: Path,
         parameters: Mapping[str, Mapping[str, Value]] | None = None,
         environment: Mapping[str, Mapping[str, str]] | None = None,
+        only: Sequence[str] = ORDER,
     ) -> None:
         self.bag = bag
         self._parameters = parameters or {}
         self._environment = environment or {}
+        self._only = only
         self._logs = tempfile.TemporaryDirectory(prefix='pneu_rig_')
         self.nodes: dict[str, NodeProcess] = {}
 
@@ -67,7 +75,7 @@ class ProcessRig:
             node.check()
 
     def __enter__(self) -> ProcessRig:
-        for name in reversed(ORDER):
+        for name in reversed(self._only):
             self.start(name)
         return self
 
@@ -77,15 +85,31 @@ class ProcessRig:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        for name in ORDER:
+        for name in sorted(self.nodes, key=ORDER.index):
             self.nodes[name].stop()
         self._logs.cleanup()
 
 
 def own_domain() -> None:
-    """Give this process and its children a DDS domain, on this host only."""
+    """Give this process and its children a DDS domain of their own, on this host only."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ['ROS_DOMAIN_ID'] = str(DOMAINS[os.getpid() % len(DOMAINS)])
+    os.environ['ROS_DOMAIN_ID'] = str(_free_domain())
+
+
+@functools.cache
+def _free_domain() -> int:
+    """Return the first domain that no other such process holds; it is held until this one ends."""
+    for domain in DOMAINS:
+        path = Path(tempfile.gettempdir(), f'pneu_rig_ros_domain_{domain}')
+        lock = path.open('w')  # noqa: SIM115, held until the end
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            lock.close()
+        else:
+            _held.append(lock)
+            return domain
+    raise RigError(f'all of the domains {DOMAINS} are taken')
 
 
 def until(condition: Callable[[], object], what: str, patience: float = PATIENCE) -> None:

@@ -6,6 +6,9 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
+from pneu_rig_ros.records import Record
 from pneu_rig_ros.records.bag import open_bag
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 from reliability.witness import Received
@@ -22,6 +25,20 @@ def messages(bag: Path) -> dict[str, list[bytes]]:
             name = connection.topic.lstrip('/')
             found[name if name in TOPICS else connection.topic].append(bytes(cdr))
     return found
+
+
+def missing_samples(record: Record) -> int:
+    """
+    Return how many messages of the sampled topics a record lacks.
+
+    At its very ends there is no friction: the filter has to look to both sides.
+    """
+    known = np.flatnonzero(~np.isnan(record.friction))
+    inside = record.stamps[known[0]], record.stamps[known[-1]]
+    friction = record.missing['friction']
+    within = (friction > inside[0]) & (friction < inside[1])
+    others = [stamps.size for topic, stamps in record.missing.items() if topic != 'friction']
+    return sum(others) + int(within.sum())
 
 
 def unproven(

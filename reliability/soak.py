@@ -84,7 +84,6 @@ def run(minutes: float, progress: Callable[[float], None] = lambda _: None) -> S
 
     :param progress: told the elapsed time [s]
     """
-    own_domain()
     with tempfile.TemporaryDirectory(prefix='pneu_rig_soak_') as folder:
         bag = Path(folder) / 'bag'
         memory = Memory(min(SETTLE, 20.0 * minutes))
@@ -226,6 +225,7 @@ def text(soak: Soak) -> str:
 @click.option('--minutes', default=30.0, show_default=True, help='how long')
 def soak(minutes: float) -> None:
     """Run the rig for a long time on a busy machine; prove that nothing is lost."""
+    own_domain()
     with output.progress_bar('soak', 60.0 * minutes) as progress:
         result = run(minutes, progress)
     click.echo(text(result))

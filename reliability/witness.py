@@ -126,5 +126,9 @@ class Witness:
             status = self.said.get(node)
             return status is not None and status.level == level and word in status.message
 
-        self.until(said, f'{node} says {word!r} on /diagnostics')
+        try:
+            self.until(said, '')
+        except RigError as error:
+            last = self.said.get(node)
+            raise RigError(f'{node} does not say {word!r} on /diagnostics: {last}') from error
         return self.said[node].message

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 
 class Mismatches:
@@ -60,4 +60,14 @@ class Mismatches:
 
 
 def _misfit(offered: QoSProfile, wanted: QoSProfile) -> bool:
-    return bool(qos_check_compatible(offered, wanted)[0] == QoSCompatibility.ERROR)
+    """Return whether more is wanted than offered, in what publishers here differ in."""
+    return bool(
+        (
+            wanted.reliability == ReliabilityPolicy.RELIABLE
+            and offered.reliability == ReliabilityPolicy.BEST_EFFORT
+        )
+        or (
+            wanted.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            and offered.durability == DurabilityPolicy.VOLATILE
+        )
+    )

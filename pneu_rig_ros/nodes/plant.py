@@ -5,7 +5,6 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.context import Context
 from rclpy.parameter import Parameter as RosParameter
@@ -102,7 +101,7 @@ class PlantNode(RigNode):
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.add_on_set_parameters_callback(self._on_parameters)
-        self._describe()
+        self._described = False
 
     @property
     def samples(self) -> int:
@@ -115,6 +114,8 @@ class PlantNode(RigNode):
 
     def work(self) -> None:
         """Do one tick, or in lock step whatever the answers allow."""
+        if not self._described:
+            self._describe()
         if self._awaiting and not self._answered():
             return
         if self._paused or not self.ready():
@@ -200,6 +201,8 @@ class PlantNode(RigNode):
         self.get_logger().warning(message, throttle_duration_sec=1.0)
 
     def _describe(self) -> None:
+        """Tell what rig this is, not before it is certain that it runs."""
+        self._described = True
         self._description.publish(pack_string(describe(self._rig.configuration)))
         self._robot.publish(pack_string(robot_description(self._rig.configuration)))
 
@@ -247,15 +250,16 @@ class PlantNode(RigNode):
             'paused': self._paused,
             **_tick_errors(errors),
         }
-        if saturated:
-            return Report(DiagnosticStatus.WARN, 'sensor saturated', values)
-        if late > LATE_SHARE * rate:
-            return Report(DiagnosticStatus.WARN, f'{late} ticks late in the last second', values)
         self._wall_clock.look()
-        jump = None if self.simulated_time else self._wall_clock.told('stamps')
-        if jump:
-            return Report(DiagnosticStatus.WARN, jump, values)
-        return Report(DiagnosticStatus.OK, 'paused' if self._paused else 'running', values)
+        return Report.of(
+            'paused' if self._paused else 'running',
+            values,
+            warnings=(
+                'sensor saturated' if saturated else None,
+                f'{late} ticks late in the last second' if late > LATE_SHARE * rate else None,
+                None if self.simulated_time else self._wall_clock.told('stamps'),
+            ),
+        )
 
 
 def _tick_errors(errors: TickErrors) -> dict[str, object]:

@@ -2,12 +2,12 @@
 
 import contextlib
 import itertools
+import shutil
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 
 from pneu_rig_ros.errors import RigError
@@ -93,11 +93,15 @@ class RecorderNode(RigNode):
 
     def _write_received(self, batch: list[tuple[Inlet, Arrival]]) -> None:
         """Write at the time of reception; a clock that is set does not turn time back."""
-        steady = self._wall_clock.steady
-        timed = [(steady(arrival.received_ns), inlet, arrival.cdr) for inlet, arrival in batch]
-        for received_ns, inlet, cdr in sorted(timed, key=lambda item: item[0]):
-            self._newest_ns = max(self._newest_ns, received_ns)
-            self._write(inlet, self._newest_ns, cdr)
+        newest: dict[str, int] = {}
+        timed = []
+        for inlet, arrival in batch:
+            received_ns = self._wall_clock.steady(arrival.received_ns)
+            newest[inlet.name] = max(received_ns, newest.get(inlet.name, self._newest_ns))
+            timed.append((newest[inlet.name], inlet, arrival.cdr))
+        for time_ns, inlet, cdr in sorted(timed, key=lambda item: item[0]):
+            self._newest_ns = time_ns
+            self._write(inlet, time_ns, cdr)
 
     def _write_simulated(self, batch: list[tuple[Inlet, Arrival]], timeline: Timeline) -> None:
         """Write at simulated time; what has no stamp waits until the sample after it is here."""
@@ -138,6 +142,11 @@ class RecorderNode(RigNode):
         self._writer.close(bag_metadata(self._description))
         self.get_logger().info(f'{self._rate.count} messages in {self._writer.path.resolve()}')
 
+    def withdraw(self) -> None:
+        """Leave no bag behind."""
+        self._writer.abort()
+        shutil.rmtree(self._writer.path)
+
     def report(self) -> Report:
         """Return rate, losses and bag for `/diagnostics`."""
         values: dict[str, object] = {
@@ -146,14 +155,16 @@ class RecorderNode(RigNode):
             'lost': self._losses.total,
             'bag': self._writer.path.resolve(),
         }
-        jump = None if self.simulated_time else self._wall_clock.told('log times')
-        if self._failure is not None:
-            return Report(DiagnosticStatus.ERROR, self._told(self._failure), values)
-        if self._losses.total:
-            return Report(DiagnosticStatus.WARN, f'{self._losses.total} messages lost', values)
-        if jump:
-            return Report(DiagnosticStatus.WARN, jump, values)
-        return Report(DiagnosticStatus.OK, 'recording', values)
+        lost = self._losses.total
+        return Report.of(
+            'recording',
+            values,
+            warnings=(
+                f'{lost} messages lost' if lost else None,
+                None if self.simulated_time else self._wall_clock.told('log times'),
+            ),
+            errors=(self._told(self._failure) if self._failure else None,),
+        )
 
     def _told(self, failure: RigError) -> str:
         return f'{failure}; recording has ended, what was recorded is kept'

@@ -47,6 +47,21 @@ class Report(NamedTuple):
     summary: str
     values: dict[str, object]
 
+    @classmethod
+    def of(
+        cls,
+        fine: str,
+        values: dict[str, object],
+        warnings: Iterable[str | None] = (),
+        errors: Iterable[str | None] = (),
+    ) -> 'Report':
+        """Return a report of all troubles, those that are None left out; `fine` without any."""
+        worst, less = [e for e in errors if e], [w for w in warnings if w]
+        level = DiagnosticStatus.ERROR if worst else DiagnosticStatus.WARN
+        if worst or less:
+            return cls(level, '; '.join((*worst, *less)), values)
+        return cls(DiagnosticStatus.OK, fine, values)
+
 
 class RigNode(Node):
     """
@@ -151,6 +166,9 @@ class RigNode(Node):
 
     def close(self) -> None:
         """Finish while ROS is still up: take what waits, write what is unwritten."""
+
+    def withdraw(self) -> None:
+        """Take back what was done before the first turn."""
 
     def await_delivery(self) -> None:
         """Wait, though not for long, until the subscribers have what was published."""

@@ -88,11 +88,20 @@ class Runner:
                 failures.append(error)
             diagnostics.publish()
             node.await_delivery()
+        self._destroy()
+        if failures:
+            raise failures[0]
+
+    def withdraw(self) -> None:
+        """Destroy the nodes as if they had never been."""
+        for node in self.nodes:
+            node.withdraw()
+        self._destroy()
+
+    def _destroy(self) -> None:
         self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
-        if failures:
-            raise failures[0]
 
 
 def main(factories: Sequence[Factory]) -> int:
@@ -134,6 +143,10 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
 
     try:
         runner.twins.give_way()
+    except RigError:
+        runner.withdraw()
+        raise
+    try:
         runner.run(wanted)
     finally:
         runner.close()

@@ -4,7 +4,6 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 
 from pneu_rig_ros.errors import RigError
@@ -146,13 +145,17 @@ class ValveCommandNode(RigNode):
             'u [V]': self._u,
             'refused commands': self._refused,
         }
-        if self._senders.several:
-            told = 'u comes from several publishers, the newest command counts'
-            return Report(DiagnosticStatus.WARN, told, values)
-        if commanded > FLOOD_HZ:
-            told = f'u comes {commanded:.0f} times a second, the newest command counts'
-            return Report(DiagnosticStatus.WARN, told, values)
-        return Report(DiagnosticStatus.OK, 'waiting' if self._u is None else 'running', values)
+        newest = 'the newest command counts'
+        return Report.of(
+            'waiting' if self._u is None else 'running',
+            values,
+            warnings=(
+                f'u comes from several publishers, {newest}' if self._senders.several else None,
+                f'u comes {commanded:.0f} times a second, {newest}'
+                if commanded > FLOOD_HZ
+                else None,
+            ),
+        )
 
 
 def main() -> int:

@@ -32,6 +32,9 @@ class _Polled(CallbackGroup):
     def beginning_execution(self, entity: Any) -> bool:
         return not isinstance(entity, Subscription)
 
+    def ending_execution(self, entity: Any) -> None:
+        pass
+
 
 def message_class(type_name: str) -> Any:
     """Return the class of 'std_msgs/msg/Float64'."""
@@ -45,14 +48,14 @@ def quality(topic: Topic) -> QoSProfile:
     if topic.latched:
         durability = DurabilityPolicy.TRANSIENT_LOCAL
         return QoSProfile(depth=1, reliability=reliable, durability=durability)
-    return QoSProfile(depth=DEPTH, reliability=reliable)
+    return QoSProfile(depth=DEPTH, reliability=reliable, durability=DurabilityPolicy.VOLATILE)
 
 
 def outlet(node: Node, topic_name: str, mismatches: Mismatches | None = None) -> Publisher:
     """Return a publisher for a topic of the table; it takes raw CDR or a typed message."""
     topic = TOPICS[topic_name]
     profile = quality(topic)
-    events = mismatches and mismatches.of_publisher(topic.name, profile)
+    events = mismatches.of_publisher(topic.name, profile) if mismatches else None
     return node.create_publisher(
         message_class(topic.type), topic.name, profile, event_callbacks=events
     )
@@ -71,7 +74,7 @@ class Inlet:
         self.topic = TOPICS[topic_name]
         self._class = message_class(self.topic.type)
         profile = quality(self.topic)
-        events = mismatches and mismatches.of_subscription(topic_name, profile)
+        events = mismatches.of_subscription(topic_name, profile) if mismatches else None
         self._subscription = node.create_subscription(
             self._class, topic_name, _never_called, profile,
             callback_group=_Polled(), event_callbacks=events, raw=True,

@@ -25,6 +25,10 @@ class Finding(NamedTuple):
     held: bool
 
 
+class NotPossible(Exception):
+    """A fault that cannot be brought about on this computer; says in a line why."""
+
+
 class Scene(NamedTuple):
     """
     Where a fault happens, and how often.

@@ -6,6 +6,7 @@ import os
 import random
 import signal
 import time
+from functools import partial
 from pathlib import Path
 
 from pneu_rig_ros.records import read_record, repair
@@ -35,7 +36,7 @@ def kill_recorder(scene: Scene) -> Finding:
     with ProcessRig(scene.folder / 'bag') as rig, Witness() as witness:
         for number in range(1, scene.times + 1):
             bag = scene.folder / ('bag' if number == 1 else f'bag_{number}')
-            witness.until(lambda bag=bag: _begun(bag), f'{bag} is begun')
+            witness.until(partial(_begun, bag), f'{bag} is begun')
             for topic in witness.received.values():
                 topic.clear()
             witness.listen(chance.uniform(SHORTEST, LONGEST))

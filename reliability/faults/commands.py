@@ -1,0 +1,89 @@
+"""Commands from two publishers at once, and far too many of them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pneu_rig_ros.nodes import wiring
+from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records.wire import pack_float64, unpack_valve_voltages
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+from reliability.faults.finding import Finding, Scene
+from reliability.live_rig import ProcessRig
+from reliability.proof import missing_samples
+from reliability.witness import OK, WARN, Witness
+
+OTHER_U = -0.5
+FLOOD_HZ = 20_000
+FLOOD_SECONDS = 4.0
+
+
+def two_publishers(scene: Scene) -> Finding:
+    """Let a second controller speak too, then fall silent."""
+    with ProcessRig(scene.folder / 'bag'), Witness() as witness:
+        witness.hears('friction')
+        witness.told('valve_command', OK, 'running')
+        other = wiring.outlet(witness.node, 'u')
+        witness.until(lambda: other.get_subscription_count() >= 2, 'subscribers of u')
+        due, end = 0.0, time.monotonic() + 60.0
+        while time.monotonic() < end and witness.said['valve_command'].level != WARN:
+            if time.monotonic() > due:
+                due = time.monotonic() + 0.05
+                other.publish(pack_float64(OTHER_U))
+            witness.turn()
+        told = witness.said['valve_command'].message
+        witness.listen(0.5)
+        last = unpack_valve_voltages(witness.received['valve_voltages'][-1].cdr)
+        followed = {unpack_valve_voltages(m.cdr) for m in witness.received['valve_voltages']}
+        witness.told('valve_command', OK, 'running')
+    alone = max(abs(a - b) for a, b in zip(last, valve_voltages(0.34), strict=True)) < 0.01
+    return Finding(
+        '`u` from two publishers',
+        'the newest command counts, whoever sent it',
+        'valve_command WARN: u comes from several publishers, the newest command counts',
+        f'told: "{told}"; both were followed, after the second fell silent the first alone',
+        held='several publishers' in told and alone and valve_voltages(OTHER_U) in followed,
+    )
+
+
+@contextmanager
+def _flooding() -> Iterator[None]:
+    command = [sys.executable, '-m', 'reliability.flooder', str(FLOOD_HZ), str(FLOOD_SECONDS)]
+    with subprocess.Popen(command) as process:
+        try:
+            yield
+        finally:
+            process.kill()
+
+
+def flood(scene: Scene) -> Finding:
+    """Let a publisher send commands at 20 kHz."""
+    fastest = answered = 0.0
+    with ProcessRig(scene.folder / 'bag'), Witness(commands=False) as witness:
+        witness.hears('friction')
+        with _flooding():
+            told = witness.told('valve_command', WARN, 'times a second')
+            end = time.monotonic() + FLOOD_SECONDS
+            while time.monotonic() < end:
+                witness.turn()
+                values = witness.said['valve_command'].values
+                fastest = max(fastest, float(values['commands [Hz]']))
+                answered = max(answered, float(values['rate [Hz]']))
+        witness.told('valve_command', OK, 'running')
+        witness.listen(1.5)
+        lost = int(witness.said['recorder'].values['lost'])
+        late = int(witness.said['plant'].values['late ticks'])
+    record = read_record(scene.folder / 'bag')
+    missing = missing_samples(record)
+    return Finding(
+        f'a publisher floods `u`, {FLOOD_HZ // 1000} kHz for {FLOOD_SECONDS:g} s',
+        'valve_command answers the newest command at most 2000 times a second; no sample is lost',
+        'valve_command WARN: u comes ... times a second, the newest command counts',
+        f'{fastest:.0f} commands/s arrived, {answered:.0f}/s answered; of {record.position.size} '
+        f'samples {missing} missing, {lost} messages of other topics lost, {late} ticks late',
+        held=not missing and not lost and answered <= 2100 and 'times a second' in told,
+    )
