@@ -10,7 +10,7 @@ of Eq. 2, in the order in which a stick-slip cycle goes through them:
   sensor, and the seal may creep; both are slower than the feed. So creep that comes to rest
   again without getting as fast as the feed is part of the dwell.
 - ``PRESLIDING``: the run-up to a breakaway, |v| > V/2 and F_r not yet at its peak.
-- ``BREAKAWAY``: from the peak of F_r to gross sliding at 2 V, while friction falls and the
+- ``BREAKAWAY``: from the peak of F_r to gross sliding at 1.4 V, while friction falls and the
   piston runs away. The peak itself is the first sample. A piston that glides off without
   outrunning the feed that far, as with Coulomb friction, has no breakaway and slides at once.
 - ``SLIP``: gross sliding, from there until |v| <= V/2. Steady sliding is part of it.

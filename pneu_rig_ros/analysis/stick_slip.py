@@ -39,10 +39,10 @@ RESOLUTION = 0.3 / 4096
 NOISE = 29e-6
 """Standard deviation of a measured position [m]: quantisation, and noise of 20 um."""
 
-CONSISTENT = 1.5
+CONSISTENT = 2.4
 """Two fits of the speed agree within so many standard deviations [-]."""
 
-LEAST_SPEED_TO_NOISE = 6.0
+LEAST_SPEED_TO_NOISE = 6.6
 """Slower motion than so many standard deviations of the speed gets longer fits [-]."""
 
 DIP = 0.004
@@ -57,7 +57,7 @@ PEAK_WINDOW = 0.012
 STICK_SHARE = 0.5
 """A piston slower than this share of the feed sticks [-]."""
 
-SLIP_SHARE = 2.0
+SLIP_SHARE = 1.4
 """A slide that gets faster than this multiple of the feed is a slip [-]."""
 
 
@@ -82,10 +82,10 @@ class Slide(NamedTuple):
     A stretch of motion faster than V/2 that gets as fast as V, in samples.
 
     :param start: first sample faster than V/2, but for short dips
-    :param onset: where gross sliding begins: first sample faster than 2 V; equal to ``start``
+    :param onset: where gross sliding begins: first sample faster than 1.4 V; equal to ``start``
         when the piston glides off without overshoot, or glides further than it slips
     :param end: one after the last sample
-    :param slips: whether it gets faster than 2 V
+    :param slips: whether it gets faster than 1.4 V
     """
 
     start: int

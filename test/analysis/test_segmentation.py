@@ -111,7 +111,7 @@ def test_modes_are_the_true_ones_in_95_percent_of_samples(runs: list[Measured], 
     # Without the end stops, where nothing happens; then without the smooth runs as well.
     assert agreement(table[: Mode.END_STOP]) >= 0.95
     rough = [run for run in runs if run.truth(peak).slips >= 5]
-    assert agreement(np.sum([run.confusion(peak)[:4] for run in rough], axis=0)) >= 0.94
+    assert agreement(np.sum([run.confusion(peak)[:4] for run in rough], axis=0)) >= 0.93
 
 
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_2', 'cylinder_3'])
@@ -133,13 +133,16 @@ def test_no_mode_is_lost_in_the_average(runs: list[Measured]) -> None:
 
 def test_cycles_are_those_of_the_truth(runs: list[Measured]) -> None:
     counts = [(len(run.segment().cycles), run.truth('friction_force').slips) for run in runs]
-    assert max(abs(seen - true) for seen, true in counts) <= 2, counts
+    assert max(abs(seen - true) for seen, true in counts) <= 1, counts
     assert sum(seen == true for seen, true in counts) >= 0.9 * len(counts), counts
 
 
 def test_bristles_wind_up_until_breakaway_and_let_go_in_it(runs: list[Measured]) -> None:
-    mode = np.concatenate([run.segment().mode for run in runs])
-    winds = np.concatenate([np.gradient(np.abs(run.run.deflection)) > 0 for run in runs])
+    # where F_r is the bristles' force; that of cylinder 2 is for the most part of its fluid, T
+    dry = [r for r in runs if r.configuration.model.friction.fluid_time_constant < 0.1]
+    assert len(dry) >= 15
+    mode = np.concatenate([run.segment().mode for run in dry])
+    winds = np.concatenate([np.gradient(np.abs(run.run.deflection)) > 0 for run in dry])
     assert winds[mode == Mode.PRESLIDING].mean() > 0.75
     assert winds[mode == Mode.BREAKAWAY].mean() < 0.2
 

@@ -76,7 +76,7 @@ def test_quantised_sensors_give_the_cycles_of_perfect_ones(
 ) -> None:
     cycles = {}
     for sensors in ('rig', 'ideal'):
-        configuration = load_configuration('cylinder_2', friction='revised_lugre', sensors=sensors)
+        configuration = load_configuration('cylinder_2', sensors=sensors)
         bag = simulate(configuration, 0.34, 12.0, tmp_path_factory.mktemp('bags') / sensors)
         record = read_record(bag)
         cycles[sensors] = find_cycles(record.position, record.interval, friction_of(record))

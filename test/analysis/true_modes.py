@@ -44,7 +44,7 @@ def true_modes(run: Trajectory, load: NDArray[np.float64]) -> Truth:
         stretch = np.array(list(samples))
         if not moving or speed[stretch].max() <= feed:
             continue  # creep that never gets as fast as the feed is part of the dwell
-        fast = stretch[speed[stretch] > 2 * feed]
+        fast = stretch[speed[stretch] > 1.4 * feed]
         slips += bool(fast.size)
         onset = fast[0] if fast.size else stretch[0]
         way = np.cumsum(speed[stretch])
