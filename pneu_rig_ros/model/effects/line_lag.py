@@ -22,6 +22,12 @@ class Parameters(NamedTuple):
 
 
 @compiled
+def held_back(flow: float, pressure: float, atmosphere: float) -> float:
+    """Return how much of a flow out of a chamber [kg/s, negative] its pressure does not give."""
+    return -min(flow, 0.0) * max(1.0 - pressure / atmosphere, 0.0)
+
+
+@compiled
 def contribution(
     signals: Signals,
     model: CompiledModel,
@@ -33,7 +39,8 @@ def contribution(
     Return what the flows into chamber 1 and 2 lack of the flows through the valves [kg/s].
 
     The states are the flows out of the lines. No gas is lost: the lines hold the time constant
-    times the flow.
+    times the flow. Below atmospheric pressure they draw less from the chamber, in proportion to
+    its pressure, or they would empty it and more.
     """
     if parameters.time_constant <= 0.0:
         rate[:] = 0.0
@@ -44,7 +51,9 @@ def contribution(
     lack_1, lack_2 = FLOW_UNIT * state[0] - flow_1, FLOW_UNIT * state[1] - flow_2
     time = FLOW_UNIT * max(parameters.time_constant, LEAST_TIME)
     rate[0], rate[1] = -lack_1 / time, -lack_2 / time
-    return lack_1, lack_2
+    held_1 = held_back(FLOW_UNIT * state[0], s.pressure_1, gas.atmospheric_pressure)
+    held_2 = held_back(FLOW_UNIT * state[1], s.pressure_2, gas.atmospheric_pressure)
+    return lack_1 + held_1, lack_2 + held_2
 
 
 EFFECT = Effect(
