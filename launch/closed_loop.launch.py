@@ -5,8 +5,9 @@ The rig with a position controller that follows a profile; arguments of rig.laun
     ros2 launch pneu_rig_ros closed_loop.launch.py compensation:=false cylinder:=cylinder_1
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -22,6 +23,11 @@ ARGUMENTS = {
     'use_sim_time': ('false', 'whether the plant publishes /clock and all follow it'),
 }
 TYPES = {'law': str, 'compensation': bool, 'profile': str, 'setpoint': float, 'use_sim_time': bool}
+
+
+def ended(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
+    """Return what happens when the controller has ended: nothing if it was killed."""
+    return [Shutdown()] if event.returncode >= 0 else []
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -45,6 +51,9 @@ def generate_launch_description() -> LaunchDescription:
                 namespace=LaunchConfiguration('namespace'),
                 parameters=[parameters],
                 output='screen',
+                respawn=True,
+                respawn_delay=1.0,
+                on_exit=ended,
             ),
         ]
     )

@@ -4,6 +4,8 @@ Bring up the rig: plant, valve command, friction estimator, recorder, and transf
     ros2 launch pneu_rig_ros rig.launch.py cylinder:=cylinder_3 load_mass:=5.0
     ros2 launch pneu_rig_ros rig.launch.py model:=improved.yaml supply_pressure:=7e5
     ros2 launch pneu_rig_ros rig.launch.py namespace:=left record:=false
+
+A node that is killed comes back; one that ends by itself, e.g. at a wrong parameter, ends the rig.
 """
 
 from launch import LaunchContext, LaunchDescription
@@ -14,6 +16,7 @@ from launch.actions import (
     Shutdown,
 )
 from launch.conditions import IfCondition
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -42,6 +45,13 @@ ARGUMENTS = {
 }
 
 
+def ended(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
+    """Return what happens when a node has ended: nothing if it was killed, as it comes back."""
+    if event.returncode < 0:
+        return []
+    return [Shutdown(reason=f'{event.process_name} has ended')]
+
+
 def rig_node(executable: str, parameters: dict[str, object], **options: object) -> Node:
     """Return a node of the rig, named like its executable, in the rig's namespace and time."""
     use_sim_time = ParameterValue(LaunchConfiguration('use_sim_time'), value_type=bool)
@@ -52,6 +62,9 @@ def rig_node(executable: str, parameters: dict[str, object], **options: object) 
         namespace=LaunchConfiguration('namespace'),
         parameters=[{'use_sim_time': use_sim_time, **parameters}],
         output='screen',
+        respawn=True,
+        respawn_delay=1.0,
+        on_exit=ended,
         **options,
     )
 
@@ -74,7 +87,7 @@ def plant(context: LaunchContext) -> list[Node]:
         'wait_for_subscribers': int(recorded),  # so that the bag has the first sample
         **{name: float(value) for name, value in given.items() if value},
     }
-    return [rig_node('plant', parameters, on_exit=Shutdown())]
+    return [rig_node('plant', parameters)]
 
 
 def transforms(context: LaunchContext) -> list[Node]:
