@@ -28,6 +28,8 @@ class Diagnostics:
         """Publish the node's report now."""
         report = self._node.full_report()
         values = {**report.values, PROCESS: own_process()}
+        if self._node.malformed:
+            values['malformed messages'] = self._node.malformed
         status = DiagnosticStatus(
             level=report.level,
             name=self._node.get_fully_qualified_name(),

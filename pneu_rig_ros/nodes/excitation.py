@@ -43,8 +43,7 @@ class ExcitationNode(RigNode):
         """Answer the samples that wait."""
         if not self.ready():
             return
-        for cdr in self._samples.take_all():
-            stamp_ns = unpack_stamp(cdr)
+        for stamp_ns in self.heard(self._samples, unpack_stamp):
             if self._start_ns is None:
                 self._start_ns = stamp_ns
             self._elapsed = (stamp_ns - self._start_ns) * 1e-9

@@ -1,5 +1,6 @@
 """The friction estimator node: Eq. 2 live, a stated delay behind the samples."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,16 +10,11 @@ from rclpy.context import Context
 from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.joining import Joiner
+from pneu_rig_ros.nodes.joining import Joiner, position_reading, pressure_reading
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
-from pneu_rig_ros.records.wire import (
-    FrictionMessage,
-    unpack_fluid_pressure,
-    unpack_joint_state,
-    unpack_string,
-)
+from pneu_rig_ros.records.wire import FrictionMessage, unpack_string
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml, load_configuration
 
 
@@ -75,9 +71,9 @@ class FrictionEstimatorNode(RigNode):
 
     def _take(self) -> None:
         positions, *pressures = self._joiner.queues
-        positions.extend(unpack_joint_state(cdr)[:2] for cdr in self._joints.take_all())
+        positions.extend(self.heard(self._joints, position_reading))
         for queue, chamber in zip(pressures, self._chambers, strict=True):
-            queue.extend(unpack_fluid_pressure(cdr)[:2] for cdr in chamber.take_all())
+            queue.extend(self.heard(chamber, pressure_reading))
 
     def _estimate(
         self, causal: CausalFriction, stamp_ns: int, position: float, p1: float, p2: float
@@ -87,7 +83,7 @@ class FrictionEstimatorNode(RigNode):
             self._restarts += 1
         self._last_ns = stamp_ns
         force = causal.push(position, p1, p2)
-        if force is not None:
+        if force is not None and math.isfinite(force):
             belongs_to = stamp_ns - causal.delay_samples * self._interval_ns
             self._publish(self._message.pack(force, belongs_to))
             self._rate.count += 1

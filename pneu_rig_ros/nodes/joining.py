@@ -3,8 +3,32 @@
 from collections import deque
 from collections.abc import Iterator
 
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.wire import unpack_fluid_pressure, unpack_joint_state
+
 Reading = tuple[int, float]
 """Stamp [ns] and value."""
+
+LARGEST = 1e9
+"""No sensor reads more [m, Pa]."""
+
+
+def position_reading(cdr: bytes) -> Reading:
+    """Decode stamp and position [m] of a JointState; RigError unless they can be used."""
+    reading = unpack_joint_state(cdr)
+    return reading.stamp_ns, _finite(reading.position, 'position')
+
+
+def pressure_reading(cdr: bytes) -> Reading:
+    """Decode stamp and pressure [Pa] of a FluidPressure; RigError unless they can be used."""
+    reading = unpack_fluid_pressure(cdr)
+    return reading.stamp_ns, _finite(reading.pressure, 'pressure')
+
+
+def _finite(value: float, name: str) -> float:
+    if not abs(value) <= LARGEST:
+        raise RigError(f'{name} {value:g}, allowed are numbers up to {LARGEST:g}')
+    return value
 
 
 class Joiner:

@@ -148,27 +148,25 @@ class LiveNode(RigNode):
 
     def _take_valves(self) -> None:
         """Take the newest command and voltages, which have no stamps; they hold from here on."""
-        for cdr in self._commands.take_all():
-            self._u = _finite(unpack_float64(cdr))
-        for cdr in self._valves.take_all():
-            voltage_1, voltage_2 = unpack_valve_voltages(cdr)
+        for u in self.heard(self._commands, unpack_float64):
+            self._u = _finite(u)
+        for voltage_1, voltage_2 in self.heard(self._valves, unpack_valve_voltages):
             self._voltages = _finite(voltage_1), _finite(voltage_2)
 
     def _take_samples(self) -> None:
         positions, velocities, *pressures = self._joiner.queues
-        for cdr in self._joints.take_all():
-            reading = unpack_joint_state(cdr)
+        for reading in self.heard(self._joints, unpack_joint_state):
             positions.append((reading.stamp_ns, reading.position))
             velocities.append((reading.stamp_ns, reading.velocity))
         for queue, chamber in zip(pressures, self._chambers, strict=True):
-            queue.extend(unpack_fluid_pressure(cdr)[:2] for cdr in chamber.take_all())
+            queue.extend(reading[:2] for reading in self.heard(chamber, unpack_fluid_pressure))
         held = (self._u, *self._voltages)
         rows = [
             (self._time(ns), *map(_finite, values), *held) for ns, values in self._joiner.joined()
         ]
         self.streams['samples'].extend(rows)
         self._rate.count += len(rows)
-        forces = (unpack_joint_state(cdr) for cdr in self._friction.take_all())
+        forces = self.heard(self._friction, unpack_joint_state)
         # A force belongs to a sample 29 ms back; one from before the first sample has no place.
         self.streams['friction'].extend(
             (self._time(force.stamp_ns), _finite(force.effort))

@@ -106,17 +106,15 @@ class PositionControllerNode(RigNode):
         """Answer the samples that wait."""
         if not self.ready():
             return
-        for cdr in self._heard.take_all() if self._heard else ():
-            self._hear(cdr)
-        for cdr in self._samples.take_all():
-            reading = unpack_joint_state(cdr)
+        for reference in self.heard(self._heard, unpack_float64) if self._heard else ():
+            self._hear(reference)
+        for reading in self.heard(self._samples, unpack_joint_state):
             if math.isfinite(reading.position) and math.isfinite(reading.velocity):
                 self._answer(reading)
             else:
                 self._refuse('joint_states without finite position and velocity')
 
-    def _hear(self, cdr: bytes) -> None:
-        reference = unpack_float64(cdr)
+    def _hear(self, reference: float) -> None:
         if math.isfinite(reference):
             self._reference = reference
         else:

@@ -75,7 +75,8 @@ class RecorderNode(RigNode):
         for inlet, arrival in batch:
             self._losses.note(inlet.topic.name, arrival.number)
             if inlet.topic.name == DESCRIPTION:
-                self._description = unpack_string(arrival.cdr)
+                with self.refusing(inlet):
+                    self._description = unpack_string(arrival.cdr)
         if self._failure is None:
             try:
                 self._record(batch)
@@ -107,10 +108,7 @@ class RecorderNode(RigNode):
         """Write at simulated time; what has no stamp waits until the sample after it is here."""
         for inlet, arrival in batch:
             if inlet.topic.name in STAMPED:
-                stamp_ns = unpack_stamp(arrival.cdr)
-                if inlet.topic.name == SAMPLES:
-                    timeline.mark(arrival.sent_ns, stamp_ns)
-                self._write(inlet, stamp_ns, arrival.cdr)
+                self._write_stamped(inlet, arrival, timeline)
             else:
                 self._waiting.append((inlet, arrival))
         waiting, self._waiting = self._waiting, []
@@ -120,6 +118,16 @@ class RecorderNode(RigNode):
             else:
                 self._waiting.append((inlet, arrival))
         timeline.forget_before(min((a.sent_ns for _, a in self._waiting), default=0))
+
+    def _write_stamped(self, inlet: Inlet, arrival: Arrival, timeline: Timeline) -> None:
+        stamp_ns: int | None = None
+        with self.refusing(inlet):
+            stamp_ns = unpack_stamp(arrival.cdr)
+        if stamp_ns is None:
+            return
+        if inlet.topic.name == SAMPLES:
+            timeline.mark(arrival.sent_ns, stamp_ns)
+        self._write(inlet, stamp_ns, arrival.cdr)
 
     def _write(self, inlet: Inlet, log_time_ns: int, cdr: bytes) -> None:
         self._writer.write(inlet.name, inlet.topic.type, log_time_ns, cdr)

@@ -1,8 +1,9 @@
 """What all nodes of the rig share: parameters from a table, work in turns, a report."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
@@ -11,12 +12,15 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import parameters, wiring
 from pneu_rig_ros.nodes.mismatches import Mismatches
 from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.wiring import Inlet
 from pneu_rig_ros.records.topics import TOPICS
+
+_Value = TypeVar('_Value')
 
 DELIVERY_SECONDS = 0.3
 
@@ -88,6 +92,7 @@ class RigNode(Node):
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
         super().__init__(name, context=context, parameter_overrides=given)
         parameters.declare(self, (*COMMON, *self.PARAMETERS))
+        self.malformed = 0
         self._mismatches = Mismatches(self)
         self._outlets: list[Publisher] = []
         self.inlets: list[Inlet] = []
@@ -106,6 +111,23 @@ class RigNode(Node):
         inlet = Inlet(self, topic_name, self._mismatches)
         self.inlets.append(inlet)
         return inlet
+
+    def heard(self, inlet: Inlet, decode: Callable[[bytes], _Value]) -> Iterator[_Value]:
+        """Yield the messages that wait, decoded; what is none is told and left out."""
+        for cdr in inlet.take_all():
+            with self.refusing(inlet):
+                yield decode(cdr)
+
+    @contextmanager
+    def refusing(self, inlet: Inlet) -> Iterator[None]:
+        """Leave out the message at hand when it cannot be used: count it, and say why."""
+        try:
+            yield
+        except RigError as error:
+            self.malformed += 1
+            self.get_logger().warning(
+                f'{inlet.name}: {error}; left out', throttle_duration_sec=1.0
+            )
 
     def number(self, name: str) -> float:
         """Return a parameter that is a number."""

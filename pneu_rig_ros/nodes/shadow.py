@@ -13,14 +13,13 @@ from pneu_rig_ros.control.residual import NoiseBand, Residual, Watch, residual
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.plant import PlantState
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.joining import Joiner
+from pneu_rig_ros.nodes.joining import Joiner, position_reading, pressure_reading
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
 from pneu_rig_ros.records.wire import (
     SampleMessages,
     unpack_float64,
-    unpack_fluid_pressure,
     unpack_joint_state,
     unpack_string,
     unpack_valve_voltages,
@@ -115,11 +114,12 @@ class ShadowNode(RigNode):
             self._hear(arrival.sent_ns, arrival.cdr)
         positions, *pressures = self._joiner.queues
         for arrival in self._joints.arrivals():
-            reading = unpack_joint_state(arrival.cdr)
-            positions.append((reading.stamp_ns, reading.position))
-            self._velocities[reading.stamp_ns] = reading.velocity, arrival.sent_ns
+            with self.refusing(self._joints):
+                positions.append(position_reading(arrival.cdr))
+                reading = unpack_joint_state(arrival.cdr)
+                self._velocities[reading.stamp_ns] = reading.velocity, arrival.sent_ns
         for queue, chamber in zip(pressures, self._chambers, strict=True):
-            queue.extend(unpack_fluid_pressure(cdr)[:2] for cdr in chamber.take_all())
+            queue.extend(self.heard(chamber, pressure_reading))
 
     def _hear(self, sent_ns: int, cdr: bytes) -> None:
         """Note voltages, or the command that they follow from."""

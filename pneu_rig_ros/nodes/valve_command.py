@@ -100,9 +100,10 @@ class ValveCommandNode(RigNode):
         """Answer the samples that wait; before the first command there is nothing to answer."""
         assert self._samples is not None
         while self._u is not None and (cdr := self._samples.take()) is not None:
-            self._now_ns = unpack_stamp(cdr)
-            self._timed_out()
-            self._answer()
+            with self.refusing(self._samples):
+                self._now_ns = unpack_stamp(cdr)
+                self._timed_out()
+                self._answer()
 
     def _accepts(self, cdr: bytes) -> bool:
         """Take over a command, or warn and return False."""

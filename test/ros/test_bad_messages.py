@@ -1,0 +1,139 @@
+"""Messages that are none, or that no sensor would send: each node tells them and goes on."""
+
+import contextlib
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from rclpy._rclpy_pybind11 import RCLError
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.excitation import ExcitationNode
+from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
+from pneu_rig_ros.nodes.live import LiveNode
+from pneu_rig_ros.nodes.plant import PlantNode
+from pneu_rig_ros.nodes.position_controller import PositionControllerNode
+from pneu_rig_ros.nodes.recorder import RecorderNode
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.shadow import ShadowNode
+from pneu_rig_ros.nodes.valve_command import ValveCommandNode
+from pneu_rig_ros.records.wire import (
+    SampleMessages,
+    pack_float64,
+    pack_string,
+    pack_valve_voltages,
+    unpack_joint_state,
+    unpack_valve_voltages,
+)
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+from .bystander import until
+
+pytestmark = pytest.mark.live
+
+NODES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    'valve_command': (ValveCommandNode, {}),
+    'plant': (PlantNode, {}),
+    'friction_estimator': (FrictionEstimatorNode, {'cylinder': 'cylinder_1'}),
+    'shadow': (ShadowNode, {'model': 'cylinder_1'}),
+    'live': (LiveNode, {}),
+    'position_controller': (PositionControllerNode, {}),
+    'excitation': (ExcitationNode, {'profile': 'step', 'trigger': 'sample'}),
+    'recorder': (RecorderNode, {'output': 'bag'}),
+}
+WILD = (math.nan, math.inf, -math.inf, 1e308, -1e308)
+BAD_BYTES = (b'', b'\0', b'\0\1\0\0', b'\0\1\0\0' + b'\xff' * 60, b'\0\0\0\0' + bytes(8))
+
+
+def bad_messages(topic: str) -> list[bytes]:
+    """Return messages of a topic that nobody should act upon."""
+    samples = SampleMessages('', True)
+    made = {
+        'u': lambda value, k: pack_float64(value),
+        'reference': lambda value, k: pack_float64(value),
+        'valve_voltages': lambda value, k: pack_valve_voltages(value, value),
+        'rig_description': lambda value, k: pack_string(f'name: {value}\n\udc80'[:-1]),
+        'joint_states': lambda value, k: samples.pack(
+            10**9 + k * 1_160_000, (value, value, value), (value, value))['joint_states'],
+        'chamber_1/pressure': lambda value, k: samples.pack(
+            10**9 + k * 1_160_000, (value, value, value), (value, value))['chamber_1/pressure'],
+    }  # fmt: skip
+    wild = [made[topic](value, k) for k, value in enumerate(WILD)]
+    torn = [message[:cut] for message in wild[:1] for cut in range(0, len(message), 3)]
+    return [*wild, *torn, *BAD_BYTES]
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_node_goes_on_after_bad_messages(
+    name: str, context: Any, bystander: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    kind, parameters = NODES[name]
+    runner = Runner([kind(context, parameters)])
+    try:
+        for inlet in runner.nodes[0].inlets:
+            topic = inlet.topic.name
+            if topic not in ('u', 'reference', 'valve_voltages', 'rig_description',
+                             'joint_states', 'chamber_1/pressure'):  # fmt: skip
+                continue
+            say = bystander.speak(topic)
+            until(lambda topic=topic: runner.nodes[0].count_publishers(topic))
+            for message in bad_messages(topic):
+                with contextlib.suppress(RCLError):  # DDS takes none that are too long
+                    say(message)
+                runner.turn()
+        for _ in range(20):
+            runner.turn()
+        runner.nodes[0].full_report()
+    finally:
+        runner.close()
+
+
+def test_wild_commands_open_the_valves_no_further_than_they_go(
+    context: Any, bystander: Any
+) -> None:
+    runner = Runner([ValveCommandNode(context, {'command_timeout': 0.0})])
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    heard: set[tuple[float, float]] = set()
+
+    def saturated(value: float) -> bool:
+        say(pack_float64(value))
+        runner.turn()
+        heard.update(unpack_valve_voltages(message) for message in voltages.take_all())
+        return valve_voltages(value) in heard
+
+    until(lambda: saturated(1e308))
+    until(lambda: saturated(-1e308))
+    runner.close()
+    assert heard <= {valve_voltages(9.0), valve_voltages(-9.0), valve_voltages(0.0)}
+
+
+def test_estimator_tells_no_force_of_positions_that_are_none(context: Any, bystander: Any) -> None:
+    runner = Runner([FrictionEstimatorNode(context, {'cylinder': 'cylinder_1'})])
+    forces = bystander.hear('friction')
+    topics = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
+    say = {topic: bystander.speak(topic) for topic in topics}
+    until(lambda: runner.nodes[0].count_subscribers('friction'))
+    samples, heard = SampleMessages('', True), []
+    for k in range(400):
+        position = {100: math.nan, 101: 1e308}.get(k, 0.1)
+        packed = samples.pack(10**9 + k * 1_160_000, (position, 0.0, 0.0), (2e5, 2e5))
+        for topic in topics:
+            say[topic](packed[topic])
+        runner.turn()
+    until(lambda: (runner.turn(), heard.extend(forces.take_all()), len(heard) > 100)[-1])
+    runner.close()
+    assert all(math.isfinite(unpack_joint_state(message).effort) for message in heard)
+    assert runner.nodes[0].malformed == 2
+
+
+def test_wild_parameters_are_refused_in_one_line(context: Any) -> None:
+    for wild in WILD:
+        with pytest.raises(RigError, match='supply_pressure') as told:
+            PlantNode(context, {'supply_pressure': wild})
+        assert str(told.value).isprintable()
+    for name, value in {'cylinder': '../\x1b[2J\n', 'friction': 'x' * 5000, 'seed': -2}.items():
+        with pytest.raises(RigError) as told:
+            PlantNode(context, {name: value})
+        assert str(told.value).isprintable()
