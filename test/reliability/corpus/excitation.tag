@@ -1,0 +1,2 @@
+drives: u
+shape: !!timestamp x
