@@ -6,13 +6,15 @@ A bag again, with the friction estimator beside it; everything ends with the bag
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
+from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 PACKAGE = 'pneu_rig_ros'
+DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
+"""Nodes are found on this host only, unless whoever launches says otherwise."""
 ARGUMENTS = {
     'bag': (None, 'directory of the bag'),
     'rate': ('1.0', 'played over recorded time, 0.01 to 100'),
@@ -48,6 +50,7 @@ def generate_launch_description() -> LaunchDescription:
                 DeclareLaunchArgument(name, default_value=default, description=description)
                 for name, (default, description) in ARGUMENTS.items()
             ),
+            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
             Node(
                 executable='replay',
                 name='replay',

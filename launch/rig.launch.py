@@ -17,7 +17,7 @@ from launch.actions import (
 )
 from launch.conditions import IfCondition
 from launch.events.process import ProcessExited
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
@@ -26,6 +26,8 @@ from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.urdf import robot_description
 
 PACKAGE = 'pneu_rig_ros'
+DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
+"""Nodes are found on this host only, unless whoever launches says otherwise."""
 ARGUMENTS = {
     'cylinder': ('cylinder_2', 'name of a shipped cylinder, or a YAML file'),
     'model': (
@@ -119,6 +121,7 @@ def generate_launch_description() -> LaunchDescription:
                 DeclareLaunchArgument(name, default_value=default, description=description)
                 for name, (default, description) in ARGUMENTS.items()
             ),
+            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
             SetEnvironmentVariable('FASTRTPS_DEFAULT_PROFILES_FILE', profiles),
             SetEnvironmentVariable('FASTDDS_DEFAULT_PROFILES_FILE', profiles),  # since Kilted
             OpaqueFunction(function=plant),

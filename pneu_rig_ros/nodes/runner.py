@@ -9,11 +9,12 @@ import time
 from collections.abc import Callable, Sequence
 
 import rclpy
+from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import Diagnostics
 from pneu_rig_ros.nodes.pacing import claim_realtime_priority
@@ -112,11 +113,12 @@ def main(factories: Sequence[Factory]) -> int:
     take what still waits, and a second Ctrl-C cannot cut the end short.
     """
     context = Context()
-    rclpy.init(args=sys.argv, context=context, signal_handler_options=SignalHandlerOptions.NO)
     try:
+        rclpy.init(args=sys.argv, context=context, signal_handler_options=SignalHandlerOptions.NO)
         return _run(factories, context)
-    except RigError as error:
-        print(f'Error: {error}', file=sys.stderr)
+    except (RigError, RCLError, UnknownROSArgsError) as error:
+        # ROS itself refuses its arguments, and to run unprotected where security is asked for.
+        print(f'Error: {one_line(str(error), LONGEST_LINE)}', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 0
