@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pneu_rig_ros.errors import printable
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -64,11 +66,15 @@ def print_json(data: Mapping[str, Any]) -> None:
 
 
 def print_values(rows: Mapping[str, str]) -> None:
-    """Print names and values in two columns; values are never cut or wrapped."""
+    """
+    Print names and values in two columns; values are never cut or wrapped.
+
+    They may come from anybody's file: of them nothing but text reaches the terminal.
+    """
     terminal = console()
     for name, value in rows.items():
         terminal.print(f'{name:<{NAME_WIDTH}}', style='dim', end='')
-        terminal.print(value)
+        terminal.print('\n'.join(map(printable, value.split('\n'))))
 
 
 def print_summary(summary: Summary, files: Mapping[str, Path]) -> None:

@@ -37,6 +37,9 @@ OVERRIDES: dict[str, Quantity] = {
 AREA_AGREEMENT = 0.05
 """Largest difference between Table 2's rounded areas and Table 1's diameters [-]."""
 
+LONGEST_NAME = 100
+"""Of a rig [character]."""
+
 _ALL_SECTIONS = {**SECTIONS, 'sensors': Sensors, 'sampling': Sampling}
 
 
@@ -176,7 +179,7 @@ def _read(data: dict[str, Any], origin: str) -> RigConfiguration:
     }
     sensors, sampling = sections.pop('sensors'), sections.pop('sampling')
     configuration = RigConfiguration(
-        name=str(merged.get('name', Path(origin).stem)),
+        name=_name(merged.get('name', Path(origin).stem), origin),
         model=Model(**sections),
         effects=_effects(merged.get('effects'), origin),
         sensors=sensors,
@@ -184,6 +187,15 @@ def _read(data: dict[str, Any], origin: str) -> RigConfiguration:
         seed=int(sampling.seed),
     )
     return _consistent(configuration, origin)
+
+
+def _name(name: object, origin: str) -> str:
+    text = str(name)
+    if not (text.isprintable() and len(text) <= LONGEST_NAME):
+        raise RigError(
+            f'{origin}: name: {text!r} is not a line of up to {LONGEST_NAME} characters'
+        )
+    return text
 
 
 def _effects(data: object, origin: str) -> dict[str, Any]:

@@ -1,0 +1,149 @@
+"""What stands in a bag, a table or a file name is text: nothing runs it or goes where it says."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+
+from pneu_rig_ros.cli import main
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import read_record, wire
+from pneu_rig_ros.records.bag_table import read_bag_table
+from pneu_rig_ros.records.description import bag_metadata, describe
+from pneu_rig_ros.records.mapping import read_mapping
+from pneu_rig_ros.records.writer import BagWriter
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
+
+SCRIPT = '</script><script>alert(1)</script>'
+NAMES = (
+    f'a{SCRIPT}',
+    '"><img src=x onerror=alert(1)>',
+    '{{ 7 * 191 }}{% for x in y %}',
+    '=cmd|calc!A0',
+    r'$\frac{',
+    '..%2f..%2fetc',
+    "'; DROP TABLE rigs; --",
+)
+HASH = 'RIHS01_' + '0' * 64
+TOLD = ('cylinder', 'friction_model', 'package_version', 'git_revision', 'seed')
+TERMINAL = 'x\x1b[2J\x1b]0;owned\x07\u202e\r\n'
+
+
+@pytest.fixture(params=NAMES)
+def bag(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """A stroke of a rig with such a name, in a directory with such a name."""
+    configuration = replace(load_configuration('cylinder_1'), name=request.param)
+    return simulate(configuration, 0.5, 0.4, tmp_path / 'runs' / request.param.replace('/', '∕'))
+
+
+def test_pages_show_names_as_text(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pages = {'view': [bag], 'compare': [bag, '--model', 'cylinder_2']}
+    for command, arguments in pages.items():
+        page = tmp_path / f'{command}.html'
+        assert main([command, *map(str, arguments), '--out', str(page)]) == 0, capsys.readouterr()
+        html = page.read_text()
+        assert '<script>alert' not in html
+        assert '<img src=x' not in html
+        assert '1337' not in html.replace('uPlot', '') or '{{ 7 * 191 }}' not in bag.name
+        assert 'Content-Security-Policy' in html
+    assert {path.name for path in tmp_path.iterdir()} == {'runs', 'view.html', 'compare.html'}
+
+
+def test_pictures_and_tables_bear_such_names(bag: Path, tmp_path: Path) -> None:
+    assert main(['friction', str(bag), '--png', str(tmp_path / 'a.png')]) == 0
+    assert main(['export', str(bag), '--csv', '--out', str(tmp_path / 'a.csv')]) == 0
+    cells = re.split(r'[,\n]', (tmp_path / 'a.csv').read_text())
+    assert not [cell for cell in cells if cell[:1] in ('=', '+', '@', '\t', '\r')]
+    assert not [cell for cell in cells if cell[:1] == '-' and not cell[1:2].isdigit()]
+
+
+def test_nothing_in_a_bag_commands_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = describe(load_configuration('cylinder_1'))
+    with BagWriter(tmp_path / 'bag') as writer:
+        source = simulate(load_configuration('cylinder_1'), 0.5, 0.4, tmp_path / 'source')
+        with Reader(source) as reader:
+            for connection, stamp, cdr in reader.messages():
+                writer.write(connection.topic, connection.msgtype, stamp, bytes(cdr))
+        writer.close(bag_metadata(text) | dict.fromkeys(
+            TOLD, TERMINAL))  # fmt: skip
+    assert main(['info', str(tmp_path / 'bag')]) == 0
+    shown = capsys.readouterr().out
+    assert all(line.isprintable() for line in shown.split('\n'))
+    assert main(['info', str(tmp_path / TERMINAL)]) == 2
+    assert capsys.readouterr().err.strip().isprintable()
+
+
+def test_name_of_a_rig_is_one_line() -> None:
+    from pneu_rig_ros.rig import configuration_from_yaml
+
+    text = replace(load_configuration('cylinder_1'), name=TERMINAL).to_yaml()
+    with pytest.raises(RigError, match='not a line'):
+        configuration_from_yaml(text, 'text')
+
+
+def test_metadata_names_no_file_outside_the_bag(tmp_path: Path) -> None:
+    bag = simulate(load_configuration('cylinder_1'), 0.5, 0.4, tmp_path / 'bag')
+    shutil.copy(bag / 'bag.mcap', tmp_path / 'outside.mcap')
+    metadata = bag / 'metadata.yaml'
+    text = metadata.read_text().replace('bag.mcap', '../outside.mcap').rsplit('# crc32')[0]
+    metadata.write_text(text)
+    with pytest.raises(RigError, match='missing'):
+        read_record(bag)
+
+
+@pytest.mark.parametrize(
+    'definition',
+    [
+        "string X=\"'); __import__('pathlib').Path('owned').touch() #\"\nfloat64 data\n",
+        'float64 data"""\n__import__("pathlib").Path("owned").touch()\n',
+        'float64 data\n' + '=' * 80 + '\nMSG: a/b\n__import__("pathlib").Path("owned").touch()\n',
+        'float64[999999999] data\n',
+        'test_msgs/Own data\n',
+    ],
+)
+@pytest.mark.parametrize('kind', ['test_msgs/msg/Own', '__import__("pathlib").Path("owned")'])
+def test_message_definitions_do_not_run(
+    kind: str, definition: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as made:
+        connection = made.add_connection('/x', kind, msgdef=definition, rihs01=HASH)
+        for k in range(4):
+            made.write(connection, k, wire.pack_float64(0.1))
+    mapping = read_mapping({'topics': {'position': {'topic': '/x', 'field': 'data'}}})
+    with pytest.raises(RigError) as told:
+        read_bag_table(tmp_path / 'bag', mapping, 1e5)
+    assert str(told.value).isprintable()
+    assert not (tmp_path / 'owned').exists()
+
+
+def test_table_with_hostile_names_becomes_a_bag(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    head = f'"{SCRIPT}","=cmd|calc","../../{{{{7*7}}}}"'
+    table, mapping = tmp_path / f'{SCRIPT.replace("/", "∕")}.csv', tmp_path / 'map.yaml'
+    table.write_text(f'{head}\n' + ''.join(f'{k * 0.001:.3f},{k},0.1\n' for k in range(50)))
+    mapping.write_text(
+        f'time: {{column: "{SCRIPT}", unit: s}}\nposition: {{column: "=cmd|calc", unit: mm}}\n'
+        'u: {column: "../../{{7*7}}", unit: V}\n'
+    )
+    assert main(['import', str(table), '--map', str(mapping), '--out', 'made']) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {table.name, 'map.yaml', 'made'}
+    assert main(['export', 'made', '--csv', '--out', 'out.csv']) == 0
+    first = Path('out.csv').read_text().splitlines()[0]
+    assert first == 'stamp_ns,time_s,position_m,velocity_m_per_s,u_V,voltage_1_V,voltage_2_V'
+    capsys.readouterr()
+    mapping.write_text(mapping.read_text().replace('unit: mm', f'unit: "{SCRIPT}"'))
+    assert main(['import', str(table), '--map', str(mapping), '--out', 'other']) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
