@@ -34,7 +34,6 @@ from pneu_rig_ros.rig import configuration_from_yaml
 from pneu_rig_ros.rig.configuration import configuration_folder
 from reliability.fuzz import seeds
 
-
 bags.ATTEMPTS = 1  # nobody records while these bags are read
 
 
