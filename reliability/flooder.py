@@ -23,7 +23,6 @@ def main() -> None:
             publisher.publish(message)
             sent += 1
         time.sleep(0.001)
-    print(f'{sent} sent', flush=True)
     rclpy.shutdown()
 
 

@@ -101,7 +101,7 @@ def _free_domain() -> int:
     """Return the first domain that no other such process holds; it is held until this one ends."""
     for domain in DOMAINS:
         path = Path(tempfile.gettempdir(), f'pneu_rig_ros_domain_{domain}')
-        lock = path.open('w')  # noqa: SIM115, held until the end
+        lock = path.open('w')
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

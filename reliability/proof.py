@@ -2,79 +2,123 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from pneu_rig_ros.nodes.twins import PROCESS
 from pneu_rig_ros.records import Record
 from pneu_rig_ros.records.bag import open_bag
+from pneu_rig_ros.records.record import Stamps
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
+from pneu_rig_ros.records.wire import typestore
 from reliability.witness import Received
 
-SHARED = {DIAGNOSTICS}
-"""Topics whose messages come from several publishers, in an order that is each listener's own."""
+LAST_WORDS_NS, LATE_NS = 1_000_000_000, 100_000_000
+"""Before and after the death of a sender [ns]."""
+
+FURTHEST = 2000
+"""How many messages of a topic the recorder may have that the witness has not."""
+
+RUN = 20
+"""How many messages in a row tell a place: one value alone may repeat."""
 
 
 def messages(bag: Path) -> dict[str, list[bytes]]:
-    """Return the messages of each topic of a bag, in their order."""
+    """Return the messages of each stream of a bag, in their order."""
     found: dict[str, list[bytes]] = defaultdict(list)
     with open_bag(bag) as reader:
         for connection, _, cdr in reader.messages():
             name = connection.topic.lstrip('/')
-            found[name if name in TOPICS else connection.topic].append(bytes(cdr))
+            topic = name if name in TOPICS else connection.topic
+            found[stream(topic, bytes(cdr))].append(bytes(cdr))
     return found
+
+
+def stream(topic: str, cdr: bytes) -> str:
+    """Return the topic; of /diagnostics, to which all publish, that of one process."""
+    if topic != DIAGNOSTICS:
+        return topic
+    message: Any = typestore().deserialize_cdr(cdr, TOPICS[topic].type)
+    (status,) = message.status
+    process = next(item.value for item in status.values if item.key == PROCESS)
+    return f'{topic} of {status.name}, {process}'
 
 
 def missing_samples(record: Record) -> int:
     """
     Return how many messages of the sampled topics a record lacks.
 
-    At its very ends there is no friction: the filter has to look to both sides.
+    At its very ends there is no friction, as the filter has to look to both sides; and a bag that
+    is being recorded may end within a sample.
     """
-    known = np.flatnonzero(~np.isnan(record.friction))
-    inside = record.stamps[known[0]], record.stamps[known[-1]]
-    friction = record.missing['friction']
-    within = (friction > inside[0]) & (friction < inside[1])
-    others = [stamps.size for topic, stamps in record.missing.items() if topic != 'friction']
-    return sum(others) + int(within.sum())
+    return sum(_inside(record, missing) for missing in record.missing.values())
+
+
+def _inside(record: Record, missing: Stamps) -> int:
+    """Count the missing stamps [ns] of a topic between its first and its last one."""
+    present = np.setdiff1d(record.stamps, missing, assume_unique=True)
+    return int(((missing > present[0]) & (missing < present[-1])).sum())
 
 
 def unproven(
-    received: dict[str, list[Received]], bag: dict[str, list[bytes]], until_ns: int
+    received: dict[str, list[Received]],
+    bag: dict[str, list[bytes]],
+    until_ns: int,
+    deaths_ns: Sequence[int] = (),
 ) -> dict[str, int]:
     """
-    Return how many messages of each topic are missing from a bag.
+    Return how many messages are missing from a bag, by topic, of those that miss some.
 
     :param received: by the witness, who may have begun before or after the recorder
     :param until_ns: up to when what was received has to be in the bag [ns since 1970]
+    :param deaths_ns: when senders were killed, who may have told the witness what they told
+        nobody else in their last second [ns since 1970]
     """
-    return {
-        topic: _missing([m.cdr for m in found if m.time_ns <= until_ns], bag[topic], topic)
-        for topic, found in received.items()
+    streams: dict[str, list[Received]] = defaultdict(list)
+    for topic, found in received.items():
+        for message in found:
+            if message.time_ns <= until_ns:
+                streams[stream(topic, message.cdr)].append(message)
+    counts = {
+        name: sum(not _last_words(m, deaths_ns) for m in _missing(wanted, bag.get(name, [])))
+        for name, wanted in streams.items()
     }
+    return {topic: count for topic, count in counts.items() if count}
 
 
-def _missing(wanted: Sequence[bytes], kept: Sequence[bytes], topic: str) -> int:
-    if topic in SHARED or TOPICS[topic].latched:
-        # the recorder may have begun later: what it cannot have heard is not asked for
-        begin = next((k for k, cdr in enumerate(wanted) if cdr in kept), len(wanted))
-        return (Counter(wanted[begin:]) - Counter(kept)).total()
-    if not wanted or not kept:
-        return len(wanted)
-    fewest = len(wanted)
-    # Either begins somewhere in the other; a value may repeat, so that every place is tried.
-    for start in (k for k, cdr in enumerate(wanted) if cdr == kept[0]):
-        fewest = min(fewest, _different(wanted[start:], kept))
-    for start in (k for k, cdr in enumerate(kept) if cdr == wanted[0]):
-        fewest = min(fewest, _different(wanted, kept[start:]))
-    return fewest
+def _last_words(message: Received, deaths_ns: Sequence[int]) -> bool:
+    return any(death - LAST_WORDS_NS <= message.time_ns <= death + LATE_NS for death in deaths_ns)
 
 
-def _different(wanted: Sequence[bytes], kept: Sequence[bytes]) -> int:
-    """Count the messages from the first difference on, 0 if `kept` begins with `wanted`."""
-    for index, cdr in enumerate(wanted):
-        if index >= len(kept) or kept[index] != cdr:
-            return len(wanted) - index
-    return 0
+def _missing(wanted: list[Received], kept: list[bytes]) -> list[Received]:
+    """Return what is missing, in order; what came before the recorder had begun is not asked."""
+    begins = ((k, _find(wanted, k, kept, 0, len(kept))) for k in range(len(wanted)))
+    first, place = next(((k, p) for k, p in begins if p is not None), (len(wanted), None))
+    if place is None:
+        return [] if len(wanted) <= RUN else wanted
+    missing = []
+    for index in range(first, len(wanted)):
+        if place < len(kept) and kept[place] == wanted[index].cdr:
+            place += 1
+            continue
+        found = _find(wanted, index, kept, place, place + FURTHEST)
+        if found is None:
+            missing.append(wanted[index])
+        else:
+            place = found + 1
+    return missing
+
+
+def _find(
+    wanted: list[Received], index: int, kept: list[bytes], start: int, end: int
+) -> int | None:
+    """Return where a message and the next few of `wanted` are in `kept`; values may repeat."""
+    run = [message.cdr for message in wanted[index : index + RUN]]
+    for place in range(start, min(end, len(kept))):
+        if kept[place] == run[0] and kept[place : place + len(run)] == run:
+            return place
+    return None

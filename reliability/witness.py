@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, NamedTuple
 
@@ -50,12 +50,14 @@ class Witness:
     Listens to a rig and commands it; a context manager.
 
     :param commands: whether to give commands, each a little different from all others
+    :param topics: that it listens to
     """
 
-    def __init__(self, commands: bool = True) -> None:
+    def __init__(self, commands: bool = True, topics: Sequence[str] = WATCHED) -> None:
+        self._topics = topics
         self.received: dict[str, list[Received]] = defaultdict(list)
         self.said: dict[str, Status] = {}
-        self._commands = commands
+        self.silent = not commands
         self._count = 0
         self._due = 0.0
 
@@ -63,8 +65,8 @@ class Witness:
         self.context = Context()
         rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node('witness', context=self.context)
-        self._inlets = [wiring.Inlet(self.node, topic) for topic in WATCHED]
-        self._publisher = wiring.outlet(self.node, 'u') if self._commands else None
+        self._inlets = [wiring.Inlet(self.node, topic) for topic in self._topics]
+        self._publisher = None if self.silent else wiring.outlet(self.node, 'u')
         return self
 
     def __exit__(
@@ -79,7 +81,7 @@ class Witness:
     def turn(self) -> None:
         """Give a command if it is due, take what has come."""
         now = time.monotonic()
-        if self._publisher is not None and now >= self._due:
+        if self._publisher is not None and not self.silent and now >= self._due:
             self._due = now + COMMAND_PERIOD
             self._count += 1
             self._publisher.publish(pack_float64(U + 1e-9 * self._count))

@@ -44,7 +44,8 @@ def live(port: int, namespace: str, start: str | None, browse: bool) -> None:
     Serve a page that shows the running rig and commands it, to browsers on this computer.
 
     The page publishes u only once its slider was moved, so that a controller can be watched too;
-    when it is closed, u goes back to 0. Ctrl-C ends it.
+    when it is closed, u goes back to 0. A node of --start that is killed is started anew. Ctrl-C
+    ends it.
     """
     if start and namespace:
         raise RigError('--start is for a rig without --namespace')
@@ -97,7 +98,8 @@ def _serve(port: int, namespace: str, browse: bool, nodes: list[NodeProcess]) ->
 
     def going() -> bool:
         for node in nodes:
-            node.check()
+            if node.revive():
+                output.console(stderr=True).print(f'{node.name} was killed and is started anew')
         return True
 
     with watch(namespace) as (node, run), serve(node, port) as address:

@@ -48,6 +48,7 @@ class BagFile:
     def __init__(self, path: Path) -> None:
         self._descriptor = os.open(path, os.O_RDWR)
         self._size = os.fstat(self._descriptor).st_size
+        os.pwrite(self._descriptor, ENDING, self._size)
         self._pending = bytearray()
 
     def write(self, data: bytes | memoryview) -> int:

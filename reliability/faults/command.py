@@ -13,27 +13,32 @@ from benchmarks.__main__ import machine
 from pneu_rig_ros.cli import output
 from reliability import figures
 from reliability.faults import clocks, commands, disks, graph, kills, starts
-from reliability.faults.finding import Fault, Finding, NotPossible, Scene
+from reliability.faults.finding import Fault, Finding, NotPossible, Scene, Stage
 from reliability.live_rig import own_domain
 
-FAULTS: dict[str, Fault] = {
-    fault.__name__: fault
-    for fault in (
-        kills.kill_recorder,
-        kills.kill_nodes,
-        starts.killed_demo,
-        graph.standing_still,
-        disks.full_disk,
-        disks.unwritable_folder,
-        clocks.clock_jump,
-        commands.two_publishers,
-        commands.flood,
-        graph.late_joiners,
-        graph.wrong_quality,
-        graph.two_rigs,
-        starts.wrong_middleware,
-    )
-}
+TOGETHER: tuple[Fault, ...] = (
+    graph.standing_still,
+    graph.wrong_quality,
+    graph.two_rigs,
+    commands.two_publishers,
+    commands.flood,
+    kills.kill_nodes,
+    kills.kill_recorder,
+    graph.late_joiners,
+    disks.removed_bag,
+)
+"""Faults of one rig, one after the other."""
+
+ALONE: tuple[Fault, ...] = (
+    starts.killed_demo,
+    disks.full_disk,
+    disks.unwritable_folder,
+    clocks.clock_jump,
+    starts.wrong_middleware,
+)
+"""Faults that need a rig of their own."""
+
+FAULTS: dict[str, Fault] = {fault.__name__: fault for fault in (*TOGETHER, *ALONE)}
 """By name, in the order of the table."""
 
 KILLED = 4
@@ -48,7 +53,7 @@ def faults(times: int, only: tuple[str, ...]) -> None:
     own_domain()
     chosen = only or tuple(FAULTS)
     found: dict[str, Finding | str] = {}
-    with output.step_bar('faults', KILLED * times + len(chosen)) as progress:
+    with output.step_bar('faults', KILLED * times + len(chosen)) as progress, Stage() as stage:
         done = 0
 
         def step() -> None:
@@ -57,7 +62,7 @@ def faults(times: int, only: tuple[str, ...]) -> None:
             progress(done)
 
         for name in chosen:
-            found[name] = meet(name, times, step)
+            found[name] = meet(name, stage, times, step)
             step()
     tell(found)
     if not only:
@@ -66,11 +71,15 @@ def faults(times: int, only: tuple[str, ...]) -> None:
         raise SystemExit(1)
 
 
-def meet(name: str, times: int, step: Callable[[], None] = lambda: None) -> Finding | str:
+def meet(
+    name: str, stage: Stage, times: int = 1, step: Callable[[], None] = lambda: None
+) -> Finding | str:
     """Return what came of a fault, or in a line why it could not be tried."""
+    if FAULTS[name] in ALONE:
+        stage.clear()
     with tempfile.TemporaryDirectory(prefix='pneu_rig_fault_') as folder:
         try:
-            return FAULTS[name](Scene(Path(folder), times, step))
+            return FAULTS[name](Scene(Path(folder), stage, times, step))
         except NotPossible as why:
             return str(why)
 

@@ -8,38 +8,33 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from rclpy.publisher import Publisher
+
 from pneu_rig_ros.nodes import wiring
 from pneu_rig_ros.records import read_record
 from pneu_rig_ros.records.wire import pack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 from reliability.faults.finding import Finding, Scene
-from reliability.live_rig import ProcessRig
+from reliability.live_rig import PATIENCE
 from reliability.proof import missing_samples
-from reliability.witness import OK, WARN, Witness
+from reliability.witness import WARN, Witness
 
 OTHER_U = -0.5
 FLOOD_HZ = 20_000
-FLOOD_SECONDS = 4.0
+FLOOD_SECONDS = 3.0
 
 
 def two_publishers(scene: Scene) -> Finding:
     """Let a second controller speak too, then fall silent."""
-    with ProcessRig(scene.folder / 'bag'), Witness() as witness:
-        witness.hears('friction')
-        witness.told('valve_command', OK, 'running')
-        other = wiring.outlet(witness.node, 'u')
-        witness.until(lambda: other.get_subscription_count() >= 2, 'subscribers of u')
-        due, end = 0.0, time.monotonic() + 60.0
-        while time.monotonic() < end and witness.said['valve_command'].level != WARN:
-            if time.monotonic() > due:
-                due = time.monotonic() + 0.05
-                other.publish(pack_float64(OTHER_U))
-            witness.turn()
-        told = witness.said['valve_command'].message
-        witness.listen(0.5)
-        last = unpack_valve_voltages(witness.received['valve_voltages'][-1].cdr)
-        followed = {unpack_valve_voltages(m.cdr) for m in witness.received['valve_voltages']}
-        witness.told('valve_command', OK, 'running')
+    witness = scene.stage.witness
+    other = wiring.outlet(witness.node, 'u')
+    witness.until(lambda: other.get_subscription_count() >= 2, 'subscribers of u')
+    witness.received.clear()
+    told = _both_speak(witness, other)
+    witness.node.destroy_publisher(other)
+    witness.listen(0.5)
+    followed = [unpack_valve_voltages(m.cdr) for m in witness.received['valve_voltages']]
+    last = followed[-1]
     alone = max(abs(a - b) for a, b in zip(last, valve_voltages(0.34), strict=True)) < 0.01
     return Finding(
         '`u` from two publishers',
@@ -50,12 +45,25 @@ def two_publishers(scene: Scene) -> Finding:
     )
 
 
+def _both_speak(witness: Witness, other: Publisher) -> str:
+    """Let the other speak beside the witness until valve_command notices; return what it says."""
+    due, status = 0.0, witness.said['valve_command']
+    end = time.monotonic() + PATIENCE
+    while 'several publishers' not in status.message and time.monotonic() < end:
+        if time.monotonic() > due:
+            due = time.monotonic() + 0.05
+            other.publish(pack_float64(OTHER_U))
+        witness.turn()
+        status = witness.said['valve_command']
+    return status.message
+
+
 @contextmanager
-def _flooding() -> Iterator[None]:
+def _flooding() -> Iterator[subprocess.Popen[bytes]]:
     command = [sys.executable, '-m', 'reliability.flooder', str(FLOOD_HZ), str(FLOOD_SECONDS)]
     with subprocess.Popen(command) as process:
         try:
-            yield
+            yield process
         finally:
             process.kill()
 
@@ -63,21 +71,20 @@ def _flooding() -> Iterator[None]:
 def flood(scene: Scene) -> Finding:
     """Let a publisher send commands at 20 kHz."""
     fastest = answered = 0.0
-    with ProcessRig(scene.folder / 'bag'), Witness(commands=False) as witness:
-        witness.hears('friction')
-        with _flooding():
-            told = witness.told('valve_command', WARN, 'times a second')
-            end = time.monotonic() + FLOOD_SECONDS
-            while time.monotonic() < end:
-                witness.turn()
-                values = witness.said['valve_command'].values
-                fastest = max(fastest, float(values['commands [Hz]']))
-                answered = max(answered, float(values['rate [Hz]']))
-        witness.told('valve_command', OK, 'running')
-        witness.listen(1.5)
-        lost = int(witness.said['recorder'].values['lost'])
-        late = int(witness.said['plant'].values['late ticks'])
-    record = read_record(scene.folder / 'bag')
+    witness = scene.stage.witness
+    witness.silent = True
+    with _flooding() as flooder:
+        told = witness.told('valve_command', WARN, 'times a second')
+        while flooder.poll() is None:
+            witness.turn()
+            values = witness.said['valve_command'].values
+            fastest = max(fastest, float(values['commands [Hz]']))
+            answered = max(answered, float(values['rate [Hz]']))
+    witness.silent = False
+    witness.listen(2.5)
+    lost = int(witness.said['recorder'].values['lost'])
+    late = int(witness.said['plant'].values['late ticks'])
+    record = read_record(scene.stage.recorded(time.time_ns()))
     missing = missing_samples(record)
     return Finding(
         f'a publisher floods `u`, {FLOOD_HZ // 1000} kHz for {FLOOD_SECONDS:g} s',

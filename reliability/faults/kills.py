@@ -6,14 +6,18 @@ import os
 import random
 import signal
 import time
+from collections import Counter
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
 from pneu_rig_ros.records import read_record, repair
-from reliability.faults.finding import Finding, Scene
+from pneu_rig_ros.records.bag import open_bag, storage_files
+from pneu_rig_ros.records.topics import DIAGNOSTICS
+from reliability.faults.finding import Finding, Scene, Stage
 from reliability.live_rig import ProcessRig
 from reliability.proof import messages, unproven
-from reliability.witness import Witness
+from reliability.witness import WATCHED, Witness
 
 MARGIN_NS = 1_000_000_000
 """What had been received this long before a recorder died has to be in its bag [ns]."""
@@ -29,40 +33,57 @@ ANSWERS = {
 """By which a node shows that it is back."""
 
 
+PUBLISHED = {f'/{topic}' for topic in WATCHED if topic != DIAGNOSTICS}
+
+
 def kill_recorder(scene: Scene) -> Finding:
     """Kill the recorder again and again; each time it is started anew beside its last bag."""
     chance = random.Random(scene.times)
-    lost = proven = 0
-    with ProcessRig(scene.folder / 'bag') as rig, Witness() as witness:
-        for number in range(1, scene.times + 1):
-            bag = scene.folder / ('bag' if number == 1 else f'bag_{number}')
-            witness.until(partial(_begun, bag), f'{bag} is begun')
-            for topic in witness.received.values():
-                topic.clear()
-            witness.listen(chance.uniform(SHORTEST, LONGEST))
-            os.kill(rig.nodes['recorder'].number, signal.SIGKILL)
-            killed_ns = time.time_ns()
-            witness.until(rig.nodes['recorder'].revive, 'the recorder can be started anew')
-            repair(bag)
-            missing = unproven(witness.received, messages(bag), killed_ns - MARGIN_NS)
-            lost += sum(missing.values())
-            proven += _count(witness, killed_ns - MARGIN_NS)
-            scene.step()
-        witness.until(lambda: _begun(scene.folder / f'bag_{scene.times + 1}'), 'the last bag')
+    lost: Counter[str] = Counter()
+    proven = 0
+    for _ in range(scene.times):
+        bag = scene.stage.newest_bag()
+        scene.stage.witness.received.clear()
+        scene.stage.witness.listen(chance.uniform(SHORTEST, LONGEST))
+        killed_ns = _kill_recorder(scene.stage)
+        repair(bag)
+        missing = unproven(scene.stage.witness.received, messages(bag), killed_ns - MARGIN_NS)
+        lost.update(missing)
+        proven += _count(scene.stage.witness, killed_ns - MARGIN_NS)
+        scene.stage.witness.until(partial(_followed, scene.stage, bag), f'a bag after {bag}')
+        scene.step()
     return Finding(
         f'SIGKILL of the recorder, {scene.times} times',
         'what it had received 1 s before is in the bag, which can be read at once and is made '
         'whole by `pneu-rig repair`; started anew, it records into a bag beside it (`bag_2` ...)',
         'the log names the new bag',
-        f'{proven} messages received up to 1 s before, {lost} of them not in the repaired bags',
+        f'{proven} messages received up to 1 s before; of them not in the bags: {told(lost)}',
         held=not lost and proven > 0,
     )
 
 
-def _begun(bag: Path) -> bool:
-    """Return whether there is anything in a bag."""
-    file = bag / f'{bag.name}.mcap'
-    return file.exists() and file.stat().st_size > 100_000
+def _kill_recorder(stage: Stage) -> int:
+    """Kill it and start it anew; return when it was killed [ns since 1970]."""
+    recorder = stage.rig.nodes['recorder']
+    os.kill(recorder.number, signal.SIGKILL)
+    killed_ns = time.time_ns()
+    stage.witness.until(recorder.revive, 'the recorder can be started anew')
+    return killed_ns
+
+
+def _followed(stage: Stage, bag: Path) -> bool:
+    """Return whether a bag after this one has begun, with all that the rig publishes."""
+    newest = stage.newest_bag()
+    if newest == bag or not storage_files(newest):
+        return False
+    with open_bag(newest) as reader:
+        begun = {connection.topic for connection in reader.connections if connection.msgcount}
+    return begun >= PUBLISHED
+
+
+def told(lost: Mapping[str, int]) -> str:
+    """Return how many were lost, with their topics if any."""
+    return ', '.join(f'{count} of {topic}' for topic, count in lost.items()) or '0'
 
 
 def _count(witness: Witness, until_ns: int) -> int:
@@ -74,17 +95,19 @@ def kill_nodes(scene: Scene) -> Finding:
     """Kill each of the other nodes again and again; the recorder sees all of it."""
     chance = random.Random(scene.times)
     back: list[float] = []
-    with ProcessRig(scene.folder / 'bag') as rig, Witness() as witness:
-        witness.hears('friction')
-        for name, topic in ANSWERS.items():
-            for _ in range(scene.times):
-                witness.listen(chance.uniform(0.3, 1.5))
-                back.append(_kill(rig, witness, name, topic))
-                scene.step()
-        witness.listen(1.0)
-        ended_ns = time.time_ns() - MARGIN_NS
-    lost = sum(unproven(witness.received, messages(scene.folder / 'bag'), ended_ns).values())
-    record = read_record(scene.folder / 'bag')
+    deaths: list[int] = []
+    witness = scene.stage.witness
+    witness.received.clear()
+    for name, topic in ANSWERS.items():
+        for _ in range(scene.times):
+            witness.listen(chance.uniform(0.3, 1.5))
+            deaths.append(time.time_ns())
+            back.append(_kill(scene.stage.rig, witness, name, topic))
+            scene.step()
+    ended_ns = time.time_ns()
+    bag = scene.stage.recorded(ended_ns)
+    lost = unproven(witness.received, messages(bag), ended_ns, deaths)
+    record = read_record(bag)
     holes = record.missing['joint_states'].size * record.interval
     return Finding(
         f'SIGKILL of plant, valve_command and friction_estimator, {scene.times} times each',
@@ -93,8 +116,8 @@ def kill_nodes(scene: Scene) -> Finding:
         'grid of stamps; without valve_command the valves hold their voltages, then u = 0 until '
         'a command comes; without friction_estimator no friction, which then starts anew',
         'it is missing on /diagnostics; `pneu-rig info` counts the missing samples',
-        f'back after {max(back):.1f} s at most; of {_count(witness, ended_ns)} messages received '
-        f'{lost} not in the bag, which reads as one record with {holes:.0f} s of samples missing',
+        f'back after {max(back):.1f} s at most; {_count(witness, ended_ns)} messages received; of '
+        f'them not in the bag: {told(lost)}; it reads as one record, {holes:.0f} s of it missing',
         held=not lost,
     )
 

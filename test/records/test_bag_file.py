@@ -60,6 +60,12 @@ def test_three_readers_read_it_after_every_flush(writer, read):
         assert read(writer.path) == rows
 
 
+def test_it_can_be_read_before_there_is_anything_in_it(writer):
+    with open_bag(writer.path) as reader:
+        assert reader.message_count == 0
+    assert of_rosbags(writer.path) == of_mcap(writer.path) == []
+
+
 def test_index_of_a_complete_bag_is_that_of_its_chunks(tmp_path):
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/silent', FLOAT64)

@@ -1,23 +1,33 @@
 """Soak and faults in a short form; the demonstrations that take their full time are programs."""
 
+from collections.abc import Iterator
+
 import pytest
 
 from reliability import soak
 from reliability.faults.command import FAULTS, meet, text
-from reliability.faults.finding import Finding
+from reliability.faults.finding import Finding, Stage
 from reliability.live_rig import own_domain
 
 pytestmark = pytest.mark.live
 
 MINUTES = 0.2
-KILLS = 1
 
 
-@pytest.fixture(autouse=True)
-def _apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_DOMAIN_ID'):
-        monkeypatch.setenv(name, '')  # restored at the end
-    own_domain()
+@pytest.fixture(autouse=True, scope='module')
+def _apart() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_DOMAIN_ID'):
+            patch.setenv(name, '')  # restored at the end
+        own_domain()
+        yield
+
+
+@pytest.fixture(scope='module')
+def stage(_apart: None) -> Iterator[Stage]:
+    """Return a rig that the faults share, in the order of their table."""
+    with Stage() as made:
+        yield made
 
 
 def test_soak_loses_nothing_and_reads_its_bag_all_the_while() -> None:
@@ -31,8 +41,8 @@ def test_soak_loses_nothing_and_reads_its_bag_all_the_while() -> None:
 
 
 @pytest.mark.parametrize('name', FAULTS)
-def test_what_has_to_happen_happens(name: str) -> None:
-    finding = meet(name, KILLS)
+def test_what_has_to_happen_happens(name: str, stage: Stage) -> None:
+    finding = meet(name, stage)
     if not isinstance(finding, Finding):
         pytest.skip(finding)
     assert finding.held, finding.measured

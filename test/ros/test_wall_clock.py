@@ -1,0 +1,65 @@
+"""A wall clock that is set: what was measured before and after is in order."""
+
+import pytest
+
+from pneu_rig_ros.nodes import wall_clock
+from pneu_rig_ros.nodes.wall_clock import WallClock
+
+HOUR = 3600 * 10**9
+
+
+class Clocks:
+    """A monotonic clock that the test moves, and a wall clock that it sets."""
+
+    def __init__(self) -> None:
+        self.elapsed = 0
+        self.set_by = 1_800_000_000 * 10**9
+
+    def monotonic_ns(self) -> int:
+        return self.elapsed
+
+    def time_ns(self) -> int:
+        return self.elapsed + self.set_by
+
+
+@pytest.fixture
+def clocks(monkeypatch: pytest.MonkeyPatch) -> Clocks:
+    made = Clocks()
+    monkeypatch.setattr(wall_clock, 'time', made)
+    return made
+
+
+@pytest.mark.parametrize('jump', [HOUR, -HOUR, 6_000_000])
+def test_readings_go_on_evenly_when_it_is_set(clocks: Clocks, jump: int) -> None:
+    clock, start = WallClock(), clocks.time_ns()
+    readings = []
+    for tick in range(10):
+        clocks.elapsed += 20_000_000
+        readings.append(clocks.time_ns())
+        if tick == 4:
+            clocks.set_by += jump  # after this tick's message was received, before it is taken
+        clock.look()
+        readings[-1] = clock.steady(readings[-1])
+    assert readings == [start + 20_000_000 * (tick + 1) for tick in range(10)]
+    assert clock.jump_ns == jump
+    assert clock.told('stamps') == (
+        f'wall clock set by {jump * 1e-9:+.3f} s, stamps go on without it'
+    )
+
+
+def test_an_interrupted_process_is_no_jump(clocks: Clocks) -> None:
+    clock = WallClock()
+    clocks.set_by += 1_000_000
+    clock.look()
+    assert clock.jump_ns == 0
+    assert clock.told('stamps') is None
+
+
+def test_a_clock_that_was_set_back_again_is_right(clocks: Clocks) -> None:
+    clock = WallClock()
+    for jump in (HOUR, -HOUR):
+        clocks.set_by += jump
+        clock.look()
+    clock.look()
+    assert clock.told('stamps') is None
+    assert clock.steady(clocks.time_ns()) == clocks.time_ns()
