@@ -115,7 +115,8 @@ def number(text: str, where: str) -> float:
 
 def scaled(values: NDArray[np.float64], unit: Unit) -> NDArray[np.float64]:
     """Return values of a unit in SI units, same shape; gauge pressures stay gauge."""
-    return values * unit.factor + unit.offset
+    with np.errstate(over='ignore'):  # what is not finite is told by the table
+        return np.asarray(values * unit.factor + unit.offset)
 
 
 def _reference(text: str) -> tuple[str, bool | None]:

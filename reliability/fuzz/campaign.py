@@ -29,8 +29,8 @@ SHARES: dict[str, dict[str, float]] = {
 }
 """Reader -> method -> its share of the time."""
 
-START_UP = 60.0
-"""A process may need so much longer than the time for its inputs [s]."""
+START_UP = 240.0
+"""On a busy machine a process may need so much longer than the time for its inputs [s]."""
 OFFSETS_PER_SECOND = {'bag': 20.0, 'sealed bag': 30.0, 'cut bag': 400.0, 'metadata': 500.0,
                       'foreign bag': 100.0}  # fmt: skip
 """Damaged bags that a process gets through, about [1/s]; of more offsets some are left out."""
