@@ -31,6 +31,7 @@ TOGETHER: tuple[Fault, ...] = (
 
 ALONE: tuple[Fault, ...] = (
     starts.killed_demo,
+    starts.killed_in_live,
     disks.full_disk,
     disks.unwritable_folder,
     clocks.clock_jump,

@@ -14,6 +14,7 @@ import psutil
 from pneu_rig_ros.records import read_record
 from reliability.faults.finding import Finding, Scene
 from reliability.live_rig import until
+from reliability.witness import Witness
 
 
 def wrong_middleware(scene: Scene) -> Finding:
@@ -57,6 +58,33 @@ def killed_demo(scene: Scene) -> Finding:
         f'{len(nodes)} processes gone after {took:.1f} s; {record.duration:.1f} s in the bag, '
         f'{missing} samples missing',
         held=not missing and len(nodes) >= 4 and (bag / 'metadata.yaml').exists(),
+    )
+
+
+def killed_in_live(scene: Scene) -> Finding:
+    """Kill the plant of `pneu-rig live --start`."""
+    command = [sys.executable, '-m', 'pneu_rig_ros.cli', 'live', '--start', 'cylinder_2']
+    with (
+        subprocess.Popen([*command, '--port', '0'], stdout=subprocess.PIPE,
+                         stderr=subprocess.PIPE, text=True) as live,
+        Witness() as witness,
+    ):  # fmt: skip
+        witness.hears('friction')
+        children = psutil.Process(live.pid).children(recursive=True)
+        (plant,) = [p for p in children if 'pneu_rig_ros.nodes.plant' in p.cmdline()]
+        plant.send_signal(signal.SIGKILL)
+        witness.listen(0.3)
+        back = 0.3 + witness.hears('joint_states')
+        witness.hears('friction')
+        live.send_signal(signal.SIGINT)
+        _, errors = live.communicate(timeout=60)
+    said = [line for line in errors.splitlines() if 'started anew' in line]
+    return Finding(
+        'SIGKILL of the plant of `pneu-rig live --start`',
+        'it is started anew, the others and the page go on',
+        'one line of the command; the page shows that no samples come',
+        f'back after {back:.1f} s; "{said[0] if said else errors}"',
+        held=len(said) == 1 and live.returncode == 0,
     )
 
 
