@@ -231,7 +231,8 @@ def _time(cells: Cells, mapping: TableMapping) -> tuple[Floats, int]:
         written = source.unit or _unit_in_header(cells, index, where)
         unit = parse_unit(written, 's', where)
         # Rounded as the factor of a unit such as ms is no binary fraction.
-        time, epoch_ns = np.round(scaled(cells.values(index), unit), 12), 0
+        with np.errstate(over='ignore'):  # times that are too large are told by the grid
+            time, epoch_ns = np.round(scaled(cells.values(index), unit), 12), 0
     steps = np.diff(time)
     if (steps <= 0).any():
         k = int((steps <= 0).argmax()) + 1
