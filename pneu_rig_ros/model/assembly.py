@@ -90,6 +90,10 @@ def assemble(effects: tuple[str, ...]) -> Assembly:
     return Assembly(module.right_hand_side, solver, module.readings)
 
 
+_SOURCES = b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))
+"""All of this room, as it is imported: what changes on the disk later is not what is compiled."""
+
+
 def cache_folder() -> Path:
     """Return where compiled plants are kept: ``$XDG_CACHE_HOME/pneu_rig_ros``."""
     home = os.environ.get('XDG_CACHE_HOME')
@@ -129,7 +133,5 @@ def _write(path: Path, text: str) -> None:
 
 
 def _fingerprint(effects: tuple[str, ...]) -> str:
-    digest = hashlib.sha256(f'{sys.version} {numba.__version__} {effects}'.encode())
-    for source in sorted(Path(__file__).parent.rglob('*.py')):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
+    key = f'{sys.version} {numba.__version__} {effects}'.encode()
+    return hashlib.sha256(key + _SOURCES).hexdigest()[:16]

@@ -132,6 +132,7 @@ def _film(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
     # the film is full at this speed; strokes slip at up to 0.1 m/s
     velocity = (4.0, 1.0, 0.3)[strength] * friction['film_velocity']
     truth = {'friction.model': 'revised_lugre', 'friction.film_velocity': velocity}
+    truth['friction.fluid_time_constant'] = 0.0  # the lower law has no T: film alone is hidden
     return truth, {'friction.model': 'lugre', 'friction.film_velocity': velocity}
 
 
