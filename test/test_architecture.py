@@ -19,7 +19,7 @@ TABLES = BAGS | {'pint', 'pyarrow'}
 FIGURES = BAGS | {'scipy', 'matplotlib', 'jinja2'}
 TERMINAL = {'click', 'rich'}
 WEB = {'aiohttp', 'jinja2'}
-CLUSTER = {'distributed'}
+CLUSTER = {'dask', 'distributed'}
 
 # room: the rooms of the package it may import from, the outside packages it may import
 RULES: dict[str, tuple[set[str], set[str]]] = {
@@ -37,7 +37,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
         {'numpy', 'scipy', 'yaml'},
     ),
     'sweep': ({'model', 'batch', 'rig', 'analysis', 'executor'}, {'numpy'}),
-    'gap': ({'model', 'rig', 'records', 'analysis'}, {'numpy', 'scipy', 'pysindy'}),
+    'gap': ({'model', 'rig', 'records', 'analysis', 'executor'}, {'numpy', 'scipy', 'pysindy'}),
     'web': (set(), WEB),
     'report': (
         {'model', 'batch', 'rig', 'records', 'analysis', 'claims', 'gap', 'web'},

@@ -27,7 +27,7 @@ def strokes(
     :param voltages: u1, u2 [V] of each, shape (n, 2); the piston extends where u1 is above u2
     :param interval: [s]
     :param longest: given up after this time [s]
-    :param threads: at most; None for one a processor
+    :param threads: at most; None for as many as Numba is set to
     :returns: up to the first sample at the end, or to the longest time
     """
     runs: list[list[Trajectory]] = [[] for _ in plants]

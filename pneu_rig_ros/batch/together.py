@@ -49,7 +49,7 @@ def run_together(
     :param plants: all different
     :param voltages: u1, u2 [V], shape (m, 2), or (n, m, 2) for each of the n plants
     :param interval: [s]
-    :param threads: at most; None for one a processor
+    :param threads: at most; None for as many as Numba is set to
     """
     groups: dict[tuple[object, ...], list[_Ready]] = {}
     for number, plant in enumerate(plants):
@@ -96,7 +96,7 @@ def _shared_by(threads: int | None) -> Iterator[None]:
     """Let so many threads at most share the loops meanwhile, each taking plant after plant."""
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
     before, size = numba.get_num_threads(), numba.get_parallel_chunksize()
-    numba.set_num_threads(min(threads or most, most))
+    numba.set_num_threads(min(threads or before, most))
     numba.set_parallel_chunksize(1)
     try:
         yield

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pneu_rig_ros.cli import output
+from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.cli.diagnose_part import diagnose_part, is_part
 from pneu_rig_ros.errors import RigError
 
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
 
 MOST_RANKED = 8
 """Candidates that are printed."""
-MOST_WORKERS = 2
-"""Threads unless asked for more."""
 COMPARING, DRAWING = 0.96, 0.97
 """Shares of the work when before and after are compared, and when the report is drawn [-]."""
 
@@ -79,12 +76,7 @@ COMPARING, DRAWING = 0.96, 0.97
 @click.option(
     '--without', multiple=True, metavar='EFFECT', help='leave an effect out of the library'
 )
-@click.option(
-    '--workers',
-    type=click.IntRange(1, 256),
-    metavar='INTEGER',
-    help='threads  [default: 2, or 1 on one processor]',
-)
+@options.workers_options()
 @click.option('--json', 'as_json', is_flag=True, help='print diagnosis.json')
 @click.option('--quiet', is_flag=True, help='print nothing but errors')
 def diagnose(
@@ -107,8 +99,12 @@ def diagnose(
 
     for name in settings['without']:
         effects.load(name)
-    settings['workers'] = settings['workers'] or min(MOST_WORKERS, os.cpu_count() or 1)
-    with _directory(out):
+    from pneu_rig_ros.executor import executor
+
+    with (
+        _directory(out),
+        executor(settings.pop('workers'), settings.pop('scheduler')) as settings['executor'],
+    ):
         if is_part(settings['model'], settings['part']):
             data = diagnose_part(bags, verify, mapping, out, settings, quiet)
         else:

@@ -36,7 +36,7 @@ def diagnose_part(
     with output.stage_bar(quiet=quiet) as tell:
         found = parts.diagnose_part(
             bags, settings['model'], mapping, verify, settings['part'], settings['without'],
-            settings['workers'], tell,
+            settings['executor'], tell,
         )  # fmt: skip
         data = parts.answer(found)
         _write(out, found, data)

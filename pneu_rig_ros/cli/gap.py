@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from pneu_rig_ros.cli import options, output
-from pneu_rig_ros.cli.diagnose import MOST_WORKERS, write_files
+from pneu_rig_ros.cli.diagnose import write_files
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
@@ -129,6 +129,7 @@ def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:
 
 def _diagnose(bags: list[Path], model: Path, out: Path, seed: int, tell: Tell) -> dict[str, Any]:
     """Diagnose the bags, the last one left out of the fits; return diagnosis.json."""
+    from pneu_rig_ros.executor import executor
     from pneu_rig_ros.gap.answer import answer
     from pneu_rig_ros.gap.diagnosis import diagnose
 
@@ -136,7 +137,10 @@ def _diagnose(bags: list[Path], model: Path, out: Path, seed: int, tell: Tell) -
         tell(f'diagnosing - {text}', RECORDED + (DIAGNOSED - RECORDED) * share)
 
     out.mkdir()
-    diagnosis = diagnose(bags[:-1], model, bags[-1:], seed=seed, workers=MOST_WORKERS, tell=within)
+    with executor(None) as processes:
+        diagnosis = diagnose(
+            bags[:-1], model, bags[-1:], seed=seed, executor=processes, tell=within
+        )
     data = answer(diagnosis)
     write_files(out, diagnosis, data, lambda share: within('drawing the report', 0.96))
     return data

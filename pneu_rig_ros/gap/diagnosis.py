@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneu_rig_ros.executor import Executor, Here
 from pneu_rig_ros.gap.bags import part, read_experiment
 from pneu_rig_ros.gap.candidates import CALIBRATION, calibration, candidates
 from pneu_rig_ros.gap.discriminate import NextExperiment, next_experiment
@@ -78,7 +79,8 @@ class Diagnosis:
     def uncalibrated(self) -> Explanation:
         """Return the gains of the sensors as long as they have not been fitted."""
         gains = calibration(self.configuration.sensors)
-        if gains is None or gains in self.explanation.parts:
+        names = [part.name for part in self.explanation.parts]
+        if gains is None or gains.name in names:
             return Explanation()
         return Explanation().plus(gains, gains.starts[0])
 
@@ -107,7 +109,8 @@ class Diagnosis:
 
 def diagnose(
     bags: Sequence[Path], model: str | Path, verify: Sequence[Path] = (), seed: int = 0,
-    without: Sequence[str] = (), workers: int = 1, tell: Tell = lambda text, share: None,
+    without: Sequence[str] = (), executor: Executor | None = None,
+    tell: Tell = lambda text, share: None,
 ) -> Diagnosis:  # fmt: skip
     """
     Diagnose a model with measured bags.
@@ -117,7 +120,7 @@ def diagnose(
     :param verify: runs that are left out of the fits
     :param seed: of the propagated errors
     :param without: effects that the library shall lack
-    :param workers: threads
+    :param executor: where candidates are screened and fitted; this process if it is not said
     :param tell: told what is done now, and the share of the work done [-]
     :raises RigError: when a bag or the model cannot be used
     """
@@ -128,13 +131,13 @@ def diagnose(
     for group in part(bags, verify):
         tell('reading', 0.02)
         runs = [read_experiment(bag, configuration) for bag in group]
-        groups.append(Evidence(runs, rng, workers))
+        groups.append(Evidence(runs, rng))
     diagnosis = Diagnosis(configuration, groups[0], groups[1], seed)
     tell('where the model disagrees', 0.04)
     diagnosis.where = disagreements(diagnosis.given, diagnosis.fitted)
     for index, (mode, title) in enumerate(STAGES):
         stage = partial(_tell_stage, tell, title, 0.06 + 0.42 * index)
-        explain(diagnosis, mode, without, stage)
+        explain(diagnosis, mode, without, stage, executor or Here())
         if diagnosis.unexplained is not None:
             break
     finish(diagnosis, partial(_tell_stage, tell, 'in the end', 0.9))
@@ -149,13 +152,14 @@ def _tell_stage(tell: Tell, title: str, share: float, text: str) -> None:
 
 
 def explain(
-    diagnosis: Diagnosis, mode: Mode, without: Sequence[str], tell: Callable[[str], None]
-) -> None:
+    diagnosis: Diagnosis, mode: Mode, without: Sequence[str], tell: Callable[[str], None],
+    executor: Executor,
+) -> None:  # fmt: skip
     """Find out what closes the gap of one prediction; changes the diagnosis."""
     tell('comparing')
     known = diagnosis.improved
     search = Search(
-        known, diagnosis.fitted, diagnosis.held, (mode,), tell, diagnosis.uncalibrated()
+        known, diagnosis.fitted, diagnosis.held, (mode,), tell, diagnosis.uncalibrated(), executor
     )
     search.settle(known)
     diagnosis.costs[mode] = search.cost(known)

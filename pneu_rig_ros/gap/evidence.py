@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,14 +26,11 @@ class Evidence:
 
     :param experiments: the measured runs
     :param rng: source of the errors that are propagated
-    :param workers: threads
     """
 
     experiments: Sequence[Experiment]
     rng: np.random.Generator
-    workers: int = 1
     floors: dict[Mode, list[Floats]] = field(default_factory=dict)
-    evaluations: int = 0
 
     def settle_floors(self, hypothesis: Hypothesis, modes: Iterable[Mode]) -> None:
         """Propagate the errors of the readings under a hypothesis."""
@@ -46,7 +42,6 @@ class Evidence:
 
     def gaps(self, hypothesis: Hypothesis, mode: Mode) -> list[Floats]:
         """Return the gap of each experiment in noise floors, shape (blocks, columns) each."""
-        self.evaluations += len(self.experiments)
         columns = list(COLUMNS[mode])
 
         def one(pair: tuple[Experiment, Floats]) -> Floats:
@@ -55,11 +50,7 @@ class Evidence:
             scaled: Floats = (difference / floor)[:, columns]
             return np.nan_to_num(scaled, nan=1e6, posinf=1e6, neginf=-1e6)
 
-        pairs = list(zip(self.experiments, self.floors[mode], strict=True))
-        if self.workers == 1:
-            return [one(pair) for pair in pairs]
-        with ThreadPoolExecutor(self.workers) as pool:
-            return list(pool.map(one, pairs))
+        return [one(pair) for pair in zip(self.experiments, self.floors[mode], strict=True)]
 
     def residual(self, hypothesis: Hypothesis, modes: Sequence[Mode]) -> Floats:
         """
@@ -83,4 +74,4 @@ class Evidence:
         """Return some of the experiments, with their floors."""
         floors = {mode: [every[i] for i in indices] for mode, every in self.floors.items()}
         chosen = [self.experiments[i] for i in indices]
-        return Evidence(chosen, self.rng, self.workers, floors)
+        return Evidence(chosen, self.rng, floors)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.hypothesis import Hypothesis
@@ -35,15 +36,21 @@ class Screened(NamedTuple):
 
 def screen(
     hypothesis: Hypothesis, pool: Sequence[Candidate], evidence: Evidence,
-    modes: Sequence[Mode],
+    modes: Sequence[Mode], executor: Executor,
 ) -> list[Screened]:  # fmt: skip
     """Return the candidates, the most promising first."""
     here = {mode: evidence.gaps(hypothesis, mode) for mode in modes}
-    screened = []
-    for candidate in pool:
-        tried = [try_start(hypothesis, candidate, s, evidence, here) for s in candidate.starts]
-        screened.append(min(tried, key=lambda one: one.cost))
+    screened = map_tasks(executor, screen_one, pool, hypothesis, evidence, here)
     return sorted(screened, key=lambda one: one.cost)
+
+
+def screen_one(
+    candidate: Candidate, hypothesis: Hypothesis, evidence: Evidence,
+    here: dict[Mode, list[Floats]],
+) -> Screened:  # fmt: skip
+    """Return what a candidate closes from the best of its starts."""
+    tried = [try_start(hypothesis, candidate, s, evidence, here) for s in candidate.starts]
+    return min(tried, key=lambda one: one.cost)
 
 
 def try_start(

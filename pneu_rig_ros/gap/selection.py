@@ -8,9 +8,11 @@ nothing significant is the answer. A wrong parameter is preferred to a missing e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
+from pneu_rig_ros.executor import Executor, Here, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
@@ -63,6 +65,33 @@ class Scored:
         return sum(part.is_effect for part in self.fit.explanation.parts)
 
 
+class Setting(NamedTuple):
+    """What the fits of a search share; see :class:`Search`."""
+
+    given: Hypothesis
+    fitted: Evidence
+    held: Evidence
+    modes: tuple[Mode, ...]
+
+
+def fit_from(start: Explanation, setting: Setting, rounds: int) -> Scored:
+    """Return an explanation fitted from a start."""
+    return score(fit(setting.given, start, setting.fitted, setting.modes, rounds), setting)
+
+
+def score(result: Fit, setting: Setting) -> Scored:
+    """Return a fit with its cost on the experiments left out."""
+    hypothesis = result.explanation.apply(setting.given)
+    return Scored(result, setting.held.cost(hypothesis, setting.modes))
+
+
+def cost_again(one: Scored, setting: Setting) -> Scored:
+    """Return a fit with its costs under other noise floors."""
+    hypothesis = one.fit.explanation.apply(setting.given)
+    cost = setting.fitted.cost(hypothesis, setting.modes)
+    return score(Fit(one.fit.explanation, cost, one.fit.deviations), setting)
+
+
 @dataclass
 class Search:
     """
@@ -74,6 +103,7 @@ class Search:
     :param modes: predictions that are to be explained
     :param tell: told what is done now
     :param base: what is fitted together with every explanation
+    :param executor: where candidates are screened and fitted
     """
 
     given: Hypothesis
@@ -82,6 +112,7 @@ class Search:
     modes: tuple[Mode, ...]
     tell: Callable[[str], None]
     base: Explanation = field(default_factory=Explanation)
+    executor: Executor = field(default_factory=Here)
     screened: list[Screened] = field(default_factory=list)
     scored: list[Scored] = field(default_factory=list)
     best: Scored | None = None
@@ -135,7 +166,22 @@ class Search:
         result = fit(self.given, self.base, self.fitted, self.modes, ROUNDS)
         self.settle(result.explanation.apply(self.given))
         result = fit(self.given, result.explanation, self.fitted, self.modes, ROUNDS)
-        return self.score(result)
+        return score(result, self.setting)
+
+    @property
+    def setting(self) -> Setting:
+        """What the fits share."""
+        return Setting(self.given, self.fitted, self.held, self.modes)
+
+    def fits(self, starts: Sequence[Explanation], rounds: int) -> list[Scored]:
+        """Return the explanations fitted from several starts."""
+        names = dict.fromkeys(start.name for start in starts)
+
+        def told(done: int) -> None:
+            self.tell(f'fitting {", ".join(names)}: {done} of {len(starts)}')
+
+        told(0)
+        return map_tasks(self.executor, fit_from, starts, self.setting, rounds, progress=told)
 
     def pruned(self, scored: Scored, closed: float) -> Scored:
         """Return the explanation without the parts that it closes the gap without."""
@@ -145,32 +191,24 @@ class Search:
                 break
             fewer = scored.fit.explanation.without(index)
             self.tell('fitting ' + fewer.name)
-            other = self.score(fit(self.given, fewer, self.fitted, self.modes, ROUNDS))
+            other = fit_from(fewer, self.setting, ROUNDS)
             if other.worst < max(closed, scored.worst + ALIKE):
                 self.scored.append(other)
                 return self.pruned(other, closed)
         return scored
 
-    def grow(self, base: Explanation, pool: Sequence[Candidate], size: int) -> Iterator[Scored]:
-        """Yield the fits of an explanation with one more part."""
+    def grow(self, base: Explanation, pool: Sequence[Candidate], size: int) -> list[Scored]:
+        """Return the fits of an explanation with one more part."""
         names = {part.name for part in base.parts}
         rest = [candidate for candidate in pool if candidate.name not in names]
         self.tell(f'screening {len(rest)} candidates')
-        ranked = screen(base.apply(self.given), rest, self.fitted, self.modes)
+        ranked = screen(base.apply(self.given), rest, self.fitted, self.modes, self.executor)
         if size == 1:
             self.screened = ranked
         effects = [one for one in ranked if one.candidate.is_effect][:EFFECTS_FITTED]
         others = [one for one in ranked if not one.candidate.is_effect][:PARAMETERS_FITTED]
-        for one in effects + others:
-            start = base.plus(one.candidate, one.values)
-            self.tell('fitting ' + ' + '.join(part.name for part in start.parts))
-            result = fit(self.given, start, self.fitted, self.modes, ROUNDS)
-            yield self.score(result)
-
-    def score(self, result: Fit) -> Scored:
-        """Return a fit with its cost on the experiments left out."""
-        hypothesis = result.explanation.apply(self.given)
-        return Scored(result, self.held.cost(hypothesis, self.modes))
+        starts = [base.plus(one.candidate, one.values) for one in effects + others]
+        return self.fits(starts, ROUNDS)
 
     def again(self, scored: Sequence[Scored]) -> list[Scored]:
         """
@@ -181,22 +219,22 @@ class Search:
         best = scored[0]
         self.settle(best.fit.explanation.apply(self.given))
         chosen = [one.fit.explanation for one in scored[:REFINED]]
-        if best.worst < CONSISTENT:
-            fits = [fit(self.given, one, self.fitted, self.modes, ROUNDS) for one in chosen]
-        else:
-            fits = [self.refine(one) for one in chosen]
-        for one in scored[REFINED:]:
-            hypothesis = one.fit.explanation.apply(self.given)
-            cost = self.fitted.cost(hypothesis, self.modes)
-            fits.append(Fit(one.fit.explanation, cost, one.fit.deviations))
-        return sorted([self.score(one) for one in fits], key=lambda one: one.worst)
+        refined = self.fits(chosen, ROUNDS) if best.worst < CONSISTENT else self.refine(chosen)
+        others = map_tasks(self.executor, cost_again, scored[REFINED:], self.setting)
+        return sorted(refined + others, key=lambda one: one.worst)
 
-    def refine(self, explanation: Explanation) -> Fit:
-        """Return the best fit from where it is and from the other starts of its last part."""
-        self.tell('fitting on ' + explanation.name)
+    def refine(self, explanations: Sequence[Explanation]) -> list[Scored]:
+        """Return the best fits from there and from the other starts of the last part."""
+        starts = [self.restarts(one) for one in explanations]
+        fits = iter(self.fits([start for group in starts for start in group], ROUNDS))
+        best = [
+            min((next(fits) for _ in group), key=lambda one: one.fit.cost).fit.explanation
+            for group in starts
+        ]
+        return self.fits(best, REFINING_ROUNDS)
+
+    def restarts(self, explanation: Explanation) -> list[Explanation]:
+        """Return an explanation, and it with its last part at each of that part's starts."""
         last = explanation.parts[-1]
         base = explanation.without(len(explanation.parts) - 1)
-        starts = [explanation, *(base.plus(last, start) for start in last.starts)]
-        fits = [fit(self.given, one, self.fitted, self.modes, ROUNDS) for one in starts]
-        best = min(fits, key=lambda one: one.cost).explanation
-        return fit(self.given, best, self.fitted, self.modes, REFINING_ROUNDS)
+        return [explanation, *(base.plus(last, start) for start in last.starts)]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.executor import Executor, Here
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.parts.candidates import effects, parameters
@@ -71,7 +72,7 @@ class PartDiagnosis:
 def diagnose_part(
     tables: Sequence[Path], model: Path, mapping: Path | None = None,
     verify: Sequence[Path] = (), kind: str | None = None, without: Sequence[str] = (),
-    workers: int = 1, tell: Tell = lambda text, share: None,
+    executor: Executor | None = None, tell: Tell = lambda text, share: None,
 ) -> PartDiagnosis:  # fmt: skip
     """
     Diagnose a part with measured tables or bags.
@@ -82,6 +83,7 @@ def diagnose_part(
     :param verify: runs that are left out of the fits; every third one where none is named
     :param kind: of the part, where the file does not say it
     :param without: effects that the library shall lack
+    :param executor: where candidates are screened and fitted; this process if it is not said
     :param tell: told what is done now, and the share of the work done [-]
     :raises RigError: when a file cannot be used
     """
@@ -93,7 +95,7 @@ def diagnose_part(
         [read_recording(path, mapping, part.kind, outside) for path in group]
         for group in (fit, held)
     ]
-    return find_out(part, groups[0], groups[1], without, workers, tell, str(model))
+    return find_out(part, groups[0], groups[1], without, executor, tell, str(model))
 
 
 def _parted(tables: list[Path], verify: list[Path]) -> tuple[list[Path], list[Path]]:
@@ -110,7 +112,7 @@ def _parted(tables: list[Path], verify: list[Path]) -> tuple[list[Path], list[Pa
 
 def find_out(
     part: Part, fit: Sequence[Recording], held: Sequence[Recording], without: Sequence[str] = (),
-    workers: int = 1, tell: Tell = lambda text, share: None, model: str = '',
+    executor: Executor | None = None, tell: Tell = lambda text, share: None, model: str = '',
 ) -> PartDiagnosis:  # fmt: skip
     """Diagnose a part with recordings that have been read; see :func:`diagnose_part`."""
     begin, steps = time.perf_counter(), [0.0]
@@ -121,8 +123,8 @@ def find_out(
 
     seen = [i for i in (1, 2) if all(f'pressure_{i}' in one for one in (*fit, *held))]
     search = PartSearch(
-        PartEvidence(part, fit, workers), PartEvidence(part, held, workers), parameters(part),
-        effects(part, without, seen), progress,
+        PartEvidence(part, fit), PartEvidence(part, held), parameters(part),
+        effects(part, without, seen), progress, executor or Here(),
     )  # fmt: skip
     best = search.run()
     return PartDiagnosis(model or part.name, search, best, time.perf_counter() - begin)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,23 +31,14 @@ class PartEvidence:
 
     :param part: the given part
     :param recordings: measured runs
-    :param workers: threads
     """
 
     part: Part
     recordings: Sequence[Recording]
-    workers: int = 1
 
     def channels(self, hypothesis: Hypothesis) -> list[list[Channel]]:
         """Return measured less predicted of every signal of each recording."""
-
-        def one(recording: Recording) -> list[Channel]:
-            return compare(self.part, hypothesis, recording)
-
-        if self.workers == 1 or len(self.recordings) == 1:
-            return [one(recording) for recording in self.recordings]
-        with ThreadPoolExecutor(self.workers) as pool:
-            return list(pool.map(one, self.recordings))
+        return [compare(self.part, hypothesis, recording) for recording in self.recordings]
 
     def residual(self, hypothesis: Hypothesis) -> Floats:
         """

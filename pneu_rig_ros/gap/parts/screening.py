@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.fitting import Explanation
+from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.parts.evidence import STEP, PartEvidence
 
 Floats = NDArray[np.float64]
@@ -33,23 +35,29 @@ class PartScreened:
 
 def screen(
     evidence: PartEvidence, base: Explanation, pool: Sequence[Candidate],
-    tell: Callable[[str], None],
+    tell: Callable[[str], None], executor: Executor,
 ) -> list[PartScreened]:  # fmt: skip
     """Return the effects, the most promising first, each seen with the parameters moving along."""
     hypothesis = base.apply(evidence.part.hypothesis)
     here = evidence.residual(hypothesis)
     slopes = _slopes(evidence, base, here)
-    screened = []
-    for one in pool:
-        tell(f'screening {one.name}')
-        tried = []
-        for start in one.starts:
-            change = evidence.residual(one.apply(hypothesis, start)) - here
-            gap, share = _expected(here, slopes, change)
-            tried.append((gap, _strengthened(one, start, share)))
-        tried.sort()
-        screened.append(PartScreened(one, _apart([s for _, s in tried]), tried[0][0]))
+    tell(f'screening {len(pool)} effects')
+    screened = map_tasks(executor, screen_one, pool, evidence, hypothesis, here, slopes)
     return sorted(screened, key=lambda one: one.gap)
+
+
+def screen_one(
+    candidate: Candidate, evidence: PartEvidence, hypothesis: Hypothesis, here: Floats,
+    slopes: Floats,
+) -> PartScreened:  # fmt: skip
+    """Return an effect with its best starts."""
+    tried = []
+    for start in candidate.starts:
+        change = evidence.residual(candidate.apply(hypothesis, start)) - here
+        gap, share = _expected(here, slopes, change)
+        tried.append((gap, _strengthened(candidate, start, share)))
+    tried.sort()
+    return PartScreened(candidate, _apart([s for _, s in tried]), tried[0][0])
 
 
 def _slopes(evidence: PartEvidence, base: Explanation, here: Floats) -> Floats:

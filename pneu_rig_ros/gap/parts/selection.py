@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pneu_rig_ros.executor import Executor, Here, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.fitting import Explanation, Fit
 from pneu_rig_ros.gap.parts.candidates import from_start
@@ -67,6 +68,32 @@ class PartScore:
         return tuple(part.name for part in self.explanation.parts if part.is_effect)
 
 
+def fit_from(
+    start: Explanation, fitted: PartEvidence, held: PartEvidence, rounds: int
+) -> PartScore:
+    """Return an explanation fitted from a start, with its gap where it was not fitted."""
+    given = fitted.part.hypothesis
+    fit = fitted.fit(given, start, rounds)
+    return PartScore(fit, fit.cost**0.5, held.level(fit.explanation.apply(given)))
+
+
+def fit_effect(
+    one: PartScreened, base: Explanation, fitted: PartEvidence, held: PartEvidence
+) -> PartScore:
+    """Return an explanation with one more effect, the best from several starts."""
+    hypothesis = base.apply(fitted.part.hypothesis)
+    alone = [
+        fitted.fit(
+            hypothesis,
+            Explanation((from_start(one.candidate, start),), (start,)),
+            FIRST_ROUNDS,
+        )
+        for start in one.starts
+    ]
+    best = min(alone, key=lambda fit: fit.cost).explanation
+    return fit_from(base.plus(best.parts[0], best.values[0]), fitted, held, ROUNDS)
+
+
 @dataclass
 class PartSearch:
     """
@@ -76,6 +103,7 @@ class PartSearch:
     :param parameters: of the part that may be wrong
     :param effects: that may be missing
     :param tell: told what is done now
+    :param executor: where candidates are screened and fitted
     """
 
     fitted: PartEvidence
@@ -83,6 +111,7 @@ class PartSearch:
     parameters: Sequence[Candidate]
     effects: Sequence[Candidate]
     tell: Callable[[str], None] = lambda text: None
+    executor: Executor = field(default_factory=Here)
     scored: list[PartScore] = field(default_factory=list)
     screened: list[PartScreened] = field(default_factory=list)
 
@@ -117,10 +146,9 @@ class PartSearch:
 
     def fit_parameters(self) -> PartScore:
         """Return all parameters fitted together, having tried each alone."""
-        singles = []
-        for one in self.parameters:
-            self.tell(f'fitting {one.name}')
-            singles.append(self.score(Explanation((one,), one.starts[:1]), ROUNDS))
+        self.tell('fitting parameters')
+        alone = [Explanation((one,), one.starts[:1]) for one in self.parameters]
+        singles = map_tasks(self.executor, fit_from, alone, self.fitted, self.held, ROUNDS)
         self.scored += singles
         closing = [one for one in singles if one.worst < CONSISTENT]
         if closing:
@@ -138,38 +166,21 @@ class PartSearch:
     def grow(self, base: PartScore) -> PartScore | None:
         """Return the best explanation with one more effect, None where there is no effect."""
         rest = [one for one in self.effects if one.name not in base.effects]
-        ranked = screen(self.fitted, base.explanation, rest, self.tell)
+        ranked = screen(self.fitted, base.explanation, rest, self.tell, self.executor)
         if not self.screened:
             self.screened = ranked
-        scored = []
-        for one in ranked[:FITTED]:
-            self.tell(' + '.join([*base.effects, one.candidate.name]))
-            scored.append(self.fit_effect(base, one))
+        best = ranked[:FITTED]
+        names = ', '.join(one.candidate.name for one in best)
+        self.tell('fitting ' + ' + '.join([*base.effects, names]))
+        scored = map_tasks(
+            self.executor, fit_effect, best, base.explanation, self.fitted, self.held
+        )
         self.scored += scored
         return min(scored, key=lambda one: one.held, default=None)
 
-    def fit_effect(self, base: PartScore, one: PartScreened) -> PartScore:
-        """Return an explanation with one more effect, the best from several starts."""
-        hypothesis = base.explanation.apply(self.part.hypothesis)
-        alone = [
-            self.fitted.fit(
-                hypothesis,
-                Explanation((from_start(one.candidate, start),), (start,)),
-                FIRST_ROUNDS,
-            )
-            for start in one.starts
-        ]
-        best = min(alone, key=lambda fit: fit.cost).explanation
-        return self.score(base.explanation.plus(best.parts[0], best.values[0]), ROUNDS)
-
     def score(self, start: Explanation, rounds: int) -> PartScore:
         """Return an explanation fitted from a start, with its gap where it was not fitted."""
-        return self.judged(self.fitted.fit(self.part.hypothesis, start, rounds))
-
-    def judged(self, fit: Fit) -> PartScore:
-        """Return a fit with its gap where it was not fitted."""
-        hypothesis = fit.explanation.apply(self.part.hypothesis)
-        return PartScore(fit, fit.cost**0.5, self.held.level(hypothesis))
+        return fit_from(start, self.fitted, self.held, rounds)
 
     def pruned(self, best: PartScore) -> PartScore:
         """Return the explanation with parameters as given wherever that does no harm."""
