@@ -4,7 +4,7 @@ from importlib import import_module
 
 import click
 
-COMMANDS = ('soak', 'faults', 'fuzz', 'numerics')
+COMMANDS = ('soak', 'faults', 'fuzz', 'numerics', 'scale')
 """Each is the function of its name in the module of its name."""
 
 

@@ -1,0 +1,58 @@
+"""What is so or not: the same bits on any number of workers, and after one was killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from pneu_rig_ros.executor import Executor, Here, executor, map_tasks
+from reliability.scale.tasks import recorded_strokes, strokes
+
+Progress = Callable[[int], None]
+
+
+def independence(tasks: int, workers: Sequence[int], progress: Progress) -> dict[str, Any]:
+    """Carry out the same tasks in this process and on several numbers of others."""
+    alone = [done.digest for done in map_tasks(Here(), strokes, range(tasks))]
+    progress(tasks)
+    same = {}
+    for index, count in enumerate(workers, start=1):
+        with executor(count) as processes:
+            results = map_tasks(processes, strokes, range(tasks))
+        same[str(count)] = [done.digest for done in results] == alone
+        progress((index + 1) * tasks)
+    return {'tasks': tasks, 'workers': list(workers), 'same_bits': same}
+
+
+def killed_worker(tasks: int, processes: Executor, progress: Progress) -> dict[str, Any]:
+    """Kill the worker of a task that is under way, halfway; count how often tasks are begun."""
+    alone = [done.digest for done in map_tasks(Here(), strokes, range(tasks))]
+    killed: list[int] = []
+    with tempfile.TemporaryDirectory(prefix='pneu-rig-') as folder:
+        journal = Path(folder) / 'journal'
+        results = {}
+        for number, done in processes.completed(recorded_strokes, range(tasks), journal):
+            results[number] = done.digest
+            progress(len(results))
+            if not killed and len(results) >= tasks // 2:
+                killed.append(_kill_busy_one(journal, set(results)))
+        begun = [int(line.split()[0]) for line in journal.read_text().splitlines()]
+    return {
+        'tasks': tasks,
+        'killed_while_doing': killed,
+        'begun': len(begun),
+        'done_again': sorted({number for number in begun if begun.count(number) > 1}),
+        'same_bits': [results[number] for number in range(tasks)] == alone,
+    }
+
+
+def _kill_busy_one(journal: Path, done: set[int]) -> int:
+    """Kill the worker of a task that is begun and not done; return the task."""
+    lines = [line.split() for line in journal.read_text().splitlines()]
+    number, pid = next((int(a), int(b)) for a, b in reversed(lines) if int(a) not in done)
+    os.kill(pid, signal.SIGKILL)
+    return number

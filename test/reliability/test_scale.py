@@ -1,0 +1,180 @@
+"""Work shared out: same bits on any number of workers, a killed one, a cluster, an interrupt."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+from distributed import Client
+
+from pneu_rig_ros.cli import main
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.executor import Executor, Here, executor, map_tasks
+from reliability.scale import tasks
+from reliability.scale.projection import Cost, efficiency, wall_time
+from reliability.scale.proofs import killed_worker
+
+COMMAND = [sys.executable, '-m', 'pneu_rig_ros.cli', 'sweep', '--cylinder', 'cylinder_1']
+PATIENCE = 60.0  # s
+WORKED = 1.5  # s of processor time: a worker has done more than to start
+
+
+@pytest.fixture(scope='module')
+def processes() -> Iterator[Executor]:
+    """Return two processes that tasks are shared out to."""
+    with executor(2) as two:
+        yield two
+
+
+def test_same_bits_here_and_on_two_processes(processes: Executor) -> None:
+    runs = [map_tasks(one, tasks.strokes, range(4)) for one in (Here(), processes)]
+    alone, shared = ([done.digest for done in run] for run in runs)
+    assert alone == shared
+    assert len(set(alone)) == 4
+
+
+def test_results_come_in_the_order_of_the_tasks_with_what_they_share(processes: Executor) -> None:
+    told: list[int] = []
+    powers = map_tasks(processes, pow, range(200), 3, progress=told.append)
+    assert powers == [number**3 for number in range(200)]
+    assert told == list(range(1, 201))
+    assert map_tasks(processes, pow, []) == []
+
+
+def test_error_of_a_task_is_raised_as_it_is_here(processes: Executor) -> None:
+    for place in (processes, Here()):
+        with pytest.raises(ValueError, match="could not convert string to float: 'x'"):
+            map_tasks(place, float, ['1', 'x', '2'])
+
+
+def test_killed_worker_costs_its_own_task_only(processes: Executor) -> None:
+    found = killed_worker(10, processes, lambda _: None)
+    assert found['same_bits']
+    assert len(found['killed_while_doing']) == 1
+    assert found['done_again'] == found['killed_while_doing']
+    assert found['begun'] == 11
+
+
+def test_a_task_that_ends_its_workers_is_told(processes: Executor) -> None:
+    with pytest.raises(RigError, match='enough memory'):
+        map_tasks(processes, os._exit, [1])
+    assert map_tasks(processes, tasks.nothing, range(3)) == [0, 1, 2]
+
+
+def test_projection_is_bound_by_the_workers_then_by_the_scheduler() -> None:
+    cost = Cost(40.0, 100.0, 0.0, 1e-3, 1e-4, 3.0, 60.0)
+    assert wall_time(cost, 1, 1) == 3.0 + 60.0 + 40.0 + 60.0
+    assert wall_time(cost, 10**6, 1000) == pytest.approx(40_123.0)
+    assert wall_time(cost, 10**6, 10**6) == pytest.approx(1_223.0)
+    assert 0.99 < efficiency(cost, 10**6, 1000) < 1.0
+
+
+def free_port() -> int:
+    """Return a port that nothing listens at."""
+    with socket.socket() as place:
+        place.bind(('127.0.0.1', 0))
+        return int(place.getsockname()[1])
+
+
+@contextmanager
+def dask(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a program of Dask meanwhile."""
+    command = [sys.executable, '-m', 'dask', *arguments]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def await_connection(port: int) -> None:
+    """Wait until something listens at a port of this host."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        with socket.socket() as place:
+            if place.connect_ex(('127.0.0.1', port)) == 0:
+                return
+        time.sleep(0.1)
+    raise AssertionError(f'nothing listens at {port}')
+
+
+def test_sweep_on_a_cluster_gives_the_table_of_this_process(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port = free_port()
+    address = f'tcp://127.0.0.1:{port}'
+    own = ['--host', '127.0.0.1', '--no-dashboard']
+    arguments = ['sweep', '--u', '0.4,0.6', '--longest', '5', '--json']
+    with dask('scheduler', *own, '--port', str(port)):
+        await_connection(port)
+        assert main([*arguments, '--scheduler', address]) == 2
+        refused = f'pneu-rig: error: --scheduler {address}: it has no workers\n'
+        assert capsys.readouterr().err == refused
+        worker = ['--nthreads', '1', '--local-directory', str(tmp_path)]
+        with dask('worker', address, *own, *worker):
+            await_worker(address)
+            assert main([*arguments, '--scheduler', address]) == 0
+    shared = capsys.readouterr()
+    assert main(arguments) == 0
+    alone = capsys.readouterr()
+    assert shared == alone
+    assert len(json.loads(alone.out)['strokes']) == 2
+
+
+def await_worker(address: str) -> None:
+    """Wait until a cluster has a worker."""
+    with Client(address, set_as_default=False) as client:
+        client.wait_for_workers(1, timeout=PATIENCE)
+
+
+def test_wrong_address_is_refused_in_one_line_also_where_something_else_listens(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with socket.socket() as mute:
+        mute.bind(('127.0.0.1', 0))
+        mute.listen()
+        for address in ('nowhere', f'tcp://127.0.0.1:{mute.getsockname()[1]}'):
+            assert main(['sweep', '--scheduler', address]) == 2
+            told = capsys.readouterr()
+            assert told.out == ''
+            assert told.err.startswith(f'pneu-rig: error: --scheduler {address}: no Dask')
+            assert told.err.count('\n') == 1
+
+
+@pytest.mark.parametrize('when', ['starting', 'working'])
+def test_interrupt_leaves_no_worker_behind(when: str, tmp_path: Path) -> None:
+    out = tmp_path / 'table.csv'
+    process = subprocess.Popen(
+        [*COMMAND, '--u', '0.3:0.5:5000', '--workers', '2', '--out', str(out)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        env=os.environ | {'TMPDIR': str(tmp_path)},
+    )  # fmt: skip
+    family = await_workers(process.pid, busy=when == 'working')
+    os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C in a terminal does
+    printed, told = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, printed, told.strip()) == (130, '', 'pneu-rig: interrupted')
+    _, alive = psutil.wait_procs(family, timeout=PATIENCE)
+    assert alive == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def await_workers(pid: int, busy: bool) -> list[psutil.Process]:
+    """Wait for two workers, and if wanted until they have worked; return all children."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        children = psutil.Process(pid).children(recursive=True)
+        workers = [one for one in children if 'spawn_main' in ' '.join(one.cmdline())]
+        enough = [one for one in workers if not busy or one.cpu_times().user > WORKED]
+        if len(enough) >= 2:
+            return children
+        time.sleep(0.05)
+    raise AssertionError('no workers came')
