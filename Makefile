@@ -58,6 +58,10 @@ fuzz: $(READY)  ## try bad input on every reader (ARGS='--minutes 10')
 numerics: $(READY)  ## simulate random rigs, check their balances (ARGS='--count 10000')
 	@$(BIN)/python -m reliability numerics $(ARGS)
 
+.PHONY: scale
+scale: $(READY)  ## share work out to processes: same bits, speed-up, cost (ARGS='--trials 2')
+	@$(BIN)/python -m reliability scale $(ARGS)
+
 .PHONY: soak
 soak: $(READY)  ## run the rig live for 30 minutes on a busy machine (ARGS='--minutes 5')
 	@$(BIN)/python -m reliability soak $(ARGS)
