@@ -11,9 +11,9 @@ from pneu_rig_ros.claims import sensitivity as variation
 from pneu_rig_ros.claims.readings import load_reading
 from pneu_rig_ros.claims.search import (
     CHOICES,
-    START,
     LINEAR_RANGES,
     LOG_RANGES,
+    START,
     anywhere,
     breed,
     draw,
