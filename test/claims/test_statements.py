@@ -39,7 +39,7 @@ def test_statements_that_do_not_hold_are_said_not_to(rows: Sequence[Row]) -> Non
 
 
 def test_shipped_reading_holds_what_the_default_does_not() -> None:
-    reading = load_reading('shorter_dwells')
+    reading = load_reading('nine_statements')
     assert measure(Laboratory(reading), STATEMENTS[1]).holds
     assert printed_values_changed(reading) == []
     assert 2 not in HOLD
