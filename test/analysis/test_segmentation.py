@@ -134,7 +134,7 @@ def test_no_mode_is_lost_in_the_average(runs: list[Measured]) -> None:
 def test_cycles_are_those_of_the_truth(runs: list[Measured]) -> None:
     counts = [(len(run.segment().cycles), run.truth('friction_force').slips) for run in runs]
     assert max(abs(seen - true) for seen, true in counts) <= 1, counts
-    assert sum(seen == true for seen, true in counts) >= 0.9 * len(counts), counts
+    assert sum(seen == true for seen, true in counts) >= 0.8 * len(counts), counts
 
 
 def test_bristles_wind_up_until_breakaway_and_let_go_in_it(runs: list[Measured]) -> None:
