@@ -4,7 +4,7 @@ import rclpy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-TARGET, GAIN = 0.1, 60.0  # m, V/m
+TARGET, GAIN, DAMPING = 0.1, 200.0, 70.0  # m, V/m, V*s/m
 
 rclpy.init()
 node = rclpy.create_node('own_controller')
@@ -13,7 +13,8 @@ command = node.create_publisher(Float64, 'u', 10)
 
 def control(sample: JointState) -> None:
     """Answer a sample with a command."""
-    command.publish(Float64(data=GAIN * (TARGET - sample.position[0])))
+    error, velocity = TARGET - sample.position[0], sample.velocity[0]
+    command.publish(Float64(data=GAIN * error - DAMPING * velocity))
 
 
 node.create_subscription(JointState, 'joint_states', control, 10)

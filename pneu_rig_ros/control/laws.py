@@ -28,13 +28,13 @@ class Law(Protocol):
 class PidGains(NamedTuple):
     """Gains of :class:`Pid`."""
 
-    proportional_gain: Annotated[float, Quantity('V/m', 0.0, 1e5, 'u per error')] = 60.0
+    proportional_gain: Annotated[float, Quantity('V/m', 0.0, 1e5, 'u per error')] = 200.0
     integral_gain: Annotated[
         float, Quantity('V/(m*s)', 0.0, 1e5, 'rate of u per error; law pid')
-    ] = 60.0
+    ] = 100.0
     derivative_gain: Annotated[
         float, Quantity('V*s/m', 0.0, 1e4, 'u per rate of the error; law pid')
-    ] = 2.0
+    ] = 70.0
 
 
 class Pid:
@@ -64,13 +64,13 @@ class SlidingGains(NamedTuple):
 
     surface_slope: Annotated[
         float, Quantity('1/s', 0.1, 1e3, 'decay of the error on the surface; law sliding_mode')
-    ] = 20.0
+    ] = 1.5
     switching_gain: Annotated[
         float, Quantity('V', 0.0, 2.5, 'u off the surface; law sliding_mode')
     ] = 2.0
     boundary_layer: Annotated[
         float, Quantity('m/s', 1e-4, 10.0, 'distance at which u is full; law sliding_mode')
-    ] = 0.1
+    ] = 0.04
     feedforward: Annotated[
         float, Quantity('V*s/m', 0.0, 1e3, 'u per speed of the reference; law sliding_mode')
     ] = 3.0
@@ -78,25 +78,32 @@ class SlidingGains(NamedTuple):
 
 class SlidingMode:
     """
-    u = K sat(s / phi) + K_f dr/dt on the surface s = de/dt + lambda e.
+    u = K sat(s / phi) + K_f dr/dt on the surface s = de/dt + 2 lambda e + lambda^2 int(e) dt.
 
     On the surface the error decays with time constant 1/lambda whatever the friction; the boundary
-    layer phi replaces switching, which valves and air would answer by chatter.
+    layer phi replaces switching, which valves and air would answer by chatter, and the integral
+    takes away the offset that friction would leave in it.
     Reference: J.-J. Slotine, W. Li, Applied Nonlinear Control (1991), chapter 7.
     """
 
     def __init__(self, gains: SlidingGains) -> None:
         self._gains = gains
+        self._integral = 0.0
+        self._inside = True
 
     def command(self, error: float, error_rate: float, reference_rate: float) -> float:
         """Return the raw command [V]."""
-        gains = self._gains
-        distance = (error_rate + gains.surface_slope * error) / gains.boundary_layer
+        gains, slope = self._gains, self._gains.surface_slope
+        surface = error_rate + 2.0 * slope * error + slope**2 * self._integral
+        distance = surface / gains.boundary_layer
+        self._inside = abs(distance) < 1.0
         switching = gains.switching_gain * min(max(distance, -1.0), 1.0)
         return switching + gains.feedforward * reference_rate
 
     def learn(self, error: float, interval: float) -> None:
-        """Nothing to learn."""
+        """Integrate, but only within the boundary layer: outside, the integral would wind up."""
+        self._integral += error * interval if self._inside else 0.0
 
     def rest(self) -> None:
-        """Nothing to forget."""
+        """Empty the integral."""
+        self._integral = 0.0

@@ -16,14 +16,16 @@ CYLINDERS = ['cylinder_1', 'cylinder_2', 'cylinder_3']
 STEPS = load_excitation('reference_steps')
 SETTLED = ((9.0, 12.0), (15.0, 18.0), (21.0, 24.0))
 """The second half of each step but the first, on which the rig starts [s]."""
+LOW_GAINS = PidGains(60.0, 60.0, 2.0)
+"""A rate so little fed back that its noise does not carry the valves across their overlap."""
 
 
 @functools.cache
-def controlled(cylinder: str, law: str, profile: str, compensated: bool = True):
+def controlled(cylinder: str, gains: PidGains | SlidingGains, profile: str, compensated=True):
     """Return interval, references and measured positions of a run in closed loop."""
     excitation = load_excitation(profile)
     rig = Rig(load_configuration(cylinder, initial_position=excitation.level(0.0)))
-    chosen: Law = Pid(PidGains()) if law == 'pid' else SlidingMode(SlidingGains())
+    chosen: Law = Pid(gains) if isinstance(gains, PidGains) else SlidingMode(gains)
     controller = PositionController(chosen, Compensation() if compensated else NONE)
     samples = round(min(excitation.duration, 24.0) / rig.interval)
     reference = np.array([excitation.level(k * rig.interval) for k in range(samples)])
@@ -44,10 +46,9 @@ def settled(run):
     return [tracking(reference[part], position[part], interval) for part in parts]
 
 
-@pytest.mark.parametrize('cylinder', ['cylinder_2', 'cylinder_3'])
-def test_a_bare_pid_hunts_and_compensation_ends_it(cylinder: str) -> None:
-    bare = settled(controlled(cylinder, 'pid', 'reference_steps', compensated=False))
-    compensated = settled(controlled(cylinder, 'pid', 'reference_steps'))
+def test_a_bare_pid_hunts_and_compensation_ends_it() -> None:
+    bare = settled(controlled('cylinder_3', LOW_GAINS, 'reference_steps', compensated=False))
+    compensated = settled(controlled('cylinder_3', LOW_GAINS, 'reference_steps'))
     assert sum(figures.slips for figures in bare) >= 2
     assert max(figures.wander for figures in bare) > 4e-3
     assert sum(figures.slips for figures in compensated) == 0
@@ -55,22 +56,42 @@ def test_a_bare_pid_hunts_and_compensation_ends_it(cylinder: str) -> None:
     assert max(f.rms_error for f in compensated) < 0.3 * max(f.rms_error for f in bare)
 
 
+def test_inertia_of_the_fluid_asks_for_a_rate_fed_back() -> None:
+    """T of cylinder 2 acts like a hundred times its mass; sigma_2 alone damps it too little."""
+    swinging = settled(controlled('cylinder_2', LOW_GAINS, 'reference_steps'))
+    damped = settled(controlled('cylinder_2', PidGains(), 'reference_steps'))
+    assert max(figures.wander for figures in swinging) > 6e-3
+    assert max(figures.wander for figures in damped) < 1e-3
+
+
+@pytest.mark.parametrize('gains', [PidGains(), SlidingGains()], ids=['pid', 'sliding_mode'])
 @pytest.mark.parametrize('cylinder', CYLINDERS)
-def test_sliding_mode_comes_to_rest_within_its_tolerance(cylinder: str) -> None:
-    figures = settled(controlled(cylinder, 'sliding_mode', 'reference_steps'))
+def test_both_laws_come_to_rest_within_their_tolerance(
+    cylinder: str, gains: PidGains | SlidingGains
+) -> None:
+    figures = settled(controlled(cylinder, gains, 'reference_steps'))
     assert max(part.rms_error for part in figures) < 5e-4
     assert sum(part.slips for part in figures) == 0
 
 
+@pytest.mark.parametrize('gains', [PidGains(), SlidingGains()], ids=['pid', 'sliding_mode'])
 @pytest.mark.parametrize('cylinder', CYLINDERS)
-def test_both_laws_follow_a_ramp_and_sliding_mode_closely(cylinder: str) -> None:
-    rms = {}
-    for law in ('pid', 'sliding_mode'):
-        interval, reference, position = controlled(cylinder, law, 'reference_ramp')
-        moving = slice(round(2.0 / interval), None)
-        rms[law] = tracking(reference[moving], position[moving], interval).rms_error
-    assert rms['pid'] < 5e-3
-    assert rms['sliding_mode'] < max(1e-3, 0.7 * rms['pid'])
+def test_both_laws_follow_a_ramp(cylinder: str, gains: PidGains | SlidingGains) -> None:
+    interval, reference, position = controlled(cylinder, gains, 'reference_ramp')
+    moving = slice(round(2.0 / interval), None)
+    assert tracking(reference[moving], position[moving], interval).rms_error < 2e-3
+
+
+def test_outside_the_boundary_layer_nothing_is_integrated() -> None:
+    law = SlidingMode(SlidingGains())
+    far = law.command(0.1, 0.0, 0.0)
+    law.learn(0.1, 10.0)
+    assert law.command(0.1, 0.0, 0.0) == far == SlidingGains().switching_gain
+    near = law.command(1e-3, 0.0, 0.0)
+    law.learn(1e-3, 1.0)
+    assert 0.0 < near < law.command(1e-3, 0.0, 0.0)
+    law.rest()
+    assert law.command(1e-3, 0.0, 0.0) == near
 
 
 def test_a_saturated_command_does_not_wind_the_integral_up() -> None:

@@ -93,7 +93,7 @@ def test_overrides_apply() -> None:
         ('model: revised_lugre_dwell', 'model: lugree', "'lugree', did you mean 'lugre'"),
         ('coulomb_force: 0.5 N', 'coulomb_force: 50 N', 'breakaway_force must be at least'),
         ('element_limit: []', 'element_limit: [1 N]', 'one entry fewer'),
-        ('stop_velocity: 0.00644', 'stop_velocity: 0.03', 'must not be above start_velocity'),
+        ('stop_velocity: 0.0', 'stop_velocity: 0.9', 'must not be above start_velocity'),
         ('name: cylinder_2', 'name: [', 'not valid YAML'),
     ],
 )

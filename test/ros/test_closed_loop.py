@@ -83,12 +83,13 @@ def test_loop_over_dds_is_the_loop_without_it_to_the_last_bit(context, bystander
 
 
 def test_limit_cycle_of_a_bare_pid_is_gone_with_compensation(new_context, step):
+    gains = {'proportional_gain': 60.0, 'integral_gain': 60.0, 'derivative_gain': 2.0}
     figures = {}
     for compensated in (False, True):
         context = new_context()
         watcher = Bystander(context)
         _, reference, position, _ = control(
-            context, watcher, step, 10.0, 'cylinder_3', compensation=compensated
+            context, watcher, step, 10.0, 'cylinder_3', compensation=compensated, **gains
         )
         late = slice(round(4e9 / INTERVAL), None)
         figures[compensated] = tracking(reference[late], position[late], INTERVAL * 1e-9)
