@@ -1,8 +1,8 @@
 """
 One reader tried in a process of its own, whose memory and time are bounded.
 
-``python -m reliability.fuzz.child METHOD READER END SEED`` tries until END, which is a time of the
-monotonic clock [s], but a second at least, and prints the tally as JSON. Methods:
+``python -m reliability.fuzz.child METHOD READER SECONDS SEED`` tries for so long, once all is
+loaded, and prints the tally as JSON. Methods:
 ``random`` (hypothesis), ``guided`` (atheris: by the coverage of the code), ``damage`` (bags).
 """
 
@@ -25,21 +25,19 @@ PACKAGES = ('pneu_rig_ros.records', 'pneu_rig_ros.rig', 'pneu_rig_ros.control', 
 """What atheris watches."""
 TELL_EVERY = 0.25
 """Time between two tallies of a guided run, which ends without a word [s]."""
-LEAST = 1.0
-"""Time for the inputs of one process at least [s]."""
 FAILURES = Path('build/fuzz')
 
 
 def main() -> None:
     """Run what the command line says."""
-    method, name, end, seed = sys.argv[1], sys.argv[2], float(sys.argv[3]), int(sys.argv[4])
+    method, name, seconds, seed = sys.argv[1], sys.argv[2], float(sys.argv[3]), int(sys.argv[4])
     scratch = '/dev/shm' if Path('/dev/shm').is_dir() else None
     with tempfile.TemporaryDirectory(dir=scratch, prefix='pneu_rig_fuzz_') as folder:
         if method == 'guided':
-            _guided(name, end, seed, Path(folder))
+            _guided(name, seconds, seed, Path(folder))
         else:
             run = _random if method == 'random' else _damage
-            run(name, end, seed, Path(folder))
+            run(name, seconds, seed, Path(folder))
 
 
 def _tell(tally: Tally) -> None:
@@ -48,7 +46,7 @@ def _tell(tally: Tally) -> None:
     print(json.dumps(dataclasses.asdict(tally) | {'memory': peak_memory()}), flush=True)
 
 
-def _random(name: str, end: float, seed: int, folder: Path) -> None:
+def _random(name: str, seconds: float, seed: int, folder: Path) -> None:
     import hypothesis
 
     from reliability.fuzz.attempt import Tally, attempt, limit_memory
@@ -71,14 +69,14 @@ def _random(name: str, end: float, seed: int, folder: Path) -> None:
     for data in reader.seeds():
         attempt(name, data, folder, tally, FAILURES)
     limit_memory()
-    end = max(end, time.monotonic() + LEAST)
+    end = time.monotonic() + seconds
     while time.monotonic() < end:
         seed += 1
         hypothesis.seed(seed)(try_it)()
     _tell(tally)
 
 
-def _damage(name: str, end: float, seed: int, folder: Path) -> None:
+def _damage(name: str, seconds: float, seed: int, folder: Path) -> None:
     from reliability.fuzz import damage
     from reliability.fuzz.attempt import Tally, attempt, limit_memory
     from reliability.fuzz.readers import READERS
@@ -86,7 +84,7 @@ def _damage(name: str, end: float, seed: int, folder: Path) -> None:
     tally = Tally()
     attempt(name, READERS[name].seeds()[0], folder, tally, FAILURES)
     limit_memory()
-    end = max(end, time.monotonic() + LEAST)
+    end = time.monotonic() + seconds
     for data in damage.all_of(name, max(seed, 1)):
         attempt(name, data, folder, tally, FAILURES)
         if time.monotonic() > end:
@@ -94,7 +92,7 @@ def _damage(name: str, end: float, seed: int, folder: Path) -> None:
     _tell(tally)
 
 
-def _guided(name: str, end: float, seed: int, folder: Path) -> None:
+def _guided(name: str, seconds: float, seed: int, folder: Path) -> None:
     import atheris
 
     with atheris.instrument_imports(include=list(PACKAGES), enable_loader_override=False):
@@ -112,7 +110,7 @@ def _guided(name: str, end: float, seed: int, folder: Path) -> None:
     limit_memory()
     try_it = _told(lambda data: attempt(name, data, scratch, tally, FAILURES), tally)
     options = (
-        f'-max_total_time={max(int(end - time.monotonic()), 1)}',
+        f'-max_total_time={max(round(seconds), 1)}',
         f'-seed={seed + 1}',
         f'-dict={tokens}',
         '-timeout=20',
