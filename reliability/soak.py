@@ -65,6 +65,7 @@ class Soak:
     looks: dict[str, int]
     unreadable: list[str]
     oldest_s: float
+    others_percent: float
     machine: str = field(default_factory=machine)
 
     @property
@@ -91,9 +92,34 @@ def run(minutes: float, progress: Callable[[float], None] = lambda _: None) -> S
             await_first_sample(rig.check)
             numbers = {name: node.number for name, node in rig.nodes.items()}
             with _beside('reliability.burner'), _watched(bag) as seen:
+                load = Load()
                 commands = _drive(60.0 * minutes, numbers, memory, progress)
+                others = load.others_percent()
         content = read_content(bag)
-    return _judged(minutes, content, memory, seen, commands)
+    return _judged(minutes, content, memory, seen, commands, others)
+
+
+class Load:
+    """What other programs take of the processor, those of the soak left out."""
+
+    def __init__(self) -> None:
+        self._start = time.monotonic()
+        self._all, self._own = _busy_seconds(), _own_seconds()
+
+    def others_percent(self) -> float:
+        """Return it since this was made [% of one core]."""
+        busy, own = _busy_seconds() - self._all, _own_seconds() - self._own
+        return 100.0 * (busy - own) / (time.monotonic() - self._start)
+
+
+def _busy_seconds() -> float:
+    times = psutil.cpu_times()
+    return float(sum(times) - times.idle - times.iowait - times.guest - times.guest_nice)
+
+
+def _own_seconds() -> float:
+    me = psutil.Process()
+    return sum(sum(p.cpu_times()[:2]) for p in (me, *me.children(recursive=True)))
 
 
 class Memory:
@@ -182,7 +208,12 @@ def _watched(bag: Path) -> Iterator[dict[str, Any]]:
 
 
 def _judged(
-    minutes: float, content: Content, memory: Memory, seen: dict[str, Any], commands: int
+    minutes: float,
+    content: Content,
+    memory: Memory,
+    seen: dict[str, Any],
+    commands: int,
+    others: float,
 ) -> Soak:
     return Soak(
         minutes=minutes,
@@ -196,6 +227,7 @@ def _judged(
         looks=seen['looks'],
         unreadable=seen['failures'],
         oldest_s=seen['oldest_s'],
+        others_percent=others,
     )
 
 
@@ -211,6 +243,7 @@ def text(soak: Soak) -> str:
         'drift of the stamps against the wall clock [ms]': f'{soak.drift_ms:+.3f}',
         f'bag opened while it was recorded ({looks} times): unreadable': len(soak.unreadable),
         'age of the newest message in it, at most [s]': f'{soak.oldest_s:.2f}',
+        'other programs on this computer [% of one core]': f'{soak.others_percent:.0f}',
     }
     table = '\n'.join(f'| {name} | {value} |' for name, value in rows.items())
     return (
