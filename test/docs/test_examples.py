@@ -84,12 +84,12 @@ def stroke(plant: Plant) -> Trajectory:
 
 
 def test_effect_of_the_page_works(drag: Effect) -> None:
-    text = (ROOT / 'config' / 'cylinder_2.yaml').read_text()
+    text = (ROOT / 'config' / 'cylinder_3.yaml').read_text()
     configuration = configuration_from_yaml(
-        f'{text}\neffects: {{air_drag: {{coefficient: 500 N*s^2/m^2}}}}\n', 'my_rig.yaml'
+        f'{text}\neffects: {{air_drag: {{coefficient: 5000 N*s^2/m^2}}}}\n', 'my_rig.yaml'
     )
     model, strength = configuration.model, configuration.effects['air_drag']
-    assert strength == drag.parameters(500.0)
+    assert strength == drag.parameters(5000.0)
     plain = stroke(Plant(model))
     nulled = stroke(Plant(model, {'air_drag': drag.null}))
     for name, column in plain._asdict().items():
