@@ -1,11 +1,30 @@
 """The compiler switch used by every function of the model."""
 
-from collections.abc import Callable
+import secrets
+from collections.abc import Callable, Iterator
 from typing import TypeVar, cast
 
 import numba
+from numba.core.bytecode import FunctionIdentity
 
 Function = TypeVar('Function', bound=Callable[..., object])
+
+
+class _NeverTwice(Iterator[int]):
+    """
+    Numbers that no other process draws, nor a forked one.
+
+    Numba tells functions of one name and one signature apart in machine code by a number that
+    each process counts from 1. Plants kept on disk by different processes would so hold
+    different functions under one symbol, and a process that loads both would run the first of
+    them in place of the other without a word (Numba issue 10486).
+    """
+
+    def __next__(self) -> int:
+        return secrets.randbits(64)
+
+
+FunctionIdentity._unique_ids = _NeverTwice()  # type: ignore[assignment]
 
 
 def plain(function: Function) -> Function:

@@ -50,7 +50,8 @@ class Carry(NamedTuple):
     """
     Everything an integration under way consists of.
 
-    :param clock: start and end of the present step, next step, present time [s], shape (4,)
+    :param clock: start and end of the present step, next step, present time [s], shape (4,); a
+        step that ends at infinity has led to states that are not numbers
     :param counts: steps, rejected steps, evaluations, events, pending event code, shape (5,)
     :param y0, f0, y1, f1: state and rate at both ends of the present step, shape (n,)
     :param arrow: Jacobian entries and auxiliary output at the end
@@ -208,7 +209,8 @@ def build_advance(
                 h = max(h * share * (1.0 if aims <= MOST_AIMS else 0.5), SHORTEST)
             counts[REJECTED] += 1
         counts[STEPS] += 1
-        clock[START], clock[END] = time, time + h
+        lost = ratio == LARGEST_ERROR  # not a number: there is nowhere to go on from
+        clock[START], clock[END] = time, math.inf if lost else time + h
         counts[PENDING] = code if code != events.REVERSAL else events.NONE
         events.remember(carry.y1, carry.memory, model)
         if aims == 0:

@@ -1,11 +1,13 @@
 """The plant: the model of one rig, started from rest and driven by two valve voltages."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import chambers, dynamics, friction, integrator, piston
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
@@ -168,7 +170,9 @@ class Plant:
         :param states: after each interval, shape (m, n)
         :param extras: see ``integrator.EXTRA_NAMES``, shape (m, 4)
         :param interval: [s]
+        :raises RigError: if the states are no longer numbers
         """
+        self._check()
         count = len(states)
         if count:
             self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
@@ -177,13 +181,14 @@ class Plant:
         return self._trajectory(time, states, extras)
 
     def step(self, voltage_1: float, voltage_2: float, interval: float) -> PlantState:
-        """Hold the voltages [V] for one interval [s]; return the state after it."""
+        """Hold the voltages [V] for one interval [s]; return the state after it, as ``run``."""
         self._one_voltage[0] = voltage_1, voltage_2
         np.clip(self._one_voltage, 0.0, FULL_VOLTAGE, out=self._one_voltage)
         self._solver.run(
             self._carry, interval, self._index, self._one_voltage, self._one_state,
             self._one_extra, self.tolerance, self.longest_step, self._arguments, self.effects,
         )  # fmt: skip
+        self._check()
         self._index += 1
         return self.state
 
@@ -207,6 +212,12 @@ class Plant:
             self.effects,
         )  # fmt: skip
         return self.advanced(states, extras, interval)
+
+    def _check(self) -> None:
+        start, end = self._carry.clock[: integrator.END + 1].tolist()
+        if math.isinf(end):
+            when = f'{start:.6g} s after the start'
+            raise RigError(f'the simulation broke down {when}: not a number')
 
     @property
     def under_way(self) -> UnderWay:

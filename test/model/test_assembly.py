@@ -1,5 +1,7 @@
 """The compiled plant on disk: found again, never stale, and a clear word when it has no place."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -27,3 +29,36 @@ def test_a_cache_that_cannot_be_written_is_told_with_the_remedy(
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'file'))
     with pytest.raises(RigError, match='set XDG_CACHE_HOME'):
         assembly._module(())
+
+
+ONE_STROKE = """
+import sys
+
+import numpy as np
+
+from pneu_rig_ros.model import effects
+from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.rig import load_configuration
+
+for name in sys.argv[1:]:
+    plant = Plant(load_configuration('cylinder_1').model, {name: effects.load(name).probes[0]})
+    print(name, *plant.run(np.full((500, 2), (2.9, 2.1)), 0.00116).position[-1:].tolist())
+"""
+
+
+def strokes(*effects: str) -> subprocess.Popen[str]:
+    """Start a process of its own in which plants with one effect each make a stroke."""
+    command = [sys.executable, '-c', ONE_STROKE, *effects]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+
+def test_plants_compiled_by_different_processes_are_not_mistaken_for_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both effects have one parameter: to Numba their plants have the same signatures."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    apart = [strokes('inclination'), strokes('position_scale')]
+    alone = [process.communicate()[0] for process in apart]
+    together, _ = strokes('inclination', 'position_scale').communicate()
+    assert together == ''.join(alone)
+    assert len(set(together.split())) == 4

@@ -1,9 +1,13 @@
 """Order, accuracy against an independent integrator, and independence of the calling pattern."""
 
+import math
+
 import numpy as np
 import pytest
 
 from benchmarks import peers
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import rosenbrock
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
 from pneu_rig_ros.model.plant import Plant
@@ -93,3 +97,12 @@ def test_operation_can_change_under_way() -> None:
     after = plant.step(2.8, 2.2, INTERVAL)
     assert after.pressure_1 - before.pressure_1 > 0.0
     assert after.position == pytest.approx(before.position, abs=1e-5)
+
+
+def test_a_run_that_breaks_down_says_when_and_does_not_go_on_for_ever() -> None:
+    slope = library.load('inclination').parameters(math.nan)
+    plant = Plant(changed('cylinder_1'), {'inclination': slope})
+    with pytest.raises(RigError, match='broke down 0 s after the start: not a number'):
+        drive(plant, (3.0, 2.0), 2 * INTERVAL)
+    with pytest.raises(RigError, match='broke down'):
+        plant.step(3.0, 2.0, INTERVAL)
