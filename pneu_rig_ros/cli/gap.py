@@ -185,6 +185,9 @@ def _runs(bags: Sequence[Path], configuration: RigConfiguration) -> list[Run]:
 SHRUNK = ('signal', '>before', '>after', '>noise of two runs', 'unit', '>gap closed')
 """Heads of the table that is printed; '>' is for numbers."""
 
+CLEAR = 1.5
+"""RMSE in noises from which the share of it that is above the noise is known to some percent."""
+
 
 def _introduce(secret: Secret, seed: int) -> None:
     from pneu_rig_ros.hiding.secret import DRAWN
@@ -227,9 +230,15 @@ def _shrunk(outcome: Outcome) -> Iterator[tuple[str, ...]]:
     for name, one in before.items():
         unit, scale = UNITS.get(one.unit, (one.unit, 1.0))
         values = [one.rmse, after[name].rmse, one.noise or 0.0]
-        left = after[name].above_noise / one.above_noise if one.above_noise else 1.0
         texts = (number(scale * value) for value in values)
-        yield name.replace('_', ' '), *texts, unit, f'{1.0 - left:.0%}'
+        yield name.replace('_', ' '), *texts, unit, _closed(one, after[name])
+
+
+def _closed(before: SignalGap, after: SignalGap) -> str:
+    """Return the share of what was above the noise that is gone, if it stood out of the noise."""
+    if before.noise is not None and before.rmse <= CLEAR * before.noise:
+        return 'near noise'
+    return f'{1.0 - after.above_noise / before.above_noise:.0%}'
 
 
 def _revelation(outcome: Outcome, secret: Secret) -> dict[str, str]:

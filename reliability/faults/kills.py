@@ -45,6 +45,7 @@ def kill_recorder(scene: Scene) -> Finding:
     lost: Counter[str] = Counter()
     proven = 0
     for _ in range(scene.times):
+        scene.stage.witness.until(partial(_begun, scene.stage), 'a bag with all topics')
         bag = scene.stage.newest_bag()
         scene.stage.witness.received.clear()
         scene.stage.witness.listen(chance.uniform(SHORTEST, LONGEST))
@@ -53,7 +54,7 @@ def kill_recorder(scene: Scene) -> Finding:
         missing = unproven(scene.stage.witness.received, messages(bag), killed_ns - MARGIN_NS)
         lost.update(missing)
         proven += _count(scene.stage.witness, killed_ns - MARGIN_NS)
-        scene.stage.witness.until(partial(_followed, scene.stage, bag), f'a bag after {bag}')
+        scene.stage.witness.until(partial(_begun, scene.stage, bag), f'a bag after {bag}')
         scene.step()
     return Finding(
         f'SIGKILL of the recorder, {scene.times} times',
@@ -74,10 +75,10 @@ def _kill_recorder(stage: Stage) -> int:
     return killed_ns
 
 
-def _followed(stage: Stage, bag: Path) -> bool:
-    """Return whether a bag after this one has begun, with all that the rig publishes."""
+def _begun(stage: Stage, before: Path | None = None) -> bool:
+    """Return whether a bag, not the one before, has begun with all that the rig publishes."""
     newest = stage.newest_bag()
-    if newest == bag or not storage_files(newest):
+    if newest == before or not storage_files(newest):
         return False
     with open_bag(newest) as reader:
         begun = {connection.topic for connection in reader.connections if connection.msgcount}

@@ -29,9 +29,11 @@ def test_hidden_effect_comes_out_and_the_gap_closes(terminal: Terminal) -> None:
     angle = answer['effects'][0]['parameters']['angle']['value']
     assert angle == pytest.approx(-0.05, rel=0.02)
     assert answer['gap']['cut'] > 0.8
-    closed = dict(re.findall(r'^(position|pressure 1|friction) .* (\d+)%$', out, re.MULTILINE))
+    closed = dict(re.findall(r'^(position|velocity|pressure 1) .* (\d+)%$', out, re.MULTILINE))
     assert len(closed) == 3
     assert min(map(int, closed.values())) > 80
+    (friction,) = re.findall(r'^friction +\S+ +(\S+) +(\S+) +N +near noise$', out, re.MULTILINE)
+    assert float(friction[0]) < 1.05 * float(friction[1])
     assert out.index('gap closed') < out.index('hidden was         inclination: angle -0.05 rad')
     assert (folder / 'gap.png').stat().st_size > 20_000
     assert 'errors of gain' in out
