@@ -89,16 +89,16 @@ def genes_of(values: Mapping[str, float]) -> Genes:
 START = genes_of({
     'static_friction_reading': FOLLOWS_CLOCK, 'film_reading': FILM_NORMALISED,
     'film_rest_reading': FILM_RESTS_BY_SPEED,
-    'cylinder_1.fluid_time_constant': 0.046, 'cylinder_1.film_rest_velocity': 1e-3,
-    'cylinder_1.stop_velocity': 3.26e-2, 'cylinder_1.start_velocity': 3.53e-2,
-    'cylinder_2.fluid_time_constant': 0.383, 'cylinder_2.film_rest_velocity': 2e-4,
-    'cylinder_2.stop_velocity': 5.52e-3, 'cylinder_2.start_velocity': 5.52e-3,
-    'cylinder_3.fluid_time_constant': 0.0, 'cylinder_3.film_rest_velocity': 1.15e-3,
-    'cylinder_3.stop_velocity': 2.14e-2, 'cylinder_3.start_velocity': 2.14e-2,
-    'rest_time': 1200.0, 'initial_position': 0.0,
-    'cylinder_1.stiffness': 3.5e4, 'cylinder_1.soft_share': -0.5, 'cylinder_1.soft_limit': 3.0,
-    'cylinder_2.stiffness': 2.64e4, 'cylinder_2.soft_share': -0.5, 'cylinder_2.soft_limit': 3.0,
-    'cylinder_3.stiffness': 7.2e4, 'cylinder_3.soft_share': 0.3056, 'cylinder_3.soft_limit': 3.0,
+    'cylinder_1.fluid_time_constant': 0.13, 'cylinder_1.film_rest_velocity': 1.05e-3,
+    'cylinder_1.stop_velocity': 2.6e-2, 'cylinder_1.start_velocity': 4.14e-2,
+    'cylinder_2.fluid_time_constant': 0.34, 'cylinder_2.film_rest_velocity': 9e-5,
+    'cylinder_2.stop_velocity': 5.55e-3, 'cylinder_2.start_velocity': 5.55e-3,
+    'cylinder_3.fluid_time_constant': 0.0, 'cylinder_3.film_rest_velocity': 1.065e-3,
+    'cylinder_3.stop_velocity': 2.13e-2, 'cylinder_3.start_velocity': 2.16e-2,
+    'rest_time': 1060.0, 'initial_position': 0.0,
+    'cylinder_1.stiffness': 3.9e4, 'cylinder_1.soft_share': -0.5, 'cylinder_1.soft_limit': 3.0,
+    'cylinder_2.stiffness': 2.65e4, 'cylinder_2.soft_share': -0.5, 'cylinder_2.soft_limit': 3.0,
+    'cylinder_3.stiffness': 6.2e4, 'cylinder_3.soft_share': 0.318, 'cylinder_3.soft_limit': 3.94,
 })  # fmt: skip
 """A setting that each search tries first: the default."""
 

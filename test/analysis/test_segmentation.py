@@ -108,10 +108,14 @@ def test_modes_are_the_true_ones_in_95_percent_of_samples(runs: list[Measured], 
     table = np.sum([run.confusion(peak) for run in runs], axis=0)
     print(f'\n{peak}: {agreement(table):.4f}', *zip(NAMES, table.tolist(), strict=True), sep='\n')
     assert agreement(table) >= 0.95
-    # Without the end stops, where nothing happens; then without the smooth runs as well.
-    assert agreement(table[: Mode.END_STOP]) >= 0.95
-    rough = [run for run in runs if run.truth(peak).slips >= 5]
-    assert agreement(np.sum([run.confusion(peak)[:4] for run in rough], axis=0)) >= 0.93
+    assert agreement(table[: Mode.END_STOP]) >= 0.95, 'without the end stops: nothing happens'
+
+
+def test_modes_are_the_true_ones_where_slip_follows_slip(runs: list[Measured]) -> None:
+    rough = [run for run in runs if run.truth('friction_force').slips >= 5]
+    assert len(rough) >= 10
+    table = np.sum([run.confusion('friction_force')[: Mode.END_STOP] for run in rough], axis=0)
+    assert agreement(table) >= 0.93
 
 
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_2', 'cylinder_3'])
@@ -138,11 +142,8 @@ def test_cycles_are_those_of_the_truth(runs: list[Measured]) -> None:
 
 
 def test_bristles_wind_up_until_breakaway_and_let_go_in_it(runs: list[Measured]) -> None:
-    # where F_r is the bristles' force; that of cylinder 2 is for the most part of its fluid, T
-    dry = [r for r in runs if r.configuration.model.friction.fluid_time_constant < 0.1]
-    assert len(dry) >= 15
-    mode = np.concatenate([run.segment().mode for run in dry])
-    winds = np.concatenate([np.gradient(np.abs(run.run.deflection)) > 0 for run in dry])
+    mode = np.concatenate([run.segment().mode for run in runs])
+    winds = np.concatenate([np.gradient(np.abs(run.run.deflection)) > 0 for run in runs])
     assert winds[mode == Mode.PRESLIDING].mean() > 0.75
     assert winds[mode == Mode.BREAKAWAY].mean() < 0.2
 
