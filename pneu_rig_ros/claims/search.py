@@ -43,6 +43,9 @@ FRESH = 0.4
 GIVEN_UP = 1.5
 """A setting that will stay so far behind the score of the best is not measured to the end."""
 
+KEPT_WEIGHT = 5.0
+"""So many others a statement counts for that is to be kept."""
+
 OWN_RANGES = {
     'fluid_time_constant': (1e-4, 2.0),  # [s]; below 1 ms it is taken as 0
     'stop_velocity': (1e-4, 6e-2),  # [m/s]
@@ -112,12 +115,14 @@ class Outcome:
     :param margins: number of each statement measured -> its margin [-], see ``Row``
     :param shortfall: number of each statement measured -> its shortfall [-], see ``Row``
     :param pursued: whether all statements were measured
+    :param keep: number of a statement that counts for more than the others, if any
     """
 
     genes: Genes
     margins: dict[int, float]
     shortfall: dict[int, float]
     pursued: bool
+    keep: int | None = None
 
     @property
     def reading(self) -> Reading:
@@ -137,13 +142,21 @@ class Outcome:
         A statement counts for 1 when it holds, and by its shortfall less than that when it does
         not; between equals those of ``WANTED`` decide.
         """
-        smooth = sum(self.holds.values()) - sum(self.shortfall.values())
+        smooth = sum(
+            weight(number, self.keep) * (held - self.shortfall[number])
+            for number, held in self.holds.items()
+        )
         return self.pursued, smooth, sum(self.holds.get(number, False) for number in WANTED)
+
+
+def weight(number: int, keep: int | None) -> float:
+    """Return how much a statement counts [-]."""
+    return KEPT_WEIGHT if number == keep else 1.0
 
 
 def search(
     count: int, seed: int, executor: Executor, progress: Callable[[int], None] = lambda _: None,
-    statements: Sequence[Statement] = CHEAPEST_FIRST,
+    statements: Sequence[Statement] = CHEAPEST_FIRST, keep: int | None = None,
 ) -> list[Outcome]:  # fmt: skip
     """
     Return the settings tried, best first.
@@ -153,6 +166,7 @@ def search(
     :param executor: where settings are measured
     :param progress: told the number of settings done
     :param statements: that count, in the order in which they are measured
+    :param keep: number of a statement that is to hold before all others, if any
     """
     rng = np.random.default_rng(seed)
     outcomes: list[Outcome] = []
@@ -162,7 +176,9 @@ def search(
         def told(done: int, before: int = len(outcomes)) -> None:
             progress(before + done)
 
-        outcomes += map_tasks(executor, evaluate, batch, bar(outcomes), statements, progress=told)
+        outcomes += map_tasks(
+            executor, evaluate, batch, bar(outcomes), statements, keep, progress=told
+        )
         outcomes.sort(key=lambda outcome: outcome.score, reverse=True)
     return outcomes
 
@@ -242,14 +258,16 @@ def _elements(stiffness: float, share: float, limit: float) -> dict[str, tuple[f
 
 
 def evaluate(
-    genes: Genes, bar: float = -np.inf, statements: Sequence[Statement] = CHEAPEST_FIRST
-) -> Outcome:
+    genes: Genes, bar: float = -np.inf, statements: Sequence[Statement] = CHEAPEST_FIRST,
+    keep: int | None = None,
+) -> Outcome:  # fmt: skip
     """
     Measure the statements under one setting, as long as it may still be among the best.
 
     :param genes: the setting
     :param bar: it is given up when its score will be below this, or when a cylinder hardly sticks
     :param statements: that count, in the order in which they are measured
+    :param keep: number of a statement that counts for more than the others, if any
     """
     laboratory = Laboratory(reading_of(genes))
     sticks = min(stroke.count for stroke in laboratory.captions()) >= LEAST_CYCLES
@@ -257,12 +275,16 @@ def evaluate(
     first = sorted(statements, key=lambda statement: statement.number)[:HOPELESS]
     for statement in statements if sticks else first:
         rows.append(measure(laboratory, statement))
-        failed = sum(1.0 + row.shortfall for row in rows if not row.holds)
-        if len(statements) - failed < bar:
+        failed = sum(
+            weight(row.statement.number, keep) * (1.0 + row.shortfall)
+            for row in rows if not row.holds
+        )  # fmt: skip
+        if sum(weight(one.number, keep) for one in statements) - failed < bar:
             break
     return Outcome(
         genes,
         {row.statement.number: row.margin for row in rows},
         {row.statement.number: row.shortfall for row in rows},
         len(rows) == len(statements),
+        keep,
     )

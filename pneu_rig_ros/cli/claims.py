@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pneu_rig_ros.claims.findings import Row
 
 STDOUT = '-'
-SEARCH_OPTIONS = ('seed', 'workers', 'scheduler', 'out')
+SEARCH_OPTIONS = ('seed', 'workers', 'scheduler', 'out', 'keep')
 OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 
 
@@ -59,6 +59,12 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 @click.option(
     '--seed', type=click.IntRange(0, 2**63), metavar='INTEGER', help='of the search  [default: 1]'
 )
+@click.option(
+    '--keep',
+    type=click.IntRange(1, 10),
+    metavar='NUMBER',
+    help='of a statement that is to hold before all others, in the search',
+)
 @options.workers_options()
 @click.option(
     '--out', type=click.Path(path_type=Path), metavar='FILE', help='write the search as JSON'
@@ -79,8 +85,9 @@ def claims(search: int | None, quiet: bool, **given: Any) -> None:
         from pneu_rig_ros.cli.search import run_search
 
         run_search(
-            search, given['seed'], given['workers'], given['scheduler'], given['out'], quiet
-        )
+            search, given['seed'], given['workers'], given['scheduler'], given['out'],
+            given['keep'], quiet,
+        )  # fmt: skip
     else:
         source = given['reading'] or 'default'
         _measure(source, given['html'], given['as_json'], given['markdown'], quiet)

@@ -20,7 +20,7 @@ SHOWN = 10
 
 def run_search(
     count: int, seed: int | None, workers: int | None, scheduler: str | None, out: Path | None,
-    quiet: bool = False,
+    keep: int | None = None, quiet: bool = False,
 ) -> None:  # fmt: skip
     """
     Search, print the best settings and write them.
@@ -30,6 +30,7 @@ def run_search(
     :param workers: processes, None for one a processor
     :param scheduler: address of a Dask scheduler whose workers do it instead, if any
     :param out: JSON file to write, if any
+    :param keep: number of a statement that is to hold before all others, if any
     :param quiet: print nothing
     """
     from pneu_rig_ros.claims.search import search
@@ -40,12 +41,14 @@ def run_search(
     seed = 1 if seed is None else seed
     with executor(workers, scheduler) as somewhere:
         with output.step_bar('settings', count, quiet) as progress:
-            outcomes = search(count, seed, somewhere, progress)
+            outcomes = search(count, seed, somewhere, progress, keep=keep)
         best = outcomes[0].genes
         with output.step_bar('one by one', len(list(variations(best))), quiet) as progress:
             moved = sensitivity(best, somewhere, progress)
     if out:
-        data = plain(outcomes, seed) | {'one_at_a_time': {k: _keyed(v) for k, v in moved.items()}}
+        data = plain(outcomes, seed, keep) | {
+            'one_at_a_time': {k: _keyed(v) for k, v in moved.items()}
+        }
         write_text(out, json.dumps(data, indent=1, allow_nan=False) + '\n')
     if quiet:
         return
@@ -55,7 +58,7 @@ def run_search(
         output.print_values({'data': str(out)})
 
 
-def plain(outcomes: Sequence[Outcome], seed: int) -> dict[str, Any]:
+def plain(outcomes: Sequence[Outcome], seed: int, keep: int | None = None) -> dict[str, Any]:
     """Return a search as plain data; each 'reading' is one that ``--reading`` accepts."""
     from pneu_rig_ros.claims.readings import reading_values
     from pneu_rig_ros.claims.statements import STATEMENTS
@@ -64,7 +67,8 @@ def plain(outcomes: Sequence[Outcome], seed: int) -> dict[str, Any]:
         'settings_tried': len(outcomes),
         'settings_pursued': sum(outcome.pursued for outcome in outcomes),
         'seed': seed,
-        'command': f'pneu-rig claims --search {len(outcomes)} --seed {seed}',
+        'command': f'pneu-rig claims --search {len(outcomes)} --seed {seed}'
+        + (f' --keep {keep}' if keep else ''),
         'statements': {str(statement.number): statement.text for statement in STATEMENTS},
         'held_by': _keyed(held_by(outcomes)),
         'best_margin': _keyed(best_margins(outcomes)),

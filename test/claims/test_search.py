@@ -14,6 +14,7 @@ from pneu_rig_ros.claims.search import (
     LINEAR_RANGES,
     LOG_RANGES,
     START,
+    Outcome,
     anywhere,
     breed,
     draw,
@@ -71,6 +72,17 @@ def test_hopeless_setting_is_given_up_early() -> None:
     hopeless = evaluate(genes, bar=float(len(STATEMENTS)))
     assert len(hopeless.margins) < len(STATEMENTS)
     assert not hopeless.pursued
+
+
+def test_kept_statement_counts_before_the_others() -> None:
+    def outcome(keep: int | None, *held: int) -> Outcome:
+        margins = {number: 0.1 if number in held else -0.1 for number in range(1, 5)}
+        return Outcome(START, margins, {n: max(0.0, -m) for n, m in margins.items()}, True, keep)
+
+    assert outcome(None, 2, 3, 4).score > outcome(None, 1, 2).score
+    assert outcome(1, 2, 3, 4).score < outcome(1, 1, 2).score
+    first = evaluate(START, bar=len(STATEMENTS) - 1.0, statements=FIRST, keep=1)
+    assert set(first.margins) == {1}, 'the default does not hold it: the rest is not measured'
 
 
 def test_one_quantity_at_a_time_is_varied(monkeypatch: pytest.MonkeyPatch) -> None:
