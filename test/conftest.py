@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 CHROMIUM = ('chromium', 'chromium-browser', 'google-chrome')
+
+# a shell starts what is in its background deaf to Ctrl-C, and what that starts inherits it
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # the machine may be busy with live nodes; how long an example takes says nothing
 settings.register_profile('steady', deadline=None)
