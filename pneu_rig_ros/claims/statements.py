@@ -96,7 +96,9 @@ def cylinder_2(laboratory: Laboratory) -> list[Finding]:
         Finding('stick-slip, at least five cycles', f'{two.count}', at_least(two.count, 5)),
         Finding('dwells shorter than of cylinder 1', numbers(waits) + ' s', at_most(*waits[::-1])),
         Finding('slips smaller than of cylinder 1', numbers(steps) + ' mm', at_most(*steps[::-1])),
-        Finding('creep while sticking, over 0.1 mm', numbers([creep]) + ' mm', at_least(creep, 0.1)),
+        Finding(
+            'creep while sticking, over 0.1 mm', numbers([creep]) + ' mm', at_least(creep, 0.1)
+        ),
     ]
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model import chambers
+from pneu_rig_ros.model import chambers, piston
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
@@ -45,7 +45,7 @@ bristle holding the piston, whatever the model makes of it; no longer impose any
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
 AT_STOP = 3e-4
-"""A rest this close to an end stop is at it [m]."""
+"""A rest this close to an end stop cannot be told from one at it [m]."""
 LEAST_STIFFNESS = 1e-3
 """Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
 
@@ -79,11 +79,20 @@ def set_position(state: Array, position: float, model: CompiledModel) -> None:
 
 
 @compiled
-def touched_stop(position: float, model: CompiledModel) -> float:
-    """Return -1 or +1 for a position [m] that cannot be told from an end stop, else 0."""
+def touched_stop(position: float, state: Array, contact: float, model: CompiledModel) -> float:
+    """
+    Return the end stop, -1 or +1, that holds the piston at a measured position [m], else 0.
+
+    So near to one that they cannot be told apart, it is at the stop if the gas pushes it there.
+    """
+    stop = 0.0
     if position < AT_STOP:
-        return -1.0
-    return 1.0 if position > model.cylinder.stroke - AT_STOP else 0.0
+        stop = -1.0
+    elif position > model.cylinder.stroke - AT_STOP:
+        stop = 1.0
+    p1, p2 = state[PRESSURE_1], state[PRESSURE_2]
+    pushed = stop * piston.driving_force(p1, p2, model.cylinder, model.gas) > 0.0
+    return stop if pushed or contact == stop else 0.0
 
 
 def build_balance(start: Callable[..., None]) -> Callable[..., None]:
@@ -123,10 +132,11 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
         carry: Carry, measured: Array, rest: float, model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:  # fmt: skip
-        memory, stop = carry.memory, touched_stop(measured[0], model)
+        memory = carry.memory
         slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
-        set_position(carry.y1, measured[0] + stop * AT_STOP, model)
         set_pressures(carry.y1, measured[2], measured[3], model)
+        stop = touched_stop(measured[0], carry.y1, memory[CONTACT], model)
+        set_position(carry.y1, measured[0] + stop * AT_STOP, model)
         if slow and stop == 0.0 and memory[CONTACT] == 0.0:
             return  # the model slows down too: when it rests is for it to say
         if memory[STICKING] == 0.0:

@@ -21,7 +21,7 @@ OF_CYLINDER_2 = {
     'supply_pressure': 5e5,
     'load_mass': 0.2,
     'atmospheric_pressure': 1e5,
-    'rest_time': 1200.0,
+    'rest_time': 1060.0,
 }
 
 
