@@ -91,7 +91,7 @@ def test_a_sensor_effect_is_taken_off_what_is_imposed() -> None:
 
 def test_a_piston_that_creeps_away_from_a_stop_is_not_put_back_to_it() -> None:
     out = {'initial_position': 0.2, 'supply_pressure': 6e5, 'rest_time': 60.0}
-    experiment = measured('cylinder_2', 2, timeline=((-0.4, 2.0),), **out)
+    experiment = measured('cylinder_2', seed=2, timeline=((-0.4, 2.0),), **out)
     assert any(rest.restart > 0 for rest in experiment.rests)
     predicted = predict(
         Hypothesis(load_configuration('cylinder_2').model), experiment, Mode.CYCLES
