@@ -64,9 +64,10 @@ def sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == 'consistent':
         return 'Model and measurement agree within the noise: nothing is missing.'
     if diagnosis.verdict == 'unknown':
-        what = 'pressures' if diagnosis.unexplained is Mode.CHAMBERS else 'motion'
+        chambers = diagnosis.unexplained is Mode.CHAMBERS
+        what = 'pressures do' if chambers else 'motion does'
         gap = 'nothing in the library closes the gap'
-        return f'The measured {what} do not agree with the model, and {gap}.'
+        return f'The measured {what} not agree with the model, and {gap}.'
     names = [
         f'{part.name} ({library.load(part.name).title})' if part.is_effect
         else f'{part.name} has another value'

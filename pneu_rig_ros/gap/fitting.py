@@ -136,6 +136,21 @@ def fit(
     return Fit(start.moved(solution.x), 2.0 * float(solution.cost), _deviations(solution))
 
 
+def scanned(
+    given: Hypothesis, starts: Sequence[Explanation], evidence: Evidence, modes: Sequence[Mode]
+) -> tuple[float, Explanation]:
+    """Return the least cost over the strengths of some starts, and the explanation there."""
+
+    def best(start: Explanation) -> tuple[float, Explanation]:
+        def residual(seen: Floats) -> Floats:
+            return evidence.residual(start.moved(seen).apply(given), modes)
+
+        seen = scan(start, residual)
+        return float(np.sum(residual(seen) ** 2)), start.moved(seen)
+
+    return min(map(best, starts), key=lambda one: one[0])
+
+
 def scan(start: Explanation, residual: Callable[[Floats], Floats]) -> Floats:
     """
     Return the best of some strengths of the last part, as the fit sees them.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
+from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, scanned
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.screening import Screened, screen
@@ -24,7 +24,9 @@ AT_FLOOR = 0.45
 """Mean square of the compressed gap of a true hypothesis, about [-]."""
 CONSISTENT = 0.85
 """Mean square of the compressed gap below which nothing significant is left [-]."""
-EFFECTS_FITTED, PARAMETERS_FITTED = 4, 3
+SCANNED = 8
+"""Candidates of either kind whose strengths are tried before the fits."""
+EFFECTS_FITTED, PARAMETERS_FITTED = 4, 5
 """Candidates of either kind that are fitted at each size."""
 BEAM = 2
 """Explanations of one size that grow further."""
@@ -77,6 +79,13 @@ class Setting(NamedTuple):
 def fit_from(start: Explanation, setting: Setting, rounds: int) -> Scored:
     """Return an explanation fitted from a start."""
     return score(fit(setting.given, start, setting.fitted, setting.modes, rounds), setting)
+
+
+def scanned_from(
+    starts: Sequence[Explanation], given: Hypothesis, evidence: Evidence, modes: Sequence[Mode]
+) -> tuple[float, Explanation]:
+    """Return :func:`scanned` of some starts."""
+    return scanned(given, starts, evidence, modes)
 
 
 def score(result: Fit, setting: Setting) -> Scored:
@@ -205,10 +214,20 @@ class Search:
         ranked = screen(base.apply(self.given), rest, self.fitted, self.modes, self.executor)
         if size == 1:
             self.screened = ranked
-        effects = [one for one in ranked if one.candidate.is_effect][:EFFECTS_FITTED]
-        others = [one for one in ranked if not one.candidate.is_effect][:PARAMETERS_FITTED]
-        starts = [base.plus(one.candidate, one.values) for one in effects + others]
-        return self.fits(starts, ROUNDS)
+        effects = [one.candidate for one in ranked if one.candidate.is_effect]
+        others = [one.candidate for one in ranked if not one.candidate.is_effect]
+        starts = self.promising(base, effects)[:EFFECTS_FITTED]
+        return self.fits(starts + self.promising(base, others)[:PARAMETERS_FITTED], ROUNDS)
+
+    def promising(self, base: Explanation, ranked: Sequence[Candidate]) -> list[Explanation]:
+        """
+        Return an explanation with each of the first of some candidates, the best start first.
+
+        A screened change is scaled as if all were linear; where slip follows slip it is not.
+        """
+        groups = [[base.plus(one, start) for start in one.starts] for one in ranked[:SCANNED]]
+        tried = map_tasks(self.executor, scanned_from, groups, self.given, self.fitted, self.modes)
+        return [start for _, start in sorted(tried, key=lambda one: one[0])]
 
     def again(self, scored: Sequence[Scored]) -> list[Scored]:
         """
