@@ -33,6 +33,11 @@ class Screened(NamedTuple):
     values: tuple[float, ...]
     cost: float
 
+    @property
+    def worth_trying(self) -> tuple[tuple[float, ...], ...]:
+        """Starts of a closer look: the best one; of a parameter larger and smaller values."""
+        return (self.values,) if self.candidate.is_effect else self.candidate.starts
+
 
 def screen(
     hypothesis: Hypothesis, pool: Sequence[Candidate], evidence: Evidence,

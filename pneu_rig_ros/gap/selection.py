@@ -214,18 +214,21 @@ class Search:
         ranked = screen(base.apply(self.given), rest, self.fitted, self.modes, self.executor)
         if size == 1:
             self.screened = ranked
-        effects = [one.candidate for one in ranked if one.candidate.is_effect]
-        others = [one.candidate for one in ranked if not one.candidate.is_effect]
+        effects = [one for one in ranked if one.candidate.is_effect]
+        others = [one for one in ranked if not one.candidate.is_effect]
         starts = self.promising(base, effects)[:EFFECTS_FITTED]
         return self.fits(starts + self.promising(base, others)[:PARAMETERS_FITTED], ROUNDS)
 
-    def promising(self, base: Explanation, ranked: Sequence[Candidate]) -> list[Explanation]:
+    def promising(self, base: Explanation, ranked: Sequence[Screened]) -> list[Explanation]:
         """
-        Return an explanation with each of the first of some candidates, the best start first.
+        Return an explanation with each of the first of some candidates, the best one first.
 
         A screened change is scaled as if all were linear; where slip follows slip it is not.
         """
-        groups = [[base.plus(one, start) for start in one.starts] for one in ranked[:SCANNED]]
+        groups = [
+            [base.plus(one.candidate, start) for start in one.worth_trying]
+            for one in ranked[:SCANNED]
+        ]
         tried = map_tasks(self.executor, scanned_from, groups, self.given, self.fitted, self.modes)
         return [start for _, start in sorted(tried, key=lambda one: one[0])]
 
