@@ -13,7 +13,7 @@ from pneu_rig_ros.gap.diagnosis import Diagnosis
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.selection import ALIKE, AT_FLOOR, Scored
+from pneu_rig_ros.gap.selection import ALIKE, Scored
 from pneu_rig_ros.gap.shrink import (
     gap_above_floor,
     measured_run,
@@ -106,9 +106,9 @@ def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                 for part, values in zip(explanation.parts, explanation.values, strict=True)
                 for coordinate, value in zip(part.coordinates, values, strict=True)
             }
-            rows.append(_row(names, 'fitted', one.worst, start, values))
+            rows.append(_row(names, 'fitted', one.worst, (search.level, start), values))
         rows += [
-            _row([one.candidate.name], 'screened', one.cost, start, {})
+            _row([one.candidate.name], 'screened', one.cost, (search.level, start), {})
             for one in search.screened
             if (one.candidate.name,) not in seen
         ]
@@ -116,9 +116,10 @@ def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _row(
-    names: list[str], stage: str, cost: float, start: float, values: dict[str, float]
+    names: list[str], stage: str, cost: float, span: tuple[float, float], values: dict[str, float]
 ) -> dict[str, Any]:
-    left = max(cost - AT_FLOOR, 0.0) / max(start - AT_FLOOR, 1e-9)
+    """Return a candidate; ``span`` is from the cost of a true hypothesis to that at the start."""
+    left = max(cost - span[0], 0.0) / max(span[1] - span[0], 1e-9)
     return {'names': names, 'stage': stage, 'cost': cost, 'gap_left': left, 'parameters': values}
 
 

@@ -23,7 +23,7 @@ from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.selection import AT_FLOOR, CONSISTENT, Search
+from pneu_rig_ros.gap.selection import Search
 from pneu_rig_ros.gap.unknown import Description, describe
 from pneu_rig_ros.gap.where import Disagreement, disagreements
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -163,7 +163,7 @@ def explain(
     )
     search.settle(known)
     diagnosis.costs[mode] = search.cost(known)
-    if diagnosis.costs[mode] < CONSISTENT:
+    if diagnosis.costs[mode] < search.limit:
         return
     diagnosis.searches[mode] = search
     pool = [one for one in candidates(known, without) if mode in one.modes]
@@ -181,7 +181,11 @@ def finish(diagnosis: Diagnosis, tell: Callable[[str], None]) -> None:
     if diagnosis.unexplained is not None:
         tell('describing what is not known')
         diagnosis.unknown = describe(
-            diagnosis.improved, diagnosis.fitted, diagnosis.held, diagnosis.unexplained, AT_FLOOR
+            diagnosis.improved,
+            diagnosis.fitted,
+            diagnosis.held,
+            diagnosis.unexplained,
+            diagnosis.searches[diagnosis.unexplained].level,
         )
     if not explanation.parts:
         return

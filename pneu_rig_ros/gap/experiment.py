@@ -29,8 +29,8 @@ REST_WINDOW = 0.046
 """Length of the line fits that give the speed [s]."""
 LEAST_REST = 0.1
 """A rest is at least this long [s]."""
-LEAST_SLIDE = 1e-3
-"""Rests that are less than this way apart are one, with creep in it [m]."""
+LEAST_SLIDE, SLIDE_SPEED = 1e-3, 6e-3
+"""Rests less far apart, with no faster motion between them, are one with creep in it [m, m/s]."""
 SETTLING = 0.03
 """From the beginning of a rest to the readings that a restart is made of [s]."""
 READING = 0.04
@@ -209,9 +209,7 @@ class Experiment:
         """The rests, in the order of time."""
         samples = self._rest_window / self.interval
         noise = self.noise[0] / self.interval * np.sqrt(12.0 / samples**3)
-        resting = self.speed < max(REST_SPEED, 4.0 * noise)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], resting, [0]]).astype(int)))
-        pairs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+        pairs = slow_stretches(self.speed, max(REST_SPEED, 4.0 * noise))
         long = [(a, b) for a, b in pairs if b - a >= LEAST_REST / self.interval]
         return [self._rest(a, b) for a, b in self._without_creep(long)]
 
@@ -219,16 +217,16 @@ class Experiment:
         """Return rests that a slide divides: creep before a breakaway belongs to the rest."""
         joined: list[tuple[int, int]] = []
         for start, end in stretches:
-            if joined and abs(self._between(joined[-1][1], start)) < LEAST_SLIDE:
+            if joined and not self._slides(joined[-1][1], start):
                 joined[-1] = joined[-1][0], end
             else:
                 joined.append((start, end))
         return joined
 
-    def _between(self, end: int, start: int) -> float:
-        """Return the way from the end of a rest to the start of the next [m]."""
-        position = self.smooth_position
-        return float(position[start] - position[end - 1])
+    def _slides(self, end: int, start: int) -> bool:
+        """Return whether the piston slides from the end of a rest to the start of the next."""
+        way = self.smooth_position[start] - self.smooth_position[end - 1]
+        return bool(abs(way) > LEAST_SLIDE or self.speed[end:start].max() > SLIDE_SPEED)
 
     def _rest(self, start: int, end: int) -> Rest:
         first = 0 if start == 0 else start + round(SETTLING / self.interval)
@@ -242,6 +240,20 @@ class Experiment:
         )
         known = [p if p > self.zero + SATURATED * self.noise[1] else math.nan for p in pressures]
         return Rest(start, end, restart, (position, 0.0, known[0], known[1]))
+
+
+def slow_stretches(speed: Floats, limit: float) -> list[tuple[int, int]]:
+    """
+    Return first sample and one after the last of stretches below a speed [m/s].
+
+    What gets faster in between than the limit, but not than twice of it, belongs to the stretch.
+    """
+    slow = np.flatnonzero(speed < limit)
+    if not slow.size:
+        return []
+    broken = np.concatenate([[0], np.cumsum(speed > 2.0 * limit)])[slow]
+    parts = np.split(slow, np.flatnonzero(np.diff(broken)) + 1)
+    return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
 def _at_start(readings: Floats, gas: Gas, sensors: Sensors) -> float:

@@ -19,11 +19,13 @@ from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, scanned
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.screening import Screened, screen
+from pneu_rig_ros.gap.twin import expected_cost
 
-AT_FLOOR = 0.45
-"""Mean square of the compressed gap of a true hypothesis, about [-]."""
-CONSISTENT = 0.85
-"""Mean square of the compressed gap below which nothing significant is left [-]."""
+CONSISTENT, ALLOWANCE = 1.6, 0.1
+"""
+Cost in multiples of what it would be under a true hypothesis, and beyond that, up to which nothing
+significant is left [-]: the noise of a twin is not that of the rig in all.
+"""
 SCANNED = 8
 """Candidates of either kind whose strengths are tried before the fits."""
 EFFECTS_FITTED, PARAMETERS_FITTED = 4, 5
@@ -125,6 +127,13 @@ class Search:
     screened: list[Screened] = field(default_factory=list)
     scored: list[Scored] = field(default_factory=list)
     best: Scored | None = None
+    level: float = 0.0
+    """Cost of a true hypothesis, about [-]; see :meth:`settle`."""
+
+    @property
+    def limit(self) -> float:
+        """The cost below which nothing significant is left [-]."""
+        return CONSISTENT * self.level + ALLOWANCE
 
     @property
     def ranking(self) -> list[Scored]:
@@ -137,16 +146,18 @@ class Search:
         return max(costs)
 
     def settle(self, hypothesis: Hypothesis) -> None:
-        """Propagate the errors of the readings under a hypothesis."""
-        for evidence in (self.fitted, self.held):
+        """Propagate the errors of the readings under a hypothesis, and what they come to."""
+        both = self.fitted, self.held
+        for evidence in both:
             evidence.settle_floors(hypothesis, self.modes)
+        self.level = max(expected_cost(hypothesis, evidence, self.modes) for evidence in both)
 
     def run(self, pool: Sequence[Candidate]) -> Scored | None:
         """Return the smallest explanation that closes the gap; None if there is none."""
         begin = self.cost(self.given)
         if self.base.parts:
             first = self.calibrated()
-            if first.worst < CONSISTENT:
+            if first.worst < self.limit:
                 self.best = first
                 return first
             self.base = first.fit.explanation
@@ -158,7 +169,7 @@ class Search:
                 return None
             scored = self.again(sorted(scored, key=lambda one: one.worst))
             self.scored += scored
-            closed = max(CONSISTENT, AT_FLOOR + CLOSED * (begin - AT_FLOOR))
+            closed = max(self.limit, self.level + CLOSED * (begin - self.level))
             if closing := [one for one in scored if one.worst < closed]:
                 best = min(closing, key=lambda one: (one.effects, one.worst))
                 self.best = self.pruned(best, closed)
@@ -241,7 +252,7 @@ class Search:
         best = scored[0]
         self.settle(best.fit.explanation.apply(self.given))
         chosen = [one.fit.explanation for one in scored[:REFINED]]
-        refined = self.fits(chosen, ROUNDS) if best.worst < CONSISTENT else self.refine(chosen)
+        refined = self.fits(chosen, ROUNDS) if best.worst < self.limit else self.refine(chosen)
         others = map_tasks(self.executor, cost_again, scored[REFINED:], self.setting)
         return sorted(refined + others, key=lambda one: one.worst)
 

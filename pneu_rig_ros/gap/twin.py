@@ -7,12 +7,14 @@ disagreement.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.experiment import Experiment
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode, predict
@@ -26,6 +28,7 @@ def twin_of(
     """Return an experiment with the same commands and conditions, simulated freely."""
     run = predict(hypothesis, experiment, Mode.FREE).run
     start, zero, sensors = experiment.operation, experiment.zero, experiment.sensors
+    gains = hypothesis.gains
     columns = {
         'position': (start.initial_position, run.position_reading, 0.0, sensors.position_span),
         'pressure_1': (start.initial_pressure_1, run.pressure_1_reading, zero,
@@ -34,12 +37,20 @@ def twin_of(
                        sensors.pressure_span),
     }  # fmt: skip
     readings: dict[str, Any] = {
-        name: read(np.concatenate([[first], true]) - low, span, noise, code, rng) + low
-        for (name, (first, true, low, span)), noise, code in zip(
-            columns.items(), experiment.noise, experiment.codes, strict=True
+        name: read(gain * (np.concatenate([[first], true]) - low), span, noise, code, rng) + low
+        for (name, (first, true, low, span)), gain, noise, code in zip(
+            columns.items(), gains, experiment.noise, experiment.codes, strict=True
         )
     }
     return replace(experiment, record=replace(experiment.record, **readings))
+
+
+def expected_cost(hypothesis: Hypothesis, evidence: Evidence, modes: Sequence[Mode]) -> float:
+    """Return about what the cost would be if the hypothesis were true [-], see ``Evidence``."""
+    twins = [twin_of(hypothesis, one, evidence.rng) for one in evidence.experiments]
+    measured_again = Evidence(twins, evidence.rng)
+    measured_again.settle_floors(hypothesis, modes)
+    return measured_again.cost(hypothesis, modes)
 
 
 def read(true: Floats, span: float, noise: float, code: float, rng: np.random.Generator) -> Floats:

@@ -87,14 +87,3 @@ def test_a_sensor_effect_is_taken_off_what_is_imposed() -> None:
     naive = predict(Hypothesis(MODEL), experiment, Mode.CHAMBERS).readings
     naive = naive - experiment.measured[1:, [0, 2, 3]]
     assert np.std(told[:, 1]) < 0.5 * np.std(naive[:, 1])
-
-
-def test_a_piston_that_creeps_away_from_a_stop_is_not_put_back_to_it() -> None:
-    out = {'initial_position': 0.2, 'supply_pressure': 6e5, 'rest_time': 60.0}
-    experiment = measured('cylinder_2', seed=2, timeline=((-0.4, 2.0),), **out)
-    assert any(rest.restart > 0 for rest in experiment.rests)
-    predicted = predict(
-        Hypothesis(load_configuration('cylinder_2').model), experiment, Mode.CYCLES
-    )
-    off = predicted.readings[:, 0] - experiment.measured[1:, 0]
-    assert np.abs(off).max() < 3.0 * experiment.noise[0] + experiment.codes[0]

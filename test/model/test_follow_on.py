@@ -36,3 +36,17 @@ def test_following_in_pieces_is_following_at_once() -> None:
     assert at_once.position[2200] == pytest.approx(0.05, abs=1e-5)
     assert at_once.velocity[2200] == pytest.approx(0.001, abs=5e-4)
     assert plant.state.position == at_once.position[-1]
+
+
+@pytest.mark.parametrize(('pressures', 'contact'), [((2e5, 1e5), 1), ((1e5, 2e5), 0)])
+def test_a_rest_next_to_an_end_stop_is_at_it_if_the_gas_pushes_it_there(
+    pressures: tuple[float, float], contact: int
+) -> None:
+    model = changed('cylinder_2', operation={'initial_position': 0.1})
+    near = model.cylinder.stroke - 2.5e-4
+    run = Plant(model).follow(
+        np.full((1, 2), 2.5), INTERVAL, np.array([follow.RESTART]),
+        np.array([[near, 0.0, *pressures]]), np.zeros(1),
+    )  # fmt: skip
+    assert run.contact[0] == contact
+    assert run.position[0] == model.cylinder.stroke if contact else run.position[0] < near
