@@ -59,7 +59,7 @@ class Soak:
     messages: int
     lost: dict[str, int]
     growth_mb: dict[str, float]
-    resident_mb: dict[str, float]
+    held_mb: dict[str, float]
     drift_ms: float
     rate_hz: float
     looks: dict[str, int]
@@ -124,7 +124,10 @@ def _own_seconds() -> float:
 
 class Memory:
     """
-    Resident memory of processes over time.
+    Memory that processes hold over time.
+
+    Pages of files, programs and libraries, which the kernel reads and drops as it likes, are left
+    out.
 
     :param settle: time after which it is to be flat [s]
     """
@@ -135,10 +138,11 @@ class Memory:
         self._seen: dict[str, list[int]] = {}
 
     def note(self, numbers: dict[str, int]) -> None:
-        """Note the memory of processes by name."""
+        """Note the memory of processes by name [bytes]."""
         if time.monotonic() - self._start > self._settle:
             for name, number in numbers.items():
-                self._seen.setdefault(name, []).append(psutil.Process(number).memory_info().rss)
+                memory = psutil.Process(number).memory_info()
+                self._seen.setdefault(name, []).append(memory.rss - memory.shared)
 
     def growth_mb(self) -> dict[str, float]:
         """Return by how much it has grown from the first tenth to the last one [MB]."""
@@ -147,7 +151,7 @@ class Memory:
             for name, seen in self._seen.items()
         }
 
-    def resident_mb(self) -> dict[str, float]:
+    def held_mb(self) -> dict[str, float]:
         """Return the last value [MB]."""
         return {name: seen[-1] / MEGABYTE for name, seen in self._seen.items()}
 
@@ -221,7 +225,7 @@ def _judged(
         messages=content.messages,
         lost=content.lost | {'u': commands - content.counts['/u']},
         growth_mb=memory.growth_mb(),
-        resident_mb=memory.resident_mb(),
+        held_mb=memory.held_mb(),
         drift_ms=content.drift_ms,
         rate_hz=content.rate_hz,
         looks=seen['looks'],
@@ -234,12 +238,12 @@ def _judged(
 def text(soak: Soak) -> str:
     """Return what the page says."""
     growth = ', '.join(f'{name} {soak.growth_mb[name]:+.2f}' for name in ORDER)
-    resident = ', '.join(f'{soak.resident_mb[name]:.0f}' for name in ORDER)
+    held = ', '.join(f'{soak.held_mb[name]:.0f}' for name in ORDER)
     looks = ', '.join(f'{name} {count}' for name, count in soak.looks.items())
     rows = {
         f'of {soak.samples} samples, {soak.messages} messages: lost': sum(soak.lost.values()),
         'rate [Hz]': f'{soak.rate_hz:.3f}',
-        f'growth of memory after the first minute [MB] (of {resident} MB)': growth,
+        f'growth of memory after the first minute [MB] (of {held} MB)': growth,
         'drift of the stamps against the wall clock [ms]': f'{soak.drift_ms:+.3f}',
         f'bag opened while it was recorded ({looks} times): unreadable': len(soak.unreadable),
         'age of the newest message in it, at most [s]': f'{soak.oldest_s:.2f}',
