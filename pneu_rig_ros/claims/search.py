@@ -28,6 +28,8 @@ from pneu_rig_ros.model.parameters import (
 
 WANTED = (3, 4, 5, 6, 7, 9, 10)
 """Statements that decide between settings under which as many hold."""
+LEAST_STIFFNESS = 100.0
+"""Elements softer than this, which no configuration may have, are left out [N/m]."""
 LEAST_CYCLES = 3
 """A setting is not pursued when a cylinder has fewer cycles in the stroke of its caption."""
 CHEAPEST_FIRST = [STATEMENTS[number - 1] for number in (1, 2, 3, 6, 8, 9, 7, 5, 4, 10)]
@@ -250,9 +252,9 @@ def _own(value: dict[str, float]) -> dict[str, Any]:
 
 def _elements(stiffness: float, share: float, limit: float) -> dict[str, tuple[float, ...]]:
     """Return F(z): a spring alone, or with three elements that slip one after the other."""
-    if share <= 0.0:
-        return {'element_stiffness': (stiffness,), 'element_limit': ()}
     parts = np.array([0.5, 0.3, 0.2]) * share
+    if stiffness * parts[-1] < LEAST_STIFFNESS:
+        return {'element_stiffness': (stiffness,), 'element_limit': ()}
     springs = tuple(float(stiffness * part) for part in (*parts, 1.0 - share))
     return {'element_stiffness': springs, 'element_limit': (limit, limit, limit)}
 
