@@ -70,7 +70,6 @@ def test_cycles_are_put_right_on_bags_left_out(headline: dict[str, Any]) -> None
 @pytest.mark.parametrize(
     'key',
     [
-        'single/supply_droop/cylinder_3/medium/1',
         'single/wall_heat_transfer/cylinder_2/weak/1',
         'single/inclination/cylinder_2/medium/3',
     ],
