@@ -97,7 +97,7 @@ def test_wrong_parameter_is_told_from_a_missing_effect(tmp_path: Path) -> None:
     assert line['errors']['friction.stribeck_velocity'] < 0.1
 
 
-@pytest.mark.xdist_group('blind_2')
+@pytest.mark.xdist_group('blind_1')
 def test_effect_that_is_not_in_the_library_is_unknown(tmp_path: Path) -> None:
     line = carry_out(trial('removed/wall_heat_transfer/cylinder_1/1'), tmp_path)
     assert line['verdict'] == 'unknown', line
