@@ -238,12 +238,13 @@ def _judged(
 def text(soak: Soak) -> str:
     """Return what the page says."""
     growth = ', '.join(f'{name} {soak.growth_mb[name]:+.2f}' for name in ORDER)
-    held = ', '.join(f'{soak.held_mb[name]:.0f}' for name in ORDER)
+    sizes = ', '.join(f'{soak.held_mb[name]:.0f}' for name in ORDER)
+    held = f'of {sizes} MB, without pages of files'
     looks = ', '.join(f'{name} {count}' for name, count in soak.looks.items())
     rows = {
         f'of {soak.samples} samples, {soak.messages} messages: lost': sum(soak.lost.values()),
         'rate [Hz]': f'{soak.rate_hz:.3f}',
-        f'growth of memory after the first minute [MB] (of {held} MB)': growth,
+        f'growth of memory after the first minute [MB] ({held})': growth,
         'drift of the stamps against the wall clock [ms]': f'{soak.drift_ms:+.3f}',
         f'bag opened while it was recorded ({looks} times): unreadable': len(soak.unreadable),
         'age of the newest message in it, at most [s]': f'{soak.oldest_s:.2f}',

@@ -137,7 +137,7 @@ def fit(
 
 
 def scanned(
-    given: Hypothesis, starts: Sequence[Explanation], evidence: Evidence, modes: Sequence[Mode]
+    starts: Sequence[Explanation], given: Hypothesis, evidence: Evidence, modes: Sequence[Mode]
 ) -> tuple[float, Explanation]:
     """Return the least cost over the strengths of some starts, and the explanation there."""
 

@@ -83,13 +83,6 @@ def fit_from(start: Explanation, setting: Setting, rounds: int) -> Scored:
     return score(fit(setting.given, start, setting.fitted, setting.modes, rounds), setting)
 
 
-def scanned_from(
-    starts: Sequence[Explanation], given: Hypothesis, evidence: Evidence, modes: Sequence[Mode]
-) -> tuple[float, Explanation]:
-    """Return :func:`scanned` of some starts."""
-    return scanned(given, starts, evidence, modes)
-
-
 def score(result: Fit, setting: Setting) -> Scored:
     """Return a fit with its cost on the experiments left out."""
     hypothesis = result.explanation.apply(setting.given)
@@ -240,7 +233,7 @@ class Search:
             [base.plus(one.candidate, start) for start in one.worth_trying]
             for one in ranked[:SCANNED]
         ]
-        tried = map_tasks(self.executor, scanned_from, groups, self.given, self.fitted, self.modes)
+        tried = map_tasks(self.executor, scanned, groups, self.given, self.fitted, self.modes)
         return [start for _, start in sorted(tried, key=lambda one: one[0])]
 
     def again(self, scored: Sequence[Scored]) -> list[Scored]:
