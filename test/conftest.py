@@ -23,6 +23,7 @@ settings.register_profile('steady', deadline=None)
 settings.load_profile('steady')
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Give all live tests to one worker, so that they do not take each other's processor time."""
     for item in items:

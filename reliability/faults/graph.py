@@ -70,7 +70,8 @@ def _ignored(_: object) -> None:
 
 
 def two_rigs(scene: Scene) -> Finding:
-    """Start a second rig in the same namespace and domain."""
+    """Start a second rig in the same namespace and domain, while the first is seen at work."""
+    scene.stage.witness.hears('friction')
     with ProcessRig(scene.folder / 'second') as second:
         scene.stage.witness.until(_all_ended(second), 'the second rig ends')
         codes = {node.code for node in second.nodes.values()}

@@ -41,6 +41,11 @@ def stage(_apart: None) -> Iterator[Stage]:
         yield made
 
 
+def test_live_tests_share_one_worker(request: pytest.FixtureRequest) -> None:
+    if 'PYTEST_XDIST_WORKER' in os.environ:
+        assert request.node.nodeid.endswith('@live')
+
+
 def test_soak_loses_nothing_and_reads_its_bag_all_the_while() -> None:
     result = soak.run(MINUTES)
     assert result.samples > 60.0 * MINUTES * 862
