@@ -28,8 +28,8 @@ STYLE = (
 def write_part_page(path: Path, found: PartDiagnosis, data: Mapping[str, Any]) -> None:
     """Write the page as a whole or not at all."""
     tables = (
-        ('Where the given model disagrees', 'signal,regime,RMS,noise,unit,RMS/noise,',
-         rows.where_rows(data)),
+        ('Where the given model disagrees', 'signal,regime,RMS,noise,unit,RMS/noise',
+         [row[:6] for row in rows.where_rows(data)]),
         ('What may explain it', 'candidate,kind,stage,gap left,',
          rows.ranking_texts(data, MOST_RANKED)),
         ('What was changed and added', 'parameter,was,value,95 % interval,unit',

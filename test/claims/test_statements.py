@@ -24,13 +24,23 @@ from pneu_rig_ros.claims.readings import load_reading, printed_values_changed
 from pneu_rig_ros.claims.search import START, reading_of
 from pneu_rig_ros.claims.statements import STATEMENTS, measure, starts
 
-HOLD = (2, 3, 4, 5, 6, 7, 8, 9, 10)
+HOLD = (2, 3, 4, 5, 6, 7, 9, 10)
 
 
 @pytest.mark.parametrize('number', HOLD)
 def test_statement_holds(rows: Sequence[Row], number: int) -> None:
     row = next(row for row in rows if row.statement.number == number)
     assert [finding.says for finding in row.findings if not finding.holds] == []
+
+
+def test_stick_slip_persists_with_equation_16_and_its_cycles_are_not_those_of_rlg(
+    rows: Sequence[Row],
+) -> None:
+    findings = next(row.findings for row in rows if row.statement.number == 8)
+    assert {f.says for f in findings if not f.holds} == {
+        f'{name}: and attenuates (falling peaks after the first, as in 1)'
+        for name in ('cylinder_1', 'cylinder_2')
+    }
 
 
 def test_statements_that_do_not_hold_are_said_not_to(rows: Sequence[Row]) -> None:

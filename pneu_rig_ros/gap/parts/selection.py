@@ -191,9 +191,15 @@ class PartSearch:
                 continue
             self.tell(f'without {best.explanation.parts[index].name}')
             fewer = self.score(best.explanation.without(index), ROUNDS)
-            limit = max(DISPENSABLE * best.worst, CONSISTENT if best.worst < CONSISTENT else 0.0)
-            if fewer.worst <= limit:
+            if _as_good(fewer, best):
                 best = fewer
             else:
                 index += 1
         return best
+
+
+def _as_good(fewer: PartScore, best: PartScore) -> bool:
+    """Whether an explanation leaves hardly more than a fuller one, at its worst and left out."""
+    floor = CONSISTENT if best.worst < CONSISTENT else 0.0
+    pairs = (fewer.worst, best.worst), (fewer.held, best.held)
+    return all(left <= max(DISPENSABLE * before, floor) for left, before in pairs)
