@@ -165,6 +165,12 @@ def explain(
     diagnosis.costs[mode] = search.cost(known)
     if diagnosis.costs[mode] < search.limit:
         return
+    if diagnosis.explanation.parts:
+        tell('fitting what is known')
+        better = together(diagnosis, (*diagnosis.searches, mode)).explanation
+        if search.cost(better.apply(diagnosis.given)) < search.limit:
+            diagnosis.explanation = better
+            return
     diagnosis.searches[mode] = search
     pool = [one for one in candidates(known, without) if mode in one.modes]
     found = search.run(pool)
@@ -193,5 +199,10 @@ def finish(diagnosis: Diagnosis, tell: Callable[[str], None]) -> None:
     modes = explanation.modes
     for evidence in (diagnosis.fitted, diagnosis.held):
         evidence.settle_floors(diagnosis.improved, modes)
-    diagnosis.final = fit(diagnosis.given, explanation, diagnosis.fitted, modes, FINAL_ROUNDS)
+    diagnosis.final = together(diagnosis, modes)
     diagnosis.explanation = diagnosis.final.explanation
+
+
+def together(diagnosis: Diagnosis, modes: Sequence[Mode]) -> Fit:
+    """Return all parts of the explanation fitted to some predictions at once."""
+    return fit(diagnosis.given, diagnosis.explanation, diagnosis.fitted, modes, FINAL_ROUNDS)
