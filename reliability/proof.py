@@ -20,8 +20,8 @@ from reliability.witness import Received
 LAST_WORDS_NS, LATE_NS = 1_000_000_000, 100_000_000
 """Before and after the death of a sender [ns]."""
 
-FURTHEST = 2000
-"""How many messages of a topic the recorder may have that the witness has not."""
+FURTHEST = 20_000
+"""How many messages of a topic the recorder may have that the witness has not: of 20 s."""
 
 RUN = 20
 """How many messages in a row tell a place: one value alone may repeat."""
@@ -34,18 +34,26 @@ def messages(bag: Path) -> dict[str, list[bytes]]:
         for connection, _, cdr in reader.messages():
             name = connection.topic.lstrip('/')
             topic = name if name in TOPICS else connection.topic
-            found[stream(topic, bytes(cdr))].append(bytes(cdr))
+            stream, content = told(topic, bytes(cdr))
+            found[stream].append(content)
     return found
 
 
-def stream(topic: str, cdr: bytes) -> str:
-    """Return the topic; of /diagnostics, to which all publish, that of one process."""
+def told(topic: str, cdr: bytes) -> tuple[str, bytes]:
+    """
+    Return the stream of a message and its content.
+
+    The stream is the topic; of /diagnostics, to which all publish, that of one process. There the
+    bytes between two fields are whatever was in memory, and not those that another process gets.
+    """
     if topic != DIAGNOSTICS:
-        return topic
-    message: Any = typestore().deserialize_cdr(cdr, TOPICS[topic].type)
+        return topic, cdr
+    kind = TOPICS[topic].type
+    message: Any = typestore().deserialize_cdr(cdr, kind)
     (status,) = message.status
     process = next(item.value for item in status.values if item.key == PROCESS)
-    return f'{topic} of {status.name}, {process}'
+    content = bytes(typestore().serialize_cdr(message, kind))
+    return f'{topic} of {status.name}, {process}', content
 
 
 def missing_samples(record: Record) -> int:
@@ -82,7 +90,8 @@ def unproven(
     for topic, found in received.items():
         for message in found:
             if message.time_ns <= until_ns:
-                streams[stream(topic, message.cdr)].append(message)
+                stream, content = told(topic, message.cdr)
+                streams[stream].append(Received(message.time_ns, content))
     counts = {
         name: sum(not _last_words(m, deaths_ns) for m in _missing(wanted, bag.get(name, [])))
         for name, wanted in streams.items()
