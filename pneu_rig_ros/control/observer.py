@@ -180,7 +180,8 @@ class Observer:
         self._fastest = max(speed, self._fastest)
         self._sliding += self._interval
         if came_to_rest:
-            missed = self._plant.state.dwell_time > self._sliding
+            slipped = self._fastest > self.configuration.model.friction.start_velocity
+            missed = slipped and self._plant.state.dwell_time > self._sliding
             self._restart(follow.HOLD | (follow.BREAK if missed else 0))
         elif self._running and not self._resting and self._since_restart >= self._horizon:
             self._restart(follow.MOTION | follow.PRESSURES)
