@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader, ReaderError
+from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag_file import UnindexedReader
@@ -69,19 +69,30 @@ def _opened(directory: Path) -> Iterator[Reader]:
             check_storage(reader)
             yield reader
         return
-    reader = Reader(files[0])
-    reader.storage = UnindexedReader(files[0])
-    for attempt in range(ATTEMPTS):
-        try:
-            reader.open()
-            break
-        except ReaderError:  # looked at while the recorder was appending
-            if attempt == ATTEMPTS - 1:
-                raise
-            time.sleep(PAUSE)
-    with contextlib.closing(reader):
-        check_storage(reader)
+    with contextlib.closing(_growing(files[0])) as reader:
         yield reader
+
+
+def _growing(file: Path) -> Reader:
+    """Open a file without metadata; again where it was looked at while the recorder appended."""
+    for _ in range(ATTEMPTS - 1):
+        with contextlib.suppress(Exception):  # rosbags stumbles anyhow over half a piece
+            return _unindexed(file)
+        time.sleep(PAUSE)
+    return _unindexed(file)
+
+
+def _unindexed(file: Path) -> Reader:
+    reader = Reader(file)
+    reader.storage = UnindexedReader(file)
+    try:
+        reader.open()
+        check_storage(reader)
+    except Exception:
+        if reader.is_open:
+            reader.close()
+        raise
+    return reader
 
 
 def custom_data(reader: Reader) -> dict[str, str]:

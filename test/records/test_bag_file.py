@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import BagWriter, repair
+from pneu_rig_ros.records import BagWriter, bag, repair
 from pneu_rig_ros.records.bag import open_bag
 from pneu_rig_ros.records.wire import pack_float64
 
@@ -108,3 +108,23 @@ def test_what_was_written_before_the_disk_was_full_stays(tmp_path):
     with Reader(writer.path) as reader:
         assert reader.message_count == 1000
     assert of_mcap(writer.path) == rows
+
+
+def test_a_bag_appended_to_between_two_looks_is_looked_at_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks: list[Reader] = []
+
+    def look(reader: Reader) -> None:
+        looks.append(reader)
+        if len(looks) == 1:
+            raise RigError('in the middle of a piece')
+
+    monkeypatch.setattr(bag, 'check_storage', look)
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.write('/u', 'std_msgs/msg/Float64', 1, pack_float64(0.3))
+        writer.flush()
+        with bag.open_bag(tmp_path / 'bag') as reader:
+            assert reader.message_count == 1
+    assert len(looks) == 2
+    assert not looks[0].is_open
