@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pneu_rig_ros.nodes.twins import PROCESS
 from pneu_rig_ros.records import Record
@@ -20,8 +21,7 @@ from reliability.witness import Received
 LAST_WORDS_NS, LATE_NS = 1_000_000_000, 100_000_000
 """Before and after the death of a sender [ns]."""
 
-FURTHEST = 20_000
-"""How many messages of a topic the recorder may have that the witness has not: of 20 s."""
+Numbers = NDArray[np.int64]
 
 RUN = 20
 """How many messages in a row tell a place: one value alone may repeat."""
@@ -105,16 +105,19 @@ def _last_words(message: Received, deaths_ns: Sequence[int]) -> bool:
 
 def _missing(wanted: list[Received], kept: list[bytes]) -> list[Received]:
     """Return what is missing, in order; what came before the recorder had begun is not asked."""
-    begins = ((k, _find(wanted, k, kept, 0, len(kept))) for k in range(len(wanted)))
-    first, place = next(((k, p) for k, p in begins if p is not None), (len(wanted), None))
+    numbers: dict[bytes, int] = {}
+    have = np.array([numbers.setdefault(cdr, len(numbers)) for cdr in kept], dtype=np.int64)
+    want = np.array([numbers.setdefault(m.cdr, len(numbers)) for m in wanted], dtype=np.int64)
+    begins = ((k, _find(want[k : k + RUN], have, 0)) for k in range(want.size))
+    first, place = next(((k, p) for k, p in begins if p is not None), (want.size, None))
     if place is None:
-        return [] if len(wanted) <= RUN else wanted
+        return [] if want.size <= RUN else wanted
     missing = []
-    for index in range(first, len(wanted)):
-        if place < len(kept) and kept[place] == wanted[index].cdr:
+    for index in range(first, want.size):
+        if place < have.size and have[place] == want[index]:
             place += 1
             continue
-        found = _find(wanted, index, kept, place, place + FURTHEST)
+        found = _find(want[index : index + RUN], have, place)
         if found is None:
             missing.append(wanted[index])
         else:
@@ -122,12 +125,9 @@ def _missing(wanted: list[Received], kept: list[bytes]) -> list[Received]:
     return missing
 
 
-def _find(
-    wanted: list[Received], index: int, kept: list[bytes], start: int, end: int
-) -> int | None:
-    """Return where a message and the next few of `wanted` are in `kept`; values may repeat."""
-    run = [message.cdr for message in wanted[index : index + RUN]]
-    for place in range(start, min(end, len(kept))):
-        if kept[place] == run[0] and kept[place : place + len(run)] == run:
-            return place
-    return None
+def _find(run: Numbers, have: Numbers, start: int) -> int | None:
+    """Return where a message and the next few are from a place on; values may repeat."""
+    places = np.arange(start, have.size - run.size + 1)
+    for offset, number in enumerate(run):
+        places = places[have[places + offset] == number]
+    return int(places[0]) if places.size else None

@@ -23,7 +23,8 @@ from reliability.live_rig import PATIENCE
 
 U = 0.34
 COMMAND_PERIOD = 0.02
-"""Command [V], and how often it is given [s]."""
+STROKE = 10.0
+"""Command [V], how often it is given [s], and after how long it changes its sign [s]."""
 
 OK, WARN, ERROR = b'\x00', b'\x01', b'\x02'
 
@@ -84,7 +85,8 @@ class Witness:
         if self._publisher is not None and not self.silent and now >= self._due:
             self._due = now + COMMAND_PERIOD
             self._count += 1
-            self._publisher.publish(pack_float64(U + 1e-9 * self._count))
+            sign = 1.0 if now // STROKE % 2 else -1.0
+            self._publisher.publish(pack_float64(sign * (U + 1e-9 * self._count)))
         for inlet in self._inlets:
             for arrival in inlet.arrivals():
                 message = Received(arrival.received_ns, arrival.cdr)

@@ -20,7 +20,7 @@ def packed(value: float) -> bytes:
 
 def test_values_that_repeat_for_seconds_are_found_where_they_are() -> None:
     stroke = [0.1 * k for k in range(300)]
-    kept = {'position': [packed(value) for value in [0.0] * 9000 + stroke]}
+    kept = {'position': [packed(value) for value in [0.0] * 90_000 + stroke]}
     assert unproven(received([0.0] * 50 + stroke), kept, 10**9) == {}
 
 
