@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 import time
@@ -17,7 +18,7 @@ from pneu_rig_ros.rig.valve_drive import valve_voltages
 from reliability.faults.finding import Finding, Scene
 from reliability.live_rig import PATIENCE
 from reliability.proof import missing_samples
-from reliability.witness import WARN, Witness
+from reliability.witness import WARN, U, Witness
 
 OTHER_U = -0.5
 FLOOD_HZ = 20_000
@@ -35,7 +36,7 @@ def two_publishers(scene: Scene) -> Finding:
     witness.listen(0.5)
     followed = [unpack_valve_voltages(m.cdr) for m in witness.received['valve_voltages']]
     last = followed[-1]
-    alone = max(abs(a - b) for a, b in zip(last, valve_voltages(0.34), strict=True)) < 0.01
+    alone = any(math.dist(last, valve_voltages(u)) < 0.01 for u in (U, -U))
     return Finding(
         '`u` from two publishers',
         'the newest command counts, whoever sent it',
