@@ -12,6 +12,7 @@ import click
 import numpy as np
 
 from pneu_rig_ros.cli import output
+from pneu_rig_ros.executor import executor, map_tasks
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
 from reliability import figures
@@ -149,16 +150,16 @@ run takes {data['median_steps']:.0f} steps, the hardest {data['most_steps']:,}
 @click.command()
 @click.option('--count', type=click.IntRange(1), default=10_000, show_default=True, help='of rigs')
 @click.option('--first', type=int, default=0, show_default=True, help='seed of the first')
+@click.option('--workers', type=click.IntRange(1), help='processes  [default: one a processor]')
 @click.option('--keep/--no-keep', default=True, help='write docs/reliability.* and the hardest')
-def numerics(count: int, first: int, keep: bool) -> None:
+def numerics(count: int, first: int, workers: int | None, keep: bool) -> None:
     """Simulate random rigs; exit code 1 if any does what cannot be."""
-    outcomes = []
-    with output.step_bar('random rigs', count) as progress:
-        for seed in range(first, first + count):
-            outcomes.append(outcome(seed))
-            progress(seed - first + 1)
+    seeds = range(first, first + count)
+    with output.step_bar('random rigs', count) as progress, executor(workers) as somewhere:
+        outcomes = map_tasks(somewhere, outcome, seeds, progress=progress)
     data = summary(outcomes)
-    output.print_values({name: str(value) for name, value in data.items()})
+    rows = [(name.replace('_', ' '), str(value)) for name, value in data.items()]
+    output.print_table(output.table(('figure', 'value'), rows))
     if keep:
         HARDEST_FILE.write_text(json.dumps(data['hardest']) + '\n')
         figures.keep('numerics', data, text(data))
