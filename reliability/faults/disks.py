@@ -60,7 +60,7 @@ def full_disk(scene: Scene) -> Finding:
         'recording ends, what was written stays and can be read; the rig goes on unrecorded; at '
         'its end the recorder ends with exit code 2',
         'recorder ERROR: cannot write the bag ...: No space left on device; one line in the log',
-        f'{duration:.1f} s kept, {missing} messages missing in them; told: "{told[-45:]}"',
+        f'{duration:.1f} s kept, {missing} messages missing in them; told: "{told.split('; ')[-1]}"',
         held,
     )
 
