@@ -55,12 +55,13 @@ def full_disk(scene: Scene) -> Finding:
     missing = sum(unproven(witness.received, messages(kept), full_ns - MARGIN_NS).values())
     duration = read_record(kept).duration
     held = not missing and went_on and code == 2 and len(lines) == 1
+    last = told.split('; ')[-1]
     return Finding(
         f'full disk ({SIZE / 1e6:.1f} MB)',
         'recording ends, what was written stays and can be read; the rig goes on unrecorded; at '
         'its end the recorder ends with exit code 2',
         'recorder ERROR: cannot write the bag ...: No space left on device; one line in the log',
-        f'{duration:.1f} s kept, {missing} messages missing in them; told: "{told.split('; ')[-1]}"',
+        f'{duration:.1f} s kept, {missing} messages missing in them; told: "{last}"',
         held,
     )
 
