@@ -24,9 +24,17 @@ from pneu_rig_ros.model.dynamics import (
     VELOCITY,
     Array,
 )
+from pneu_rig_ros.model.parameters import Friction
 
 NONE, BREAKAWAY, ARREST, TOUCH, RELEASE, REVERSAL = range(6)
 
+LEAST_HYSTERESIS = 1e-3
+"""
+How far apart breakaway and arrest are at least, as a share of the velocity of arrest [-].
+
+Where F_s drops so far at breakaway that the piston is held back at once, it goes to and fro between
+the two; were they the same velocity, without end in no time.
+"""
 VELOCITY_TOLERANCE = 1e-10
 """How far beyond its threshold a velocity may be when the event is taken [m/s]."""
 POSITION_TOLERANCE = 1e-12
@@ -76,6 +84,12 @@ def release(before: Array, arrow: Array, contact: float) -> tuple[int, float, bo
 
 
 @compiled
+def breakaway_velocity(law: Friction) -> float:
+    """Return the velocity [m/s] above which a resting piston moves, see ``LEAST_HYSTERESIS``."""
+    return max(law.start_velocity, law.stop_velocity * (1.0 + LEAST_HYSTERESIS))
+
+
+@compiled
 def find(
     step: float,
     y0: Array,
@@ -108,9 +122,10 @@ def find(
     code, share, met = NONE, 1.0, False
     if memory[STICKING] != 0.0:
         side = 1.0 if v1 > 0.0 else -1.0
-        excess = side * v1 - law.start_velocity
+        threshold = breakaway_velocity(law)
+        excess = side * v1 - threshold
         if excess > 0.0:
-            level = side * (law.start_velocity + 0.5 * VELOCITY_TOLERANCE)
+            level = side * (threshold + 0.5 * VELOCITY_TOLERANCE)
             code, share = BREAKAWAY, crossing(v0, a0, v1, a1, level)
             met = excess <= VELOCITY_TOLERANCE
     else:
