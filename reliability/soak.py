@@ -36,10 +36,7 @@ from pneu_rig_ros.records.wire import pack_float64
 from reliability import figures
 from reliability.live_rig import ORDER, ProcessRig, own_domain
 from reliability.soak_bag import Content, read_content
-
-U = 0.34
-STROKE = 10.0
-"""Command [V], and after how long it changes its sign [s]."""
+from reliability.witness import STROKE, U
 
 COMMAND_PERIOD_NS = 20_000_000
 SETTLE = 60.0

@@ -32,8 +32,8 @@ LEAST_HYSTERESIS = 1e-3
 """
 How far apart breakaway and arrest are at least, as a share of the velocity of arrest [-].
 
-Where F_s drops so far at breakaway that the piston is held back at once, it goes to and fro between
-the two; were they the same velocity, without end in no time.
+Where F_s drops so far at breakaway that the piston is held back at once, it goes to and fro
+between the two; were they the same velocity, without end in no time.
 """
 VELOCITY_TOLERANCE = 1e-10
 """How far beyond its threshold a velocity may be when the event is taken [m/s]."""
