@@ -136,6 +136,22 @@ def fit(
     return Fit(start.moved(solution.x), 2.0 * float(solution.cost), _deviations(solution))
 
 
+def without_weakest(result: Fit, own: int, count: int) -> Explanation:
+    """
+    Return an explanation without the parameters whose change is the least significant (Wald).
+
+    :param own: parts at the front that stay; the others have one coordinate each
+    :param count: of the parts to be taken out
+    """
+    explanation = result.explanation
+    front = sum(len(part.coordinates) for part in explanation.parts[:own])
+    null = [coordinate.inward(coordinate.null) for coordinate in explanation.coordinates]
+    changes = np.abs(explanation.seen - null) / np.maximum(result.deviations, 1e-12)
+    for index in sorted(np.argsort(changes[front:])[:count].tolist(), reverse=True):
+        explanation = explanation.without(own + index)
+    return explanation
+
+
 def scanned(
     starts: Sequence[Explanation], given: Hypothesis, evidence: Evidence, modes: Sequence[Mode]
 ) -> tuple[float, Explanation]:

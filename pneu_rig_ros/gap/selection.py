@@ -4,6 +4,9 @@ Which explanation the data ask for: as few parts as close the gap, judged on run
 Explanations grow part by part. At each size the most promising candidates are fitted by
 simulation and compared on the experiments left out; the first size at which one of them leaves
 nothing significant is the answer. A wrong parameter is preferred to a missing effect.
+
+Several wrong parameters are looked for at once, before anything of two parts: the first of them
+need not look promising, since the slips come at the wrong time as long as the others are wrong.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from typing import NamedTuple
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, scanned
+from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, scanned, without_weakest
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.screening import Screened, screen
@@ -38,6 +41,8 @@ REFINED, REFINING_ROUNDS = 2, 12
 """Best fits of each size that are fitted on, and the rounds of those that leave a gap."""
 CLOSED = 0.1
 """Share of the gap above the floor that an explanation may leave [-]."""
+FEW = 6
+"""Of more parameters than these a quarter at a time is taken out, then one."""
 LEAST_GAIN = 0.85
 """One more part that leaves more than this share of the cost leads nowhere [-]."""
 ROUNDS = 8
@@ -122,11 +127,18 @@ class Search:
     best: Scored | None = None
     level: float = 0.0
     """Cost of a true hypothesis, about [-]; see :meth:`settle`."""
+    begin: float = 0.0
+    """Cost of what is given [-]."""
 
     @property
     def limit(self) -> float:
         """The cost below which nothing significant is left [-]."""
         return CONSISTENT * self.level + ALLOWANCE
+
+    @property
+    def closed(self) -> float:
+        """The cost below which an explanation closes the gap [-]."""
+        return max(self.limit, self.level + CLOSED * (self.begin - self.level))
 
     @property
     def ranking(self) -> list[Scored]:
@@ -147,7 +159,7 @@ class Search:
 
     def run(self, pool: Sequence[Candidate]) -> Scored | None:
         """Return the smallest explanation that closes the gap; None if there is none."""
-        begin = self.cost(self.given)
+        self.begin = self.cost(self.given)
         if self.base.parts:
             first = self.calibrated()
             if first.worst < self.limit:
@@ -162,10 +174,11 @@ class Search:
                 return None
             scored = self.again(sorted(scored, key=lambda one: one.worst))
             self.scored += scored
-            closed = max(self.limit, self.level + CLOSED * (begin - self.level))
-            if closing := [one for one in scored if one.worst < closed]:
+            if closing := [one for one in scored if one.worst < self.closed]:
                 best = min(closing, key=lambda one: (one.effects, one.worst))
-                self.best = self.pruned(best, closed)
+                self.best = self.pruned(best, self.closed)
+                return self.best
+            if size == 1 and self.jointly(pool):
                 return self.best
             if scored[0].worst > LEAST_GAIN * reached:
                 return None
@@ -180,6 +193,29 @@ class Search:
         self.settle(result.explanation.apply(self.given))
         result = fit(self.given, result.explanation, self.fitted, self.modes, ROUNDS)
         return score(result, self.setting)
+
+    def jointly(self, pool: Sequence[Candidate]) -> Scored | None:
+        """Return the fewest parameters that close the gap together; None if there are none."""
+        everything, own = self.base, len(self.base.parts)
+        for one in pool:
+            if not one.is_effect:
+                everything = everything.plus(one, (one.was,))
+        if everything is self.base:
+            return None
+        self.tell('fitting all parameters together')
+        rough = fit(self.given, everything, self.fitted, self.modes, REFINING_ROUNDS)
+        self.settle(rough.explanation.apply(self.given))
+        left = rough.explanation
+        while (size := len(left.parts) - own) > 0:
+            self.tell(f'fitting {size} parameters together')
+            scored = fit_from(left, self.setting, ROUNDS)
+            if size <= LARGEST and scored.worst < self.closed:
+                self.best = scored
+                self.scored.append(scored)
+            elif self.best is not None:
+                break
+            left = without_weakest(scored.fit, own, size // 4 if size > FEW else 1)
+        return self.best
 
     @property
     def setting(self) -> Setting:
