@@ -12,7 +12,8 @@ atmosphere, say that energy is not created:
 
     dU + d(M v^2 / 2) + p_atm (A1 - A2) dx <= k R T_s / (k - 1) dm + Q
 
-The integrals of p dV and of Q are taken over the samples.
+The integrals of p dV and of Q are taken over the samples; p dV as if the change from one sample to
+the next were polytropic, p V^n = const, which it is to the first order however violent it is.
 """
 
 from __future__ import annotations
@@ -32,6 +33,9 @@ Floats = NDArray[np.float64]
 STOP_TOLERANCE = 1e-9
 """How far beyond an end stop the piston may be [m]."""
 
+
+STEADY = 1e-6
+"""Change of ln p V between samples below which its logarithmic mean is as good as its mean [-]."""
 
 UNBOUNDED = {'cross_piston_leak', 'wall_heat_transfer', 'line_lag'}
 """Effects with which a pressure has other ways up than supply and piston."""
@@ -94,7 +98,7 @@ def residuals(run: Trajectory, start: Any, model: Model, effects: dict[str, Any]
     gas_residual, created, moved = 0.0, np.zeros(x.size), 0.0
     for (p, volume, mass), warmed in zip(chambers, heat, strict=True):
         energy, brought = p * volume / (k - 1.0), enthalpy * (mass - mass[0])
-        work = _integral(p, volume)
+        work = _work(p, volume)
         full = model.operation.supply_pressure * volume.max() / (k - 1.0)
         scale = full + np.abs(brought).max() + np.abs(work).max()
         left = energy - energy[0] - brought - warmed + work
@@ -103,7 +107,7 @@ def residuals(run: Trajectory, start: Any, model: Model, effects: dict[str, Any]
         moved += scale
     rod = cylinder.cap_area - cylinder.rod_area
     kinetic = 0.5 * model.total_mass * v**2
-    taken = (_integral(p1, chambers[0][1]) + _integral(p2, chambers[1][1])
+    taken = (_work(p1, chambers[0][1]) + _work(p2, chambers[1][1])
              - ambient * rod * (x - x[0]) - kinetic)  # fmt: skip
     created += kinetic + ambient * rod * (x - x[0])
     if _pushed(effects):
@@ -112,6 +116,20 @@ def residuals(run: Trajectory, start: Any, model: Model, effects: dict[str, Any]
         gas_residual, float(created.max() / moved), float(taken.min() / moved),
         max(_overpressure(p, volume, start, model, effects) for p, volume, _ in chambers),
     )  # fmt: skip
+
+
+def _work(pressure: Floats, volume: Floats) -> Floats:
+    """
+    Return the integral of p dV from the first sample on [J], shape (n,).
+
+    Of a polytropic change it is exact: the change of ln V times the logarithmic mean of p V.
+    """
+    energy = pressure * volume
+    rise = np.diff(np.log(energy))
+    steady = np.abs(rise) < STEADY
+    middle = 0.5 * (energy[1:] + energy[:-1])
+    mean = np.where(steady, middle, np.diff(energy) / np.where(steady, 1.0, rise))
+    return np.concatenate([[0.0], np.cumsum(np.diff(np.log(volume)) * mean)])
 
 
 def _integral(values: Floats, over: Floats) -> Floats:

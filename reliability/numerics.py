@@ -21,7 +21,7 @@ from reliability.random_rigs import DURATION, case
 
 SAMPLES, FINE_SAMPLES = 5_000, (200_000, 1_000_000)
 """Of a run, and of one whose integrals are not good enough with so few."""
-FINE_TOLERANCE = 1e-8
+FINE_TOLERANCE = 1e-9
 """Local error of a run whose steps are so many that their errors add up [-]."""
 LIMIT = 2e-3
 """Largest residual of a balance, as a share of the energy moved [-]."""
@@ -126,9 +126,10 @@ def text(data: dict[str, Any]) -> str:
     table = '\n'.join(
         f'| {name} | {worst:.1e} | {limit:g} |' for name, (worst, limit) in rows.items()
     )
+    failures = len(data['failures'])
     return f"""
-`make numerics`: {data['cases']:,} random rigs of {DURATION:g} s each, {len(data['failures'])}
-failures. Half of the rigs have every parameter within a factor of ten of a shipped cylinder, half
+`make numerics`: {data['cases']:,} random rigs of {DURATION:g} s each, {failures} failures.
+Half of the rigs have every parameter within a factor of ten of a shipped cylinder, half
 anywhere in its range; any friction law and reading, none to four of the effects that stand for
 physics, valves that step to anywhere. In every run all values are finite, the piston is between
 the stops, and the pressures are above 0 and at most what compression by the piston makes of supply
@@ -139,7 +140,7 @@ up).
 | --- | --- | --- |
 {table}
 
-{data['finer_samples']} runs vibrate so fast that the integrals of work took up to
+{data['finer_samples']} runs vibrate so fast that the integrals of work take up to
 {FINE_SAMPLES[-1]:,} samples in place of {SAMPLES:,}. In {data['finer_steps']} more the local
 errors of very many steps add up: there the balance holds at a tolerance of {FINE_TOLERANCE:g} in
 place of {TOLERANCE:g}. Energies of motion are not balanced where an effect adds forces. The median
