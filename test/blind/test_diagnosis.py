@@ -91,10 +91,19 @@ def test_nothing_is_said_to_be_missing_where_nothing_is(key: str, tmp_path: Path
 
 
 @pytest.mark.xdist_group('blind_1')
-def test_wrong_parameter_is_told_from_a_missing_effect(tmp_path: Path) -> None:
-    line = carry_out(trial('parameter/friction.stribeck_velocity/cylinder_3/1'), tmp_path)
-    assert scores.parameter_first(line), line
-    assert line['errors']['friction.stribeck_velocity'] < 0.1
+@pytest.mark.parametrize(
+    'key',
+    [
+        'parameter/friction.stribeck_velocity/cylinder_3/1',
+        'parameter/friction.breakaway_force+friction.dwell_coefficient'
+        '+friction.viscous_coefficient/cylinder_2/1',
+    ],
+)
+def test_wrong_parameters_are_told_from_missing_effects(key: str, tmp_path: Path) -> None:
+    line = carry_out(trial(key), tmp_path)
+    assert line['verdict'] == 'parameter', line
+    assert set(line['parameters']) == set(line['names'])
+    assert max(line['errors'].values()) < 0.1
 
 
 @pytest.mark.xdist_group('blind_1')

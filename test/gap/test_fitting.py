@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.gap.candidates import Candidate, candidates, effect_candidate, parameter
+from pneu_rig_ros.gap.candidates import (
+    Candidate,
+    calibration,
+    candidates,
+    effect_candidate,
+    parameter,
+    parameters,
+)
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, fit
+from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, without_weakest
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.model import effects as library
@@ -68,3 +75,16 @@ def test_a_hidden_strength_is_recovered_with_its_interval(
     (low, high), (value,) = result.intervals()[0], result.explanation.values[0]
     assert value == pytest.approx(truth[0], rel=0.05)
     assert low < value < high
+
+
+def test_the_least_significant_parameters_are_taken_out_first() -> None:
+    gains = calibration(load_configuration('cylinder_1').sensors)
+    assert gains is not None
+    explanation, changes = Explanation().plus(gains, gains.starts[0]), (0.3, -0.001, 0.2, 0.002)
+    for one, change in zip(parameters(GIVEN), changes, strict=False):
+        value = one.coordinates[0].outward(one.coordinates[0].inward(one.was) + change)
+        explanation = explanation.plus(one, (value,))
+    result = Fit(explanation, 1.0, np.full(7, 0.01))
+    names = [part.name for part in explanation.parts]
+    left = without_weakest(result, own=1, count=2)
+    assert [part.name for part in left.parts] == [names[0], names[1], names[3]]
