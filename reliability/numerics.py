@@ -49,15 +49,18 @@ class Outcome(NamedTuple):
     level: int
 
 
-def outcome(seed: int) -> Outcome:
-    """Simulate a case; look closer when a balance does not hold."""
+def outcome(seed: int, level: int = 0) -> Outcome:
+    """
+    Simulate a case; look closer when a balance does not hold.
+
+    :param level: where to begin, see :class:`Outcome`
+    """
     efforts = [(SAMPLES, TOLERANCE), *((samples, TOLERANCE) for samples in FINE_SAMPLES)]
     efforts.append((FINE_SAMPLES[-1], FINE_TOLERANCE))
-    tried = first = _run(seed, *efforts[0])
-    for level, effort in enumerate(efforts[1:], start=1):
-        if not tried.problems:
-            break
-        tried = _run(seed, *effort)._replace(level=level)
+    tried = first = _run(seed, *efforts[level])._replace(level=level)
+    while tried.problems and tried.level + 1 < len(efforts):
+        closer = tried.level + 1
+        tried = _run(seed, *efforts[closer])._replace(level=closer)
     return tried._replace(steps=first.steps, seconds=first.seconds)
 
 
@@ -88,14 +91,15 @@ def _unbalanced(left: Residuals) -> list[str]:
     return [text for text, holds in checks.items() if not holds]
 
 
-def hardest(outcomes: Iterable[Outcome]) -> list[int]:
-    """Return the seeds of the hardest cases: half by their steps, half by their residuals."""
+def hardest(outcomes: Iterable[Outcome]) -> dict[int, int]:
+    """Return seed -> level of the hardest cases: half by steps, half by residuals."""
     by_steps = sorted(outcomes, key=lambda o: o.steps, reverse=True)
     chosen = by_steps[: HARDEST // 2]
     # The finest samples take too long for a test.
     quick = [o for o in by_steps[HARDEST // 2 :] if o.level < 2]
     rest = sorted(quick, key=lambda o: (o.level, o.residuals.gas))
-    return sorted(o.seed for o in (*chosen, *rest[-(HARDEST - len(chosen)) :]))
+    chosen += rest[-(HARDEST - len(chosen)) :]
+    return {o.seed: o.level for o in sorted(chosen, key=lambda o: o.seed)}
 
 
 def summary(outcomes: list[Outcome]) -> dict[str, Any]:
