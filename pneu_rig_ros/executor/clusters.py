@@ -32,6 +32,18 @@ NO_PAGES: dict[str, Any] = {
 """Dask's servers of pages have none for anyone on this machine."""
 KEPT: dict[str, Any] = {'distributed.deploy.lost-worker-timeout': '1 hour'}
 """A worker that is killed comes back, however long a busy machine takes."""
+PAGES_KEPT: dict[str, Any] = {
+    f'distributed.nanny.pre-spawn-environ.MALLOC_{name}': value
+    for name, value in {
+        'TRIM_THRESHOLD_': 2**30,
+        'MMAP_THRESHOLD_': 2**30,
+        'ARENA_MAX': 1,
+    }.items()
+}
+"""
+A worker uses its memory again: by default it goes back to the kernel after every simulation, and
+the workers wait for each other's pages.
+"""
 SAME_PACKAGES = ('numpy', 'scipy', 'numba')
 """What has to be of one version on all machines, as results depend on it."""
 
@@ -95,7 +107,7 @@ def local_processes(workers: int) -> Iterator[Client]:
     """Have a client of processes on this machine."""
     _be_quiet()
     with tempfile.TemporaryDirectory(prefix='pneu-rig-') as folder:
-        settings = dask.config.set(NO_PAGES | KEPT | {'temporary-directory': folder})
+        settings = dask.config.set(NO_PAGES | KEPT | PAGES_KEPT | {'temporary-directory': folder})
         with (
             settings,
             _started(workers) as cluster,
