@@ -196,7 +196,7 @@ def _introduce(secret: Secret, seed: int) -> None:
         'rig': f'{secret.model.name}, with an effect hidden in it that its model lacks',
         'drawn from': f'{len(DRAWN)} effects, seed {seed}',
         'sensors': 'noise and 12 bit as on the rig, but no errors of gain (accuracy class 0):\n'
-        f'{"":<{output.NAME_WIDTH}}the diagnosis does not model these',
+        f'{"":<{output.NAME_WIDTH}}these would be fitted along with what is missing',
     })  # fmt: skip
 
 

@@ -73,8 +73,7 @@ def plain_model() -> RigConfiguration:
     """
     Return the shipped cylinder with sensors that have noise but no error of gain.
 
-    A sensor that is wrong by its accuracy class looks like other things missing in the model,
-    which the diagnosis does not tell apart.
+    Errors of gain would be fitted along with what is missing, and hide the weaker effects.
     """
     shipped = load_configuration(CYLINDER)
     sensors = shipped.sensors._replace(position_class=0.0, pressure_class=0.0)

@@ -238,7 +238,8 @@ Written by `make blind`. The workflow of `pneu-rig diagnose` gets six bags and a
 nothing else; bags come from a second plant (`test/blind/plant.py`: SciPy's LSODA, none of the
 package's model code) through 12-bit sensors with noise. What is hidden where is told in
 `test/blind/hidden.py` and `test/blind/trials.py`. {run} of {whole} trials of the matrix were run,
-{seconds} s each (median, one processor).
+{seconds} s each (median, one processor), at git revision {revisions}. Their order hangs on a hash
+of their names alone, the noise of the rig first: those that were run are a fair sample.
 
 Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
 more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and
@@ -275,6 +276,7 @@ def write(answers: list[Answer], docs: Path) -> None:
     hidden = [a for a in answers if a['part'] != 'none' and a['noise'] == scores.NEAR]
     seconds = [a['seconds'] for a in answers if a['seconds']]
     text = TEXT.format(
+        revisions=', '.join(sorted({a['revision'] for a in answers})) or '-',
         run=len(answers), whole=len(whole), seconds=f'{median(seconds):.0f}' if seconds else '-',
         visible=scores.VISIBLE, dim=sum(a['visibility'] <= scores.VISIBLE for a in hidden),
         headline=headline(answers), coverage=coverage(answers), by_effect=by_effect(answers),
