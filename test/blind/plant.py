@@ -23,6 +23,8 @@ TOUCH_DEPTH = 1e-12
 """How far beyond a stop counts as contact [m]."""
 TURN_RATE = 1e-8
 """Rate of the bristle [m/s] beyond which it counts as bent the other way."""
+LEAST_HYSTERESIS = 1e-3
+"""How far breakaway is above arrest at least, as a share of the velocity of arrest [-]."""
 BREAKAWAY, ARREST, TOUCH, RELEASE = 'breakaway', 'arrest', 'touch', 'release'
 TURN = 'turn'
 
@@ -173,7 +175,8 @@ class Plant:
         if max(-now[at.X], now[at.X] - self.c[at.STROKE]) > TOUCH_DEPTH:
             return TOUCH
         if self.memory[at.STICKING] == 1.0:
-            if abs(now[at.V]) > self.c[at.V_START]:
+            least = self.c[at.V_STOP] * (1.0 + LEAST_HYSTERESIS)
+            if abs(now[at.V]) > max(self.c[at.V_START], least):
                 return BREAKAWAY
         elif side * now[at.V] < self.c[at.V_STOP]:
             return ARREST

@@ -91,16 +91,10 @@ def test_nothing_is_said_to_be_missing_where_nothing_is(key: str, tmp_path: Path
 
 
 @pytest.mark.xdist_group('blind_1')
-@pytest.mark.parametrize(
-    'key',
-    [
-        'parameter/friction.stribeck_velocity/cylinder_3/1',
-        'parameter/friction.breakaway_force+friction.dwell_coefficient'
-        '+friction.viscous_coefficient/cylinder_2/1',
-    ],
-)
-def test_wrong_parameters_are_told_from_missing_effects(key: str, tmp_path: Path) -> None:
-    line = carry_out(trial(key), tmp_path)
+def test_wrong_parameters_are_told_from_missing_effects(tmp_path: Path) -> None:
+    wrong = 'breakaway_force', 'dwell_coefficient', 'viscous_coefficient'
+    names = '+'.join(f'friction.{name}' for name in wrong)
+    line = carry_out(trial(f'parameter/{names}/cylinder_2/1'), tmp_path)
     assert line['verdict'] == 'parameter', line
     assert set(line['parameters']) == set(line['names'])
     assert max(line['errors'].values()) < 0.1

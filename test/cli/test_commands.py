@@ -21,7 +21,7 @@ from .conftest import COMMAND, Terminal
 
 def until(condition: Callable[[], bool], process: subprocess.Popen[str]) -> None:
     """Wait for a condition while a process runs."""
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 150.0
     while not condition():
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline

@@ -19,11 +19,14 @@ CHATTERED = 8301
 """Breakaway and arrest at one velocity once followed each other half a million times in 1 ms."""
 HARDEST = {int(seed): level for seed, level in json.loads(HARDEST_FILE.read_text()).items()}
 """Seed -> how closely it has to be looked at."""
+SHARE = 0.2
+"""Of the hardest runs, so that they take seconds here; ``make numerics`` simulates all of them."""
 
 
 @pytest.mark.parametrize('seed', sorted({*HARDEST, *LAGS_EMPTIED, CHATTERED}))
 def test_hard_cases_do_what_is_possible(seed: int) -> None:
-    assert outcome(seed, HARDEST.get(seed, 0)).problems == ()
+    share = SHARE if seed in HARDEST else 1.0
+    assert outcome(seed, HARDEST.get(seed, 0), share).problems == ()
 
 
 def test_random_rigs_do_what_is_possible() -> None:
