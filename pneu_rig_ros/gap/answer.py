@@ -15,7 +15,7 @@ from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.selection import ALIKE, Scored
 from pneu_rig_ros.gap.shrink import (
-    gap_above_floor,
+    above_floor,
     measured_run,
     predicted_run,
     signal_shrink,
@@ -182,17 +182,6 @@ def gap_table(diagnosis: Diagnosis) -> dict[str, Any]:
         **events(given, improved, held),
         'bags': [one.name for one in held.experiments],
     }
-
-
-def above_floor(given: Hypothesis, improved: Hypothesis, held: Evidence) -> tuple[float, float]:
-    """Return the gap before and after in noise floors, the mean over signals and predictions."""
-    modes = (Mode.CHAMBERS, Mode.CYCLES)
-    held.settle_floors(improved, modes)
-    before, after = (
-        np.concatenate([gap_above_floor(one, held, mode) for mode in modes])
-        for one in (given, improved)
-    )
-    return float(before.mean()), float(after.mean())
 
 
 def events(given: Hypothesis, improved: Hypothesis, held: Evidence) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.selection import Search
+from pneu_rig_ros.gap.shrink import above_floor
 from pneu_rig_ros.gap.unknown import Description, describe
 from pneu_rig_ros.gap.where import Disagreement, disagreements
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -31,6 +32,8 @@ from pneu_rig_ros.rig import RigConfiguration, load_configuration
 Tell = Callable[[str, float], None]
 STAGES = ((Mode.CHAMBERS, 'gas and valves'), (Mode.CYCLES, 'forces'))
 FINAL_ROUNDS = 6
+MUCH = 0.2
+"""An explanation that leaves more of the gap on the runs left out does not explain it [-]."""
 RIVALS = 3
 """Explanations that the next experiment is to tell apart."""
 
@@ -182,25 +185,43 @@ def explain(
 
 
 def finish(diagnosis: Diagnosis, tell: Callable[[str], None]) -> None:
-    """Fit all parts of the explanation together; changes the diagnosis."""
-    explanation = diagnosis.explanation
-    if diagnosis.unexplained is not None:
+    """Fit all together, keep what shrinks the gap, describe the rest; changes the diagnosis."""
+    if diagnosis.explanation.parts:
+        tell('fitting all together')
+        refit(diagnosis)
+        judge(diagnosis)
+    if (mode := diagnosis.unexplained) is not None:
         tell('describing what is not known')
+        search = diagnosis.searches[mode]
         diagnosis.unknown = describe(
-            diagnosis.improved,
-            diagnosis.fitted,
-            diagnosis.held,
-            diagnosis.unexplained,
-            diagnosis.searches[diagnosis.unexplained].level,
+            diagnosis.improved, search.fitted, search.held, mode, search.level, search.limit
         )
-    if not explanation.parts:
-        return
-    tell('fitting all together')
-    modes = explanation.modes
+
+
+def refit(diagnosis: Diagnosis) -> None:
+    """Fit all parts of the explanation together; changes the diagnosis."""
+    modes = diagnosis.explanation.modes
     for evidence in (diagnosis.fitted, diagnosis.held):
         evidence.settle_floors(diagnosis.improved, modes)
     diagnosis.final = together(diagnosis, modes)
     diagnosis.explanation = diagnosis.final.explanation
+
+
+def judge(diagnosis: Diagnosis) -> None:
+    """
+    Judge the explanation on the runs left out; changes the diagnosis.
+
+    One that makes the gap no smaller is taken out again; one that leaves much of it does not
+    explain it.
+    """
+    before, after = above_floor(diagnosis.given, diagnosis.improved, diagnosis.held)
+    if after >= before > 0.0:
+        diagnosis.explanation, diagnosis.final = Explanation(), None
+        diagnosis.unexplained = next(iter(diagnosis.searches))
+    elif after > MUCH * before and diagnosis.unexplained is None:
+        left = [mode for mode, search in diagnosis.searches.items()
+                if search.cost(diagnosis.improved) > search.limit]  # fmt: skip
+        diagnosis.unexplained = left[-1] if left else None
 
 
 def together(diagnosis: Diagnosis, modes: Sequence[Mode]) -> Fit:

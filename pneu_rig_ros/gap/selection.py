@@ -3,7 +3,8 @@ Which explanation the data ask for: as few parts as close the gap, judged on run
 
 Explanations grow part by part. At each size the most promising candidates are fitted by
 simulation and compared on the experiments left out; the first size at which one of them leaves
-nothing significant is the answer. A wrong parameter is preferred to a missing effect.
+nothing significant is the answer. A wrong parameter is preferred to a missing effect that leaves
+about as much.
 
 Several wrong parameters are looked for at once, before anything of two parts: the first of them
 need not look promising, since the slips come at the wrong time as long as the others are wrong.
@@ -49,6 +50,8 @@ ROUNDS = 8
 """Rounds of a fit."""
 ALIKE = 0.05
 """Explanations whose costs differ by less cannot be told apart [-]."""
+MUCH = 1.15
+"""A parameter that leaves so many times what an effect leaves is not preferred to it [-]."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,13 @@ def cost_again(one: Scored, setting: Setting) -> Scored:
     hypothesis = one.fit.explanation.apply(setting.given)
     cost = setting.fitted.cost(hypothesis, setting.modes)
     return score(Fit(one.fit.explanation, cost, one.fit.deviations), setting)
+
+
+def preferred(closing: Sequence[Scored]) -> Scored:
+    """Return the one with the fewest effects among those that leave about as little as any."""
+    least = min(one.worst for one in closing)
+    good = [one for one in closing if one.worst <= MUCH * least]
+    return min(good, key=lambda one: (one.effects, one.worst))
 
 
 @dataclass
@@ -175,8 +185,7 @@ class Search:
             scored = self.again(sorted(scored, key=lambda one: one.worst))
             self.scored += scored
             if closing := [one for one in scored if one.worst < self.closed]:
-                best = min(closing, key=lambda one: (one.effects, one.worst))
-                self.best = self.pruned(best, self.closed)
+                self.best = self.pruned(preferred(closing), self.closed)
                 return self.best
             if size == 1 and self.jointly(pool):
                 return self.best

@@ -79,3 +79,14 @@ def gap_above_floor(hypothesis: Hypothesis, evidence: Evidence, mode: Mode) -> F
     every = np.concatenate(evidence.gaps(hypothesis, mode))
     excess: Floats = np.sqrt(np.maximum(np.mean(every**2, axis=0) - 1.0, 0.0))
     return excess
+
+
+def above_floor(given: Hypothesis, improved: Hypothesis, held: Evidence) -> tuple[float, float]:
+    """Return the gap before and after in noise floors, the mean over signals and predictions."""
+    modes = (Mode.CHAMBERS, Mode.CYCLES)
+    held.settle_floors(improved, modes)
+    before, after = (
+        np.concatenate([gap_above_floor(one, held, mode) for mode in modes])
+        for one in (given, improved)
+    )
+    return float(before.mean()), float(after.mean())

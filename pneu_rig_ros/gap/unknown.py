@@ -2,8 +2,8 @@
 What nobody has named yet: a sparse term that describes the gap, and can be added and simulated.
 
 The terms are those of the ``described_...`` effects. Which of them are needed is found by sparse
-regression (pysindy) of the residual of the balance; their coefficients are then fitted by
-simulation like those of any effect.
+regression (pysindy) of the residual of the balance, or of the gap of the pressures for errors of
+the sensors; their coefficients are then fitted by simulation like those of any effect.
 """
 
 from __future__ import annotations
@@ -26,12 +26,16 @@ from pneu_rig_ros.gap.where import disagreements, residuals
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.effect import READING_BALANCES, Signals
 
 Floats = NDArray[np.float64]
 
 DESCRIPTIONS = {
-    Mode.CHAMBERS: ('described_flow',),
+    Mode.CHAMBERS: (
+        'described_flow',
+        'described_motion_reading',
+        'described_pressure_reading',
+    ),
     Mode.CYCLES: ('described_friction', 'described_force'),
 }
 """Prediction whose gap is described -> effects that may describe it."""
@@ -71,27 +75,47 @@ class Description:
 
 
 def describe(
-    known: Hypothesis, fitted: Evidence, held: Evidence, mode: Mode, at_floor: float
+    known: Hypothesis, fitted: Evidence, held: Evidence, mode: Mode, at_floor: float, limit: float
 ) -> Description:
     """
     Return the description that shrinks the gap of a prediction most.
 
+    The sensors are blamed only where their errors leave nothing significant: a share of any gap
+    can be put on them.
+
     :param at_floor: cost of a true hypothesis [-]
+    :param limit: cost below which nothing significant is left [-]
     """
+
+    def worst(one: Fit) -> float:
+        return max(one.cost, held.cost(one.explanation.apply(known), (mode,)))
+
     tried = [
         one for name in DESCRIPTIONS[mode] for one in growing(known, fitted, held, name, mode)
     ]
-    best = min(
-        tried, key=lambda one: max(one.cost, held.cost(one.explanation.apply(known), (mode,)))
-    )
+    best = min((one for one in tried if not _of_sensors(one) or worst(one) < limit), key=worst)
     hypothesis = best.explanation.apply(known)
     before, after = (held.cost(one, (mode,)) for one in (known, hypothesis))
-    where = [one for one in disagreements(known, fitted) if _shows(one.balance, mode)]
-    balance, regime, unit = (
-        (where[0].balance, where[0].regime, where[0].unit) if where else _default(mode)
-    )
+    balance, regime, unit = _place(best, known, fitted, mode)
     left = max(after - at_floor, 0.0) / max(before - at_floor, 1e-9)
     return Description(balance, regime, unit, formula(best.explanation), left, hypothesis, best)
+
+
+def _place(best: Fit, known: Hypothesis, fitted: Evidence, mode: Mode) -> tuple[str, str, str]:
+    """Return the balance that a description acts on, the regime where it shows, and the unit."""
+    where = [one for one in disagreements(known, fitted) if _shows(one.balance, mode)]
+    regime = where[0].regime if where else 'sliding'
+    if _of_sensors(best):
+        part = best.explanation.parts[0]
+        return part.balance, regime, part.coordinates[0].quantity.unit
+    if where:
+        return where[0].balance, regime, where[0].unit
+    return _default(mode)
+
+
+def _of_sensors(one: Fit) -> bool:
+    """Return whether a description is of errors of the sensors."""
+    return library.load(one.explanation.parts[0].name).balance in READING_BALANCES
 
 
 def _shows(balance: str, mode: Mode) -> bool:
@@ -126,6 +150,8 @@ def growing(
 
 def regression(known: Hypothesis, evidence: Evidence, name: str) -> tuple[Floats, Floats]:
     """Return the terms of a description and the residual that they are to explain, stacked."""
+    if library.load(name).balance in READING_BALANCES:
+        return sensitivity(known, evidence, name)
     columns, targets = [], []
     floors = evidence.floors[Mode.CHAMBERS]
     for experiment, floor in zip(evidence.experiments, floors, strict=True):
@@ -136,6 +162,17 @@ def regression(known: Hypothesis, evidence: Evidence, name: str) -> tuple[Floats
             columns.append(table[good])
             targets.append(residual.values[good])
     return np.concatenate(columns), np.concatenate(targets)
+
+
+def sensitivity(known: Hypothesis, evidence: Evidence, name: str) -> tuple[Floats, Floats]:
+    """Return what each coefficient takes off the gap of the pressures, and the gap, in floors."""
+    part, mode = effect_candidate(name), Mode.CHAMBERS
+    gap = np.concatenate(evidence.gaps(known, mode)).ravel()
+    columns = []
+    for values in np.diag(part.starts[0]):
+        moved = np.concatenate(evidence.gaps(part.apply(known, tuple(values)), mode)).ravel()
+        columns.append((gap - moved) / values.sum())
+    return np.column_stack(columns), gap
 
 
 def sparse_terms(matrix: Floats, target: Floats, name: str, count: int) -> dict[str, float]:
