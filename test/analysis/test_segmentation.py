@@ -86,6 +86,9 @@ def varied(index: int) -> Measured:
     return measure(configuration, (-u if retracts else u, 25.0))
 
 
+pytestmark = pytest.mark.xdist_group('segmentation')  # the runs are measured once
+
+
 @pytest.fixture(scope='module')
 def runs() -> list[Measured]:
     return [varied(index) for index in range(30)]

@@ -1,6 +1,7 @@
 """One laboratory for all tests: the default reading, measured once."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +9,14 @@ from pneu_rig_ros.claims.experiments import Laboratory
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
 from pneu_rig_ros.cli import main
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give all tests of this folder to one worker, which then measures once."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent:
+            item.add_marker(pytest.mark.xdist_group('claims'))
 
 
 @pytest.fixture(scope='session')

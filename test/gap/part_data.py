@@ -80,7 +80,7 @@ def friction_run(
 ) -> Recording:
     """Return a seal driven to and fro against a pressure [Pa gauge], by the Dahl law."""
     interval, speed, period = 0.01, 0.01, 6.0
-    time = np.arange(0.0, 30.0, interval)
+    time = np.arange(0.0, 12.0, interval)
     phase = (time / period) % 1.0
     x = 0.03 + speed * period * np.where(phase < 0.5, phase, 1.0 - phase)
     level, bristle = coulomb + slope * gauge, 0.0

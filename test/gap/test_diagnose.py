@@ -21,7 +21,8 @@ from pneu_rig_ros.simulate import simulate
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json.loads((ROOT / 'docs' / 'diagnosis.schema.json').read_text())
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
-pytestmark = pytest.mark.timeout(900)  # three diagnoses, on a machine that may be busy
+# three diagnoses, once for all tests, on a machine that may be busy
+pytestmark = [pytest.mark.timeout(900), pytest.mark.xdist_group('diagnose')]
 OTHERS = ('wall_heat_transfer', 'line_lag')
 LEAK, FACTOR = 2e-9, 1.25
 STROKES = {'a': (0.34, 5e5, 0.02), 'b': (-0.4, 6e5, 0.2), 'c': (0.4, 7e5, 0.05)}

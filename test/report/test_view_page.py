@@ -38,6 +38,9 @@ index => {
 CHARTS = 5
 
 
+pytestmark = pytest.mark.xdist_group('view')  # one browser, one record
+
+
 @pytest.fixture(scope='module')
 def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
     """Seven seconds of cylinder 2."""

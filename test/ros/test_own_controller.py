@@ -16,6 +16,9 @@ from .bystander import gather
 
 pytestmark = pytest.mark.live
 
+NEAR = 1.5e-3
+"""Without an integral it stops where u is within the valves' overlap: 0.15 V / (200 V/m) [m]."""
+
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / 'examples' / 'own_controller.py'
 
@@ -50,9 +53,11 @@ def test_it_takes_the_piston_to_its_target(context, bystander, controller, cylin
     commands = bystander.hear('u')
     start = gather(runner, [samples], 1)[0][0]
     gather(runner, [commands], 1)  # until the controller has found the rig
-    heard = gather(runner, [samples], 3000)[0]
+    positions = []
+    while len(positions) < 5 and not (positions and abs(positions[-1] - 0.1) < NEAR):
+        heard = gather(runner, [samples], 3000)[0]  # the controller may get its turn late
+        positions.append(unpack_joint_state(heard[-1]).position)
     runner.close()
     assert unpack_joint_state(start).position == pytest.approx(0.07, abs=1e-3)
-    # without an integral it stops where u is within the overlap of the valves, 0.15 V / (200 V/m)
-    assert unpack_joint_state(heard[-1]).position == pytest.approx(0.1, abs=1.5e-3)
+    assert positions[-1] == pytest.approx(0.1, abs=NEAR), positions
     assert controller.poll() is None
