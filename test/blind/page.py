@@ -9,6 +9,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from scipy.stats import binomtest
 
 from . import scores
 from .answers import Answer
@@ -65,10 +66,21 @@ def headline(answers: list[Answer]) -> str:
     for name, figure in scores.figures(answers).items():
         sense, bound = scores.WANTED[name]
         mark = 'yes' if scores.reached(name, figure['value']) else 'no'
-        value = percent(figure['value'], 1)
-        row = f'`{name}`', MEANING[name], value, f'{sense} {bound:.0%}', mark, figure['trials']
-        rows.append(row)
-    return table(('figure', 'what', 'measured', 'wanted', 'reached', 'trials'), rows)
+        rows.append((
+            f'`{name}`', MEANING[name], percent(figure['value'], 1), interval(name, figure),
+            f'{sense} {bound:.0%}', mark, figure['trials'],
+        ))  # fmt: skip
+    head = 'figure', 'what', 'measured', '95 % interval', 'wanted', 'reached', 'trials'
+    return table(head, rows)
+
+
+def interval(name: str, figure: dict[str, Any]) -> str:
+    """Return Wilson's interval of a share; a median has none here."""
+    if name in scores.MEDIANS or not figure['trials']:
+        return '-'
+    good = round(figure['value'] * figure['trials'])
+    bounds = binomtest(good, figure['trials']).proportion_ci(method='wilson')
+    return f'{percent(bounds.low)} to {percent(bounds.high)}'
 
 
 def coverage(answers: list[Answer]) -> str:

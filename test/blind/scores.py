@@ -23,6 +23,8 @@ WANTED: dict[str, tuple[str, float]] = {
     'parameter_error': ('at most', PARAMETER_ERROR),
 }
 """What each figure should be, at the noise of the rig."""
+MEDIANS = ('heldout_gap_cut', 'parameter_error')
+"""The figures that are no shares of the trials."""
 
 GAS = {'supply_droop', 'cross_piston_leak', 'chamber_leak', 'valve_null_leak', 'line_lag',
        'wall_heat_transfer', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening'}  # fmt: skip

@@ -75,6 +75,8 @@ def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
     assert 'one found, not all' in causes
     assert 'fits noise' in causes
     assert 'single/load_spring' not in causes
+    # Wilson: (p + z^2/2n -+ z sqrt(p(1-p)/n + z^2/4n^2)) / (1 + z^2/n) with 1 of 3, z = 1.96
+    assert '| 33.3 % | 6 % to 79 % | at least 95% | no | 3 |' in text
     assert '| this workflow | 90 % | 90 % to 90 % | 1 | 1 of 1 |' in text
     assert '(pysindy) | -20 % | -20 % to -20 % | 1 |' in text
     written = json.loads((tmp_path / 'blind.json').read_text())
