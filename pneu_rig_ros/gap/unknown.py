@@ -235,7 +235,7 @@ def _signals(experiment: Experiment) -> Any:
     supply: Any = np.full(x.size, experiment.operation.supply_pressure)
     unseen: Any = np.full(x.size, np.nan)
     return Signals(unseen, x, v, p1, p2, unseen, unseen, unseen, unseen, u1, u2, supply, supply,
-                   unseen, unseen, unseen, unseen)  # fmt: skip
+                   unseen, unseen, unseen, unseen, unseen, unseen)  # fmt: skip
 
 
 def _only(candidate: Candidate, terms: Mapping[str, float]) -> Candidate:

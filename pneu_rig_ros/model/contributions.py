@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals, at_ports
+from pneu_rig_ros.model.effect import Balance, Effect, Signals, behind_levels, behind_spools
 
 Array = NDArray[np.float64]
+CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}
+"""Balance -> what the later stages see of the earlier ones."""
 Pair = Callable[[Signals, CompiledModel, Any, Array, Array], tuple[float, float]]
 
 
@@ -43,7 +45,7 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
     for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
         effect = effects[index]
-        join = _behind if effect.balance is Balance.SPOOL else _plus
+        join = _behind if effect.balance in CHAINS else _plus
         sums[effect.balance] = join(
             sums[effect.balance], effect, index, ends[index], ends[index + 1]
         )
@@ -72,16 +74,15 @@ def _plus(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pai
 
 
 def _behind(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pair:
-    """Return the contributions of a chain of spools: the last sees what the others leave."""
-    own = effect.contribution
+    """Return the contributions of a chain: the last sees what the others leave."""
+    own, behind = effect.contribution, CHAINS[effect.balance]
 
     @compiled
     def total(
         signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
     ) -> tuple[float, float]:
-        s = signals
-        a, b = others(s, model, effects, state, rate)
-        seen = at_ports(s, s.voltage_1 + a, s.voltage_2 + b, s.supply_1, s.supply_2)
+        a, b = others(signals, model, effects, state, rate)
+        seen = behind(signals, a, b)
         c, d = own(seen, model, effects[index], state[start:end], rate[start:end])
         return a + c, b + d
 

@@ -262,7 +262,8 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
         elastic = Signals(
             time, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
             state[GAS_MASS_1], state[GAS_MASS_2], voltages[0], voltages[1], supply, supply, z,
-            bristles, sticking, dwell,
+            bristles, sticking, dwell, model.friction.coulomb_force,
+            model.friction.breakaway_force,
         )  # fmt: skip
         more_force, more_stiffness = add_bristle(elastic, model, effects, state, rate)
         stiffness += more_stiffness

@@ -30,7 +30,8 @@ class Balance(Enum):
     ====================  =======  ======================================================
 
     Effects on the same balance are summed, each seeing the signals without the others. Those on
-    ``SPOOL`` are a chain: each sees the voltages that the earlier stages leave.
+    ``SPOOL`` and ``LEVEL`` are chains: each sees the voltages, or the Coulomb and static force,
+    that the earlier stages leave.
     """
 
     SPOOL = 'V'
@@ -70,7 +71,9 @@ class Signals(NamedTuple):
     later ones with the contributions to ``BRISTLE``. ``dwell_time`` is the dwell that static
     friction stands for under the reading of Eq. 16; latched at breakaway, it is the time at rest
     so far while the piston sticks, and the dwell before the last breakaway while it slides.
-    Readings see only the state: for them time, voltages, bristle force and dwell are NaN.
+    ``coulomb_force`` and ``static_force`` are F_c and F_smax of the law; for ``LEVEL`` with what
+    the earlier stages add. Readings see only the state: for them time, voltages, bristle force,
+    dwell and these two are NaN.
     """
 
     time: float
@@ -90,6 +93,8 @@ class Signals(NamedTuple):
     bristle_force: float
     sticking: bool
     dwell_time: float
+    coulomb_force: float
+    static_force: float
 
 
 @compiled
@@ -101,7 +106,7 @@ def at_ports(
     return Signals(
         s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
         s.gas_mass_1, s.gas_mass_2, voltage_1, voltage_2, supply_1, supply_2, s.deflection,
-        s.bristle_force, s.sticking, s.dwell_time,
+        s.bristle_force, s.sticking, s.dwell_time, s.coulomb_force, s.static_force,
     )  # fmt: skip
 
 
@@ -112,7 +117,26 @@ def with_bristles(signals: Signals, bristle_force: float) -> Signals:
     return Signals(
         s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
         s.gas_mass_1, s.gas_mass_2, s.voltage_1, s.voltage_2, s.supply_1, s.supply_2,
-        s.deflection, bristle_force, s.sticking, s.dwell_time,
+        s.deflection, bristle_force, s.sticking, s.dwell_time, s.coulomb_force, s.static_force,
+    )  # fmt: skip
+
+
+@compiled
+def behind_spools(signals: Signals, first: float, second: float) -> Signals:
+    """Return the signals with the voltages that stages of ``SPOOL`` leave that add so much [V]."""
+    s = signals
+    return at_ports(s, s.voltage_1 + first, s.voltage_2 + second, s.supply_1, s.supply_2)
+
+
+@compiled
+def behind_levels(signals: Signals, coulomb: float, static: float) -> Signals:
+    """Return the signals with the forces that stages of ``LEVEL`` leave that add so much [N]."""
+    s = signals
+    return Signals(
+        s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
+        s.gas_mass_1, s.gas_mass_2, s.voltage_1, s.voltage_2, s.supply_1, s.supply_2,
+        s.deflection, s.bristle_force, s.sticking, s.dwell_time, s.coulomb_force + coulomb,
+        s.static_force + static,
     )  # fmt: skip
 
 

@@ -37,7 +37,7 @@ def visible(state: Array, model: CompiledModel) -> Signals:
     return Signals(
         np.nan, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
         state[GAS_MASS_1], state[GAS_MASS_2], np.nan, np.nan, supply, supply, state[DEFLECTION],
-        np.nan, False, np.nan,
+        np.nan, False, np.nan, np.nan, np.nan,
     )  # fmt: skip
 
 

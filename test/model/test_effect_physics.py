@@ -21,7 +21,7 @@ LAW, VALVE, GAS = COMPILED.friction, COMPILED.valve, COMPILED.gas
 STROKE, SUPPLY = MODEL.cylinder.stroke, MODEL.operation.supply_pressure
 AT_REST = Signals(
     0.0, 0.1, 0.0, 2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4, 2.5, 2.5, SUPPLY, SUPPLY, 0.0, 0.0, False,
-    0.0,
+    0.0, LAW.coulomb_force, LAW.breakaway_force,
 )  # fmt: skip
 
 

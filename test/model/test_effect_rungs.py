@@ -108,6 +108,22 @@ def test_dwell_and_film_keep_to_the_readings_of_the_law(reading: int) -> None:
 
 
 @pytest.mark.parametrize('cylinder', CYLINDERS)
+def test_static_friction_grows_between_the_levels_that_other_effects_leave(cylinder: str) -> None:
+    follows = {'static_friction_reading': STATIC_FRICTION_READINGS.index('follows_clock')}
+    rung = Rung(
+        lambda _: {'model': DWELL, **follows}, lambda _: {'model': REVISED, **follows}, dwell
+    )
+    sloping = effects.load('position_dependent_friction').parameters(0.6)
+    beside = {'position_dependent_friction': sloping}
+    wanted, found, without = runs(rung, cylinder, beside=beside)
+    bare = runs(rung, cylinder)[0]
+    stroke = changed(cylinder).cylinder.stroke
+    assert worst(wanted.position, found.position, stroke) < AGREE
+    assert worst(wanted.position, without.position, stroke) > 100.0 * AGREE
+    assert worst(wanted.position, bare.position, stroke) > 100.0 * AGREE
+
+
+@pytest.mark.parametrize('cylinder', CYLINDERS)
 @pytest.mark.parametrize('name', RUNGS)
 def test_lower_law_with_the_effect_is_the_higher_law(name: str, cylinder: str) -> None:
     wanted, found, without = runs(RUNGS[name], cylinder)
@@ -134,13 +150,17 @@ def test_hysteresis_is_a_maxwell_slip_element_dragged_within_a_sample(cylinder: 
 
 
 def runs(
-    rung: Rung, cylinder: str, duration: float = 8.0
+    rung: Rung, cylinder: str, duration: float = 8.0, beside: Effects | None = None
 ) -> tuple[Trajectory, Trajectory, Trajectory]:
-    """Return out-and-in runs with the higher law, with the lower and the effect, without it."""
+    """
+    Return out-and-in runs with the higher law, with the lower and the effect, without it.
+
+    :param beside: effects that all three have
+    """
     law = changed(cylinder).friction
     higher = changed(cylinder, friction=rung.higher(law))
     lower = changed(cylinder, friction=rung.lower(law))
-    null = {name: effects.load(name).null for name in effects.names()}
+    null = {name: effects.load(name).null for name in effects.names()} | (beside or {})
     plants = (
         Plant(higher, null, TOLERANCE),
         Plant(lower, null | rung.missing(law), TOLERANCE),

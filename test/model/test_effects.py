@@ -89,7 +89,7 @@ def test_null_contribution_is_exactly_zero(name: str) -> None:
     effect = effects.load(name)
     signals = Signals(
         1.0, 0.1, 0.02, 2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4, 2.8, 2.2, 5e5, 5e5, 1e-4, 5.0, False,
-        3.0,
+        3.0, 6.0, 15.0,
     )  # fmt: skip
     size = len(effect.states)
     rate = np.full(size, np.nan)

@@ -33,17 +33,17 @@ def contribution(
     """
     Return no change of F_c, and what is added to F_smax [N] so that F_s becomes Eq. 16.
 
-    The law's reading of Eq. 16 says what F_s does during the slip; by default it is held.
+    Both levels are those that the other effects leave. The law's reading of Eq. 16 says what F_s
+    does during the slip; by default it is held.
     """
     if parameters.breakaway_force <= 0.0:
         return 0.0, 0.0
-    law = model.friction
-    most = max(parameters.breakaway_force, law.coulomb_force)
+    coulomb, added = signals.coulomb_force, signals.static_force - model.friction.breakaway_force
     static = grown_static_friction(
-        max(signals.dwell_time, 0.0), most, law.coulomb_force, parameters.dwell_coefficient,
-        parameters.dwell_exponent,
+        max(signals.dwell_time, 0.0), max(parameters.breakaway_force + added, coulomb), coulomb,
+        parameters.dwell_coefficient, parameters.dwell_exponent,
     )  # fmt: skip
-    return 0.0, static - law.breakaway_force
+    return 0.0, static - signals.static_force
 
 
 EFFECT = Effect(
@@ -62,4 +62,5 @@ EFFECT = Effect(
         Parameters(35.0, 0.5, 0.3),
     ),
     laws=('lugre', 'revised_lugre'),
+    stage=1,
 )
