@@ -13,7 +13,8 @@ from pneu_rig_ros.gap.diagnosis import Diagnosis
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.selection import ALIKE, Scored
+from pneu_rig_ros.gap.scoring import Scored
+from pneu_rig_ros.gap.selection import ALIKE
 from pneu_rig_ros.gap.shrink import (
     above_floor,
     measured_run,

@@ -14,14 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, scanned, without_weakest
+from pneu_rig_ros.gap.fitting import Explanation, fit, scanned, without_weakest
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
+from pneu_rig_ros.gap.scoring import Scored, Setting, cost_again, fit_from, preferred, score
 from pneu_rig_ros.gap.screening import Screened, screen
 from pneu_rig_ros.gap.twin import expected_cost
 
@@ -50,65 +50,6 @@ ROUNDS = 8
 """Rounds of a fit."""
 ALIKE = 0.05
 """Explanations whose costs differ by less cannot be told apart [-]."""
-MUCH = 1.15
-"""A parameter that leaves so many times what an effect leaves is not preferred to it [-]."""
-
-
-@dataclass(frozen=True)
-class Scored:
-    """
-    A fitted explanation and its cost where it was not fitted.
-
-    :param fit: the fit
-    :param held_out: cost on the experiments left out [-]
-    """
-
-    fit: Fit
-    held_out: float
-
-    @property
-    def worst(self) -> float:
-        """The larger of both costs."""
-        return max(self.fit.cost, self.held_out)
-
-    @property
-    def effects(self) -> int:
-        """Number of effects in the explanation."""
-        return sum(part.is_effect for part in self.fit.explanation.parts)
-
-
-class Setting(NamedTuple):
-    """What the fits of a search share; see :class:`Search`."""
-
-    given: Hypothesis
-    fitted: Evidence
-    held: Evidence
-    modes: tuple[Mode, ...]
-
-
-def fit_from(start: Explanation, setting: Setting, rounds: int) -> Scored:
-    """Return an explanation fitted from a start."""
-    return score(fit(setting.given, start, setting.fitted, setting.modes, rounds), setting)
-
-
-def score(result: Fit, setting: Setting) -> Scored:
-    """Return a fit with its cost on the experiments left out."""
-    hypothesis = result.explanation.apply(setting.given)
-    return Scored(result, setting.held.cost(hypothesis, setting.modes))
-
-
-def cost_again(one: Scored, setting: Setting) -> Scored:
-    """Return a fit with its costs under other noise floors."""
-    hypothesis = one.fit.explanation.apply(setting.given)
-    cost = setting.fitted.cost(hypothesis, setting.modes)
-    return score(Fit(one.fit.explanation, cost, one.fit.deviations), setting)
-
-
-def preferred(closing: Sequence[Scored]) -> Scored:
-    """Return the one with the fewest effects among those that leave about as little as any."""
-    least = min(one.worst for one in closing)
-    good = [one for one in closing if one.worst <= MUCH * least]
-    return min(good, key=lambda one: (one.effects, one.worst))
 
 
 @dataclass

@@ -8,7 +8,8 @@ from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import Explanation, Fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.selection import Scored, Search, preferred
+from pneu_rig_ros.gap.scoring import Scored, preferred
+from pneu_rig_ros.gap.selection import Search
 from pneu_rig_ros.rig import load_configuration
 
 from .runs import measured
