@@ -251,7 +251,8 @@ nothing else; bags come from a second plant (`test/blind/plant.py`: SciPy's LSOD
 package's model code) through 12-bit sensors with noise. What is hidden where is told in
 `test/blind/hidden.py` and `test/blind/trials.py`. {run} of {whole} trials of the matrix were run,
 {seconds} s each (median, one processor), at git revision {revisions}. Their order hangs on a hash
-of their names alone, the noise of the rig first: those that were run are a fair sample.
+of their names alone, the noise of the rig first: in each part those that were run are a fair
+sample.
 
 Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
 more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and

@@ -8,6 +8,8 @@ from . import page, scores
 from .answers import joined
 from .trials import matrix
 
+ROOT = Path(__file__).resolve().parents[2]
+
 
 def answer(part: str, names: list[str], verdict: str, **more: Any) -> dict[str, Any]:
     """Return an answer as it is kept."""
@@ -64,6 +66,19 @@ def test_figures_of_nothing_are_none_and_not_reached() -> None:
     for name, figure in scores.figures([]).items():
         assert figure == {'value': None, 'trials': 0}
         assert not scores.reached(name, figure['value'])
+
+
+def test_readme_tells_the_figures_of_the_page() -> None:
+    figures = json.loads((ROOT / 'docs' / 'blind.json').read_text())
+    section = (ROOT / 'README.md').read_text().split('`make blind`')[1].split('##')[0]
+    rows = [line for line in section.splitlines() if line.startswith('| ')][2:]
+    names = 'single_top1', 'false_alarm', 'parameter_top1', 'pairs_both'
+    for row, name in zip(rows, names, strict=True):
+        figure = figures[name]
+        low_high = page.interval(name, figure).replace(' % to', ' to')
+        assert f': {page.percent(figure["value"])} | {figure["trials"]} | {low_high} |' in row
+    assert f'cut by {page.percent(figures["heldout_gap_cut"]["value"])}' in section
+    assert f'{page.percent(figures["parameter_error"]["value"], 1)} off' in section
 
 
 def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
