@@ -14,7 +14,7 @@ from pneu_rig_ros.gap.diagnosis import diagnose
 
 from . import scores
 from .answers import carry_out
-from .hidden import hide, true_parameters
+from .hidden import EFFECTS, hide, true_parameters
 from .rig import make_bags
 from .settings import settings
 from .trials import Trial, matrix
@@ -84,16 +84,11 @@ def test_nothing_is_said_to_be_missing_where_nothing_is(key: str, tmp_path: Path
 
 
 @pytest.mark.xdist_group('blind_2')
-def test_wrong_parameter_is_told_from_a_missing_effect(tmp_path: Path) -> None:
-    line = carry_out(trial('parameter/valve.intake_voltage/cylinder_1/1'), tmp_path)
-    assert line['verdict'] == 'parameter', line
-    assert line['parameters'] == line['names']
-    assert max(line['errors'].values()) < 0.1
-
-
-@pytest.mark.xdist_group('blind_2')
 def test_effect_that_is_not_in_the_library_is_unknown(tmp_path: Path) -> None:
-    line = carry_out(trial('removed/sensor_delay/cylinder_2/1'), tmp_path)
+    whole = trial('removed/sensor_delay/cylinder_2/1')
+    kept = 'chamber_leak', 'valve_lag', 'inclination'  # few, so that it is a matter of a minute
+    small = whole._replace(without=tuple(name for name in EFFECTS if name not in kept))
+    line = carry_out(small, tmp_path)
     assert line['verdict'] == 'unknown', line
     assert scores.right_balance(line)
     assert line['cut'] > GAP_CUT
