@@ -5,6 +5,9 @@ import time
 SMALLEST_JUMP_NS = 5_000_000
 """Less is not told from a process that was interrupted while it read its clocks [ns]."""
 
+LONGEST_WAIT_NS = 1_000_000_000
+"""What seems older may have been stamped by a clock that was set since the last look [ns]."""
+
 
 class WallClock:
     """
@@ -29,11 +32,12 @@ class WallClock:
 
     def steady(self, wall_ns: int) -> int:
         """Return what it would have shown when it showed `wall_ns`, not before the last look."""
-        if self._before_ns == self.jump_ns:
-            return wall_ns - self.jump_ns
-        now = time.monotonic_ns() + self._offset_ns
-        either = wall_ns - self._before_ns, wall_ns - self.jump_ns
-        return min(either, key=lambda reading: abs(reading - now))
+        reading, now = wall_ns - self.jump_ns, time.monotonic_ns() + self._offset_ns
+        if self._before_ns == self.jump_ns and abs(reading - now) < LONGEST_WAIT_NS:
+            return reading
+        # it may also have been set since the last look
+        jumps = self._before_ns, self.jump_ns, _offset_ns() - self._offset_ns
+        return min((wall_ns - jump for jump in jumps), key=lambda one: abs(one - now))
 
     def told(self, unmoved: str) -> str | None:
         """Return what to say of a clock that was set, None when it was not; and what goes on."""

@@ -63,3 +63,14 @@ def test_a_clock_that_was_set_back_again_is_right(clocks: Clocks) -> None:
     clock.look()
     assert clock.told('stamps') is None
     assert clock.steady(clocks.time_ns()) == clocks.time_ns()
+
+
+@pytest.mark.parametrize('jump', [HOUR, -HOUR])
+def test_a_message_stamped_between_a_setting_and_the_next_look_is_in_order(
+    clocks: Clocks, jump: int
+) -> None:
+    clock, start = WallClock(), clocks.time_ns()
+    clock.look()
+    clocks.set_by += jump
+    clocks.elapsed += 20_000_000
+    assert clock.steady(clocks.time_ns()) == start + 20_000_000
