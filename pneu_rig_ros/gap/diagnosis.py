@@ -32,7 +32,7 @@ from pneu_rig_ros.rig import RigConfiguration, load_configuration
 Tell = Callable[[str, float], None]
 STAGES = ((Mode.CHAMBERS, 'gas and valves'), (Mode.CYCLES, 'forces'))
 FINAL_ROUNDS = 6
-MUCH = 0.2
+MOST_LEFT = 0.2
 """An explanation that leaves more of the gap on the runs left out does not explain it [-]."""
 RIVALS = 3
 """Explanations that the next experiment is to tell apart."""
@@ -218,7 +218,7 @@ def judge(diagnosis: Diagnosis) -> None:
     if after >= before > 0.0:
         diagnosis.explanation, diagnosis.final = Explanation(), None
         diagnosis.unexplained = next(iter(diagnosis.searches))
-    elif after > MUCH * before and diagnosis.unexplained is None:
+    elif after > MOST_LEFT * before and diagnosis.unexplained is None:
         left = [mode for mode, search in diagnosis.searches.items()
                 if search.cost(diagnosis.improved) > search.limit]  # fmt: skip
         diagnosis.unexplained = left[-1] if left else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,6 +79,14 @@ class Explanation:
         flat = iter([coordinate.outward(float(value)) for coordinate, value in pairs])
         values = tuple(tuple(next(flat) for _ in part.coordinates) for part in self.parts)
         return Explanation(self.parts, values)
+
+
+def first_of_each(explanations: Iterable[Explanation]) -> list[Explanation]:
+    """Return the explanations without those whose parts an earlier one has, with other values."""
+    first: dict[frozenset[Candidate], Explanation] = {}
+    for one in explanations:
+        first.setdefault(frozenset(one.parts), one)
+    return list(first.values())
 
 
 @dataclass(frozen=True)

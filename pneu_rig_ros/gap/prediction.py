@@ -121,7 +121,7 @@ def _run(
     hypothesis: Hypothesis, experiment: Experiment, mode: Mode, bias: Floats,
     jitter: Jitter | None,
 ) -> Trajectory:  # fmt: skip
-    start = -bias[0]
+    start = np.where(_vented(experiment), 0.0, -bias[0])
     stroke = hypothesis.model.cylinder.stroke
     actions, measured, rests = guidance(experiment, mode, bias, stroke)
     if jitter is not None:
@@ -130,6 +130,13 @@ def _run(
         start = start + START_NOISE * jitter.draw(1)[0]
     plant = hypothesis.plant(experiment, start)
     return plant.follow(experiment.voltages, experiment.interval, actions, measured, rests)
+
+
+def _vented(experiment: Experiment) -> NDArray[np.bool_]:
+    """Return which of x, v, p1, p2 begin at the end of a sensor's span: no error of it is seen."""
+    start = experiment.operation
+    pressures = np.array([start.initial_pressure_1, start.initial_pressure_2])
+    return np.concatenate([[False, False], pressures == experiment.zero])
 
 
 def _readings(run: Trajectory) -> Floats:

@@ -11,8 +11,8 @@ from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 
-MUCH = 1.15
-"""A parameter that leaves so many times what an effect leaves is not preferred to it [-]."""
+AS_LITTLE = 1.15
+"""What leaves up to so many times what the best leaves counts as leaving as little [-]."""
 
 
 @dataclass(frozen=True)
@@ -68,5 +68,5 @@ def cost_again(one: Scored, setting: Setting) -> Scored:
 def preferred(closing: Sequence[Scored]) -> Scored:
     """Return the one with the fewest effects among those that leave about as little as any."""
     least = min(one.worst for one in closing)
-    good = [one for one in closing if one.worst <= MUCH * least]
+    good = [one for one in closing if one.worst <= AS_LITTLE * least]
     return min(good, key=lambda one: (one.effects, one.worst))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
+from pneu_rig_ros.gap.fitting import Explanation, first_of_each
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 
@@ -18,6 +20,11 @@ Floats = NDArray[np.float64]
 
 SHARES = np.linspace(0.1, 1.6, 16)
 """Shares of a candidate's change of the prediction that are tried [-]."""
+
+KEPT_PAIRS = 4
+"""Of so many pairs one is looked at more closely."""
+CHUNK = 16
+"""Pairs that are sent to a worker at once."""
 
 
 class Screened(NamedTuple):
@@ -80,3 +87,36 @@ def _flat(gaps: list[Floats]) -> Floats:
 def _cost(pairs: list[tuple[Floats, Floats]], share: float) -> float:
     each = [np.mean(np.arcsinh(a + share * (b - a)) ** 2) for a, b in pairs]
     return float(np.mean(each))
+
+
+def screen_pairs(
+    given: Hypothesis, base: Explanation, effects: Sequence[Candidate], evidence: Evidence,
+    modes: Sequence[Mode], executor: Executor,
+) -> list[Explanation]:  # fmt: skip
+    """
+    Return an explanation with each of the most promising pairs of effects, the best one first.
+
+    Two effects may close a gap that each of them alone makes larger. All are tried on the first
+    experiment, and what looks well there on every one.
+    """
+    pairs = [
+        base.plus(one, start).plus(other, second)
+        for one, other in combinations(effects, 2)
+        for start, second in product(one.starts, other.starts)
+    ]
+    first = evidence.subset([0])
+    for some in (first, evidence):
+        chunks = [pairs[start : start + CHUNK] for start in range(0, len(pairs), CHUNK)]
+        every = map_tasks(executor, costs_of, chunks, given, some, modes)
+        costs = [cost for chunk in every for cost in chunk]
+        order = np.argsort(costs, kind='stable')[: -(-len(pairs) // KEPT_PAIRS)]
+        pairs = [pairs[index] for index in order]
+    return first_of_each(pairs)
+
+
+def costs_of(
+    explanations: Sequence[Explanation], given: Hypothesis, evidence: Evidence,
+    modes: Sequence[Mode],
+) -> list[float]:  # fmt: skip
+    """Return the costs of some explanations as they stand."""
+    return [evidence.cost(one.apply(given), modes) for one in explanations]

@@ -8,6 +8,8 @@ about as much.
 
 Several wrong parameters are looked for at once, before anything of two parts: the first of them
 need not look promising, since the slips come at the wrong time as long as the others are wrong.
+What is left unexplained then is looked for globally: a fit may have ended in a false minimum, and
+two effects may be of no use alone.
 """
 
 from __future__ import annotations
@@ -18,11 +20,12 @@ from dataclasses import dataclass, field
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, fit, scanned, without_weakest
+from pneu_rig_ros.gap.fitting import Explanation, first_of_each, fit, scanned, without_weakest
+from pneu_rig_ros.gap.global_fit import fit_globally
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.scoring import Scored, Setting, cost_again, fit_from, preferred, score
-from pneu_rig_ros.gap.screening import Screened, screen
+from pneu_rig_ros.gap.screening import Screened, screen, screen_pairs
 from pneu_rig_ros.gap.twin import expected_cost
 
 CONSISTENT, ALLOWANCE = 1.6, 0.1
@@ -42,6 +45,8 @@ REFINED, REFINING_ROUNDS = 2, 12
 """Best fits of each size that are fitted on, and the rounds of those that leave a gap."""
 CLOSED = 0.1
 """Share of the gap above the floor that an explanation may leave [-]."""
+GLOBALLY = 2
+"""Explanations that are fitted over their whole range at once, if nothing else helps."""
 FEW = 6
 """Of more parameters than these a quarter at a time is taken out, then one."""
 LEAST_GAIN = 0.85
@@ -93,8 +98,11 @@ class Search:
 
     @property
     def ranking(self) -> list[Scored]:
-        """Everything fitted, best first."""
-        return sorted(self.scored, key=lambda one: one.worst)
+        """The best fit of everything fitted, best first."""
+        best: dict[frozenset[Candidate], Scored] = {}
+        for one in sorted(self.scored, key=lambda one: one.worst):
+            best.setdefault(frozenset(one.fit.explanation.parts), one)
+        return list(best.values())
 
     def cost(self, hypothesis: Hypothesis) -> float:
         """Return the larger cost, of the experiments fitted and left out [-]."""
@@ -122,7 +130,7 @@ class Search:
         for size in range(1, LARGEST + 1):
             scored = [one for base in level for one in self.grow(base, pool, size)]
             if not scored:
-                return None
+                break
             scored = self.again(sorted(scored, key=lambda one: one.worst))
             self.scored += scored
             if closing := [one for one in scored if one.worst < self.closed]:
@@ -131,10 +139,39 @@ class Search:
             if size == 1 and self.jointly(pool):
                 return self.best
             if scored[0].worst > LEAST_GAIN * reached:
-                return None
+                break
             reached = scored[0].worst
             level = [one.fit.explanation for one in scored[: BEAM if size == 1 else 1]]
-        return None
+        return self.globally([one for one in pool if one.is_effect], size)
+
+    def globally(self, effects: Sequence[Candidate], size: int) -> Scored | None:
+        """
+        Return the best of the most promising explanations fitted over their whole range.
+
+        They are those that the fits left the least of and, where one part alone led nowhere, the
+        pairs of effects that look best together. None if all leave something significant.
+        """
+        tried = sorted(self.scored, key=lambda one: one.fit.cost)
+        best = first_of_each(one.fit.explanation for one in tried if one.effects)
+        if (found := self.over_the_range(best)) or size > 1:
+            return found
+        self.tell('screening pairs')
+        everything = self.given, self.base, effects, self.fitted, self.modes, self.executor
+        return self.over_the_range(screen_pairs(*everything))
+
+    def over_the_range(self, ranked: Sequence[Explanation]) -> Scored | None:
+        """Return the best of the first explanations fitted so; None if it leaves something."""
+        if not (starts := ranked[:GLOBALLY]):
+            return None
+        self.tell('fitting over the whole range ' + ', '.join(one.name for one in starts))
+        own = len(self.base.parts)
+        scored = map_tasks(self.executor, fit_globally, starts, self.setting, own)
+        self.settle(min(scored, key=lambda one: one.worst).fit.explanation.apply(self.given))
+        scored = self.fits([one.fit.explanation for one in scored], REFINING_ROUNDS)
+        self.scored += scored
+        if closing := [one for one in scored if one.worst < self.limit]:
+            self.best = self.pruned(preferred(closing), self.limit)
+        return self.best
 
     def calibrated(self) -> Scored:
         """Return what is fitted together with every explanation, fitted alone."""

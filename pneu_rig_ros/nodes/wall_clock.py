@@ -31,7 +31,7 @@ class WallClock:
             self.jump_ns = jump_ns
 
     def steady(self, wall_ns: int) -> int:
-        """Return what it would have shown when it showed `wall_ns`, not before the last look."""
+        """Return what it would have shown when it showed `wall_ns`, after the look before."""
         reading, now = wall_ns - self.jump_ns, time.monotonic_ns() + self._offset_ns
         if self._before_ns == self.jump_ns and abs(reading - now) < LONGEST_WAIT_NS:
             return reading

@@ -12,7 +12,7 @@ from pneu_rig_ros.gap.candidates import (
     parameters,
 )
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, without_weakest
+from pneu_rig_ros.gap.fitting import Explanation, Fit, first_of_each, fit, without_weakest
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.model import effects as library
@@ -88,3 +88,11 @@ def test_the_least_significant_parameters_are_taken_out_first() -> None:
     names = [part.name for part in explanation.parts]
     left = without_weakest(result, own=1, count=2)
     assert [part.name for part in left.parts] == [names[0], names[1], names[3]]
+
+
+def test_of_the_same_parts_the_first_values_count_whatever_the_order() -> None:
+    leak, heat = effect_candidate('chamber_leak'), effect_candidate('wall_heat_transfer')
+    best = Explanation().plus(leak, leak.starts[0]).plus(heat, heat.starts[0])
+    worse = Explanation().plus(heat, heat.starts[0]).plus(leak, leak.starts[-1])
+    alone = Explanation().plus(leak, leak.starts[0])
+    assert first_of_each([best, alone, worse]) == [best, alone]

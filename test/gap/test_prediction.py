@@ -87,3 +87,12 @@ def test_a_sensor_effect_is_taken_off_what_is_imposed() -> None:
     naive = predict(Hypothesis(MODEL), experiment, Mode.CHAMBERS).readings
     naive = naive - experiment.measured[1:, [0, 2, 3]]
     assert np.std(told[:, 1]) < 0.5 * np.std(naive[:, 1])
+
+
+def test_a_vented_chamber_is_no_higher_because_its_sensor_shows_nothing_lower() -> None:
+    error = library.load('pressure_offset').parameters(0.0, -1500.0)
+    experiment = measured(effects={'pressure_offset': error}, timeline=((0.0, 1.5),))
+    assert experiment.operation.initial_pressure_2 == experiment.zero
+    knowing = Hypothesis(MODEL).with_effect('pressure_offset', error)
+    run = predict(knowing, experiment, Mode.CHAMBERS).run
+    assert np.abs(run.pressure_2 - experiment.zero).max() < 20.0  # of the noise of the motion

@@ -49,3 +49,12 @@ def test_two_wrong_parameters_are_found_together_and_no_third() -> None:
     for part, values in zip(explanation.parts, explanation.values, strict=True):
         truth = getattr(GIVEN.model.valve, part.name.split('.')[1])
         assert values[0] == pytest.approx(truth, rel=0.02)  # one run of 8 s was fitted
+
+
+def test_ranking_has_the_best_fit_of_each_explanation() -> None:
+    nothing = Evidence([], np.random.default_rng(0))
+    search = Search(GIVEN, nothing, nothing, (Mode.CHAMBERS,), print)
+    leak, heat = effect_candidate('chamber_leak'), effect_candidate('wall_heat_transfer')
+    worse, best, other = scored(leak, 0.5), scored(leak, 0.3), scored(heat, 0.4)
+    search.scored = [worse, best, other]
+    assert search.ranking == [best, other]

@@ -34,7 +34,7 @@ def contribution(
     Return no change of F_c, and what is added to F_smax [N] so that F_s becomes Eq. 16.
 
     Both levels are those that the other effects leave. The law's reading of Eq. 16 says what F_s
-    does during the slip; by default it is held.
+    does during the slip.
     """
     if parameters.breakaway_force <= 0.0:
         return 0.0, 0.0

@@ -1,0 +1,71 @@
+"""
+Fit over the whole range of an explanation, where a fit from its starts ends in a false minimum.
+
+Differential evolution (R. Storn, K. Price, J. Global Optim. 11 (1997) 341) from a Sobol sequence,
+then least squares. Where slip follows slip, the cost has a valley for each number of slips.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import differential_evolution
+from scipy.stats import qmc
+
+from pneu_rig_ros.gap.candidates import Candidate
+from pneu_rig_ros.gap.fitting import Explanation
+from pneu_rig_ros.gap.scoring import Scored, Setting, fit_from
+
+Floats = NDArray[np.float64]
+
+BEYOND = 3.0
+"""The range reaches so many times beyond the starts of a part, either way [-]."""
+POPULATION, GENERATIONS = 32, 8
+"""Of the differential evolution; the population is a power of two, for the Sobol sequence."""
+ROUNDS = 12
+"""Of the least squares from the best that it finds."""
+
+
+def fit_globally(start: Explanation, setting: Setting, own: int) -> Scored:
+    """
+    Return an explanation fitted over the range of its parts.
+
+    Every other experiment has to do for the evolution.
+
+    :param start: with the best values known so far
+    :param own: parts at the front that keep their values until the least squares
+    """
+    front = start.seen[: sum(len(part.coordinates) for part in start.parts[:own])]
+    first = start.seen[front.size :]
+    low, high = np.concatenate([span(part) for part in start.parts[own:]], axis=1)
+    low, high = np.minimum(low, first), np.maximum(high, first)
+    half = setting.fitted.subset(range(0, len(setting.fitted.experiments), 2))
+
+    def at(seen: Floats) -> Explanation:
+        return start.moved(np.concatenate([front, seen]))
+
+    def cost(seen: Floats) -> float:
+        return half.cost(at(seen).apply(setting.given), setting.modes)
+
+    points = qmc.Sobol(first.size, seed=0).random(POPULATION)
+    population = low + points * (high - low)
+    population[0] = first
+    solution = differential_evolution(
+        cost, list(zip(low, high, strict=True)), init=population, maxiter=GENERATIONS, tol=0.0,
+        polish=False, seed=0,
+    )  # fmt: skip
+    return fit_from(at(solution.x), setting, ROUNDS)
+
+
+def span(part: Candidate) -> Floats:
+    """Return from where to where a part is looked for, as the fit sees it, shape (2, n)."""
+    ends = []
+    for index, coordinate in enumerate(part.coordinates):
+        starts = [start[index] for start in part.starts]
+        if coordinate.logarithmic:
+            ends.append((min(starts) / BEYOND, max(starts) * BEYOND))
+        else:
+            reach = max(abs(start - coordinate.null) for start in starts) * BEYOND
+            ends.append((coordinate.null - reach, coordinate.null + reach))
+    pairs = zip(part.coordinates, ends, strict=True)
+    return np.array([[c.inward(low), c.inward(high)] for c, (low, high) in pairs]).T
