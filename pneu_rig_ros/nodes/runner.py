@@ -103,6 +103,7 @@ class Runner:
         self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
+        self.twins.close()
 
 
 def main(factories: Sequence[Factory]) -> int:
@@ -144,7 +145,7 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
         return not (stop or orphaned or any(node.done for node in runner.nodes))
 
     try:
-        runner.twins.give_way()
+        runner.twins.give_way(wanted)
     except RigError:
         runner.withdraw()
         raise

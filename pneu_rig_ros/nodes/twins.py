@@ -3,19 +3,21 @@ Two nodes of one name: two rigs in one namespace, whose messages would be mixed.
 
 Every node says its name and process on /diagnostics once a second. Whoever hears its own name from
 another process has a twin. A node that starts beside its twin gives way; one that died leaves its
-name in the graph for a while, but is not heard, so that its successor starts.
+name in the graph for a while, but is not heard, so that its successor starts. A busy computer
+takes a while until nodes see each other, but that a twin on it is there shows at once.
 """
 
 import os
 import socket
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.serialization import deserialize_message
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.host_claim import HostClaim
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.wiring import Inlet
 from pneu_rig_ros.records.topics import DIAGNOSTICS
@@ -23,8 +25,11 @@ from pneu_rig_ros.records.topics import DIAGNOSTICS
 PROCESS = 'process'
 """Key on /diagnostics of who speaks."""
 
-FIRST_SIGHT, HEARING = 0.5, 2.0
-"""How long a twin is looked for at the start, and listened for when there is its name [s]."""
+FIRST_SIGHT, HEARING, HEARING_HERE = 0.5, 2.0, 20.0
+"""
+How long a twin is listened for at the start: when nothing hints at it, when the graph knows its
+name, and when it is on this computer [s].
+"""
 
 MEMORY = 5.0
 """How long after its last word a twin counts [s]."""
@@ -44,6 +49,8 @@ class Twins:
 
     def __init__(self, nodes: Sequence[RigNode]) -> None:
         self._nodes = {node.get_fully_qualified_name(): node for node in nodes if node.unique}
+        domain = nodes[0].context.get_domain_id()
+        self._claims = [HostClaim(f'{domain}:{name}') for name in self._nodes]
         self._inlet = Inlet(nodes[0], DIAGNOSTICS)
         self._heard: dict[str, float] = {}
 
@@ -58,14 +65,15 @@ class Twins:
         for name, node in self._nodes.items():
             node.has_twin = time.monotonic() - self._heard.get(name, -MEMORY) < MEMORY
 
-    def give_way(self) -> None:
+    def give_way(self, wanted: Callable[[], bool]) -> None:
         """
         Return when it is certain that no node has a twin that was there before.
 
+        :param wanted: asked while it listens; it ends early when not
         :raises RigError: when one has
         """
         start = time.monotonic()
-        while (elapsed := time.monotonic() - start) < HEARING:
+        while wanted() and time.monotonic() - start < self._patience():
             self.listen()
             for name, node in self._nodes.items():
                 if node.has_twin:
@@ -73,9 +81,18 @@ class Twins:
                         f'another {name} is running: give this rig a namespace '
                         '(-r __ns:=/left) or another ROS_DOMAIN_ID'
                     )
-            if elapsed > FIRST_SIGHT and not any(map(_namesake, self._nodes.values())):
-                return
             time.sleep(0.02)
+
+    def _patience(self) -> float:
+        elsewhere = [claim.held_elsewhere() for claim in self._claims]
+        if any(elsewhere):
+            return HEARING_HERE
+        return HEARING if any(map(_namesake, self._nodes.values())) else FIRST_SIGHT
+
+    def close(self) -> None:
+        """Make room for others."""
+        for claim in self._claims:
+            claim.release()
 
 
 def _namesake(node: RigNode) -> bool:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import wiring
 from pneu_rig_ros.records import read_record
 from pneu_rig_ros.records.topics import TOPICS
@@ -73,7 +73,7 @@ def two_rigs(scene: Scene) -> Finding:
     """Start a second rig in the same namespace and domain, while the first is seen at work."""
     scene.stage.witness.hears('friction')
     with ProcessRig(scene.folder / 'second') as second:
-        scene.stage.witness.until(_all_ended(second), 'the second rig ends')
+        _await_end(second, scene.stage.witness)
         codes = {node.code for node in second.nodes.values()}
         line = second.log('plant').strip().splitlines()[-1]
         bags = list(scene.folder.iterdir())
@@ -85,14 +85,24 @@ def two_rigs(scene: Scene) -> Finding:
     return Finding(
         'two rigs in one domain without namespaces',
         'the nodes of the second give way with exit code 2; the first goes on untouched',
-        'one line each; two that start at the same moment both say ERROR: another ... is running',
+        'one line each; two on two computers that start at the same moment both say ERROR',
         f'"{line}"; first rig: {missing} samples missing, none from the second',
         held,
     )
 
 
-def _all_ended(rig: ProcessRig) -> Callable[[], bool]:
-    return lambda: all(node.ended() for node in rig.nodes.values())
+def _await_end(rig: ProcessRig, witness: Witness) -> None:
+    """Listen until all nodes have ended; RigError with what the others said if they do not."""
+
+    def going_on() -> list[str]:
+        return [name for name, node in rig.nodes.items() if not node.ended()]
+
+    try:
+        witness.until(lambda: not going_on(), '')
+    except RigError as error:
+        logs = {name: rig.log(name)[-500:] for name in going_on()}
+        said = {name: witness.said.get(name) for name in going_on()}
+        raise RigError(f'the second rig goes on: {logs}, heard: {said}') from error
 
 
 def standing_still(scene: Scene) -> Finding:
