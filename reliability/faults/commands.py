@@ -16,11 +16,12 @@ from pneu_rig_ros.records import read_record
 from pneu_rig_ros.records.wire import pack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 from reliability.faults.finding import Finding, Scene
-from reliability.live_rig import PATIENCE
 from reliability.proof import missing_samples
 from reliability.witness import WARN, U, Witness
 
 OTHER_U = -0.5
+SEVERAL = 'several publishers'
+HALF_A_SECOND_NS = 500_000_000
 FLOOD_HZ = 20_000
 FLOOD_SECONDS = 3.0
 
@@ -33,30 +34,44 @@ def two_publishers(scene: Scene) -> Finding:
     witness.received.clear()
     told = _both_speak(witness, other)
     witness.node.destroy_publisher(other)
-    witness.listen(0.5)
-    followed = [unpack_valve_voltages(m.cdr) for m in witness.received['valve_voltages']]
-    last = followed[-1]
-    alone = any(math.dist(last, valve_voltages(u)) < 0.01 for u in (U, -U))
+    alone = witness.until(lambda: _alone(witness), 'the first alone is followed')
     return Finding(
         '`u` from two publishers',
         'the newest command counts, whoever sent it',
         'valve_command WARN: u comes from several publishers, the newest command counts',
-        f'told: "{told}"; both were followed, after the second fell silent the first alone',
-        held='several publishers' in told and alone and valve_voltages(OTHER_U) in followed,
+        f'told: "{told}"; both were followed; {alone:.1f} s after the second fell silent, the '
+        'first alone for half a second',
+        held='several publishers' in told,
     )
 
 
 def _both_speak(witness: Witness, other: Publisher) -> str:
-    """Let the other speak beside the witness until valve_command notices; return what it says."""
-    due, status = 0.0, witness.said['valve_command']
-    end = time.monotonic() + PATIENCE
-    while 'several publishers' not in status.message and time.monotonic() < end:
+    """Let the other speak beside the witness until both are followed and that is told."""
+    due = 0.0
+
+    def told_and_followed() -> bool:
+        nonlocal due
         if time.monotonic() > due:
             due = time.monotonic() + 0.05
             other.publish(pack_float64(OTHER_U))
-        witness.turn()
-        status = witness.said['valve_command']
-    return status.message
+        followed = {unpack_valve_voltages(m.cdr) for m in witness.received['valve_voltages']}
+        return SEVERAL in witness.said['valve_command'].message and (
+            valve_voltages(OTHER_U) in followed and any(map(_of_the_witness, followed))
+        )
+
+    witness.until(told_and_followed, f'{SEVERAL!r} is told, and both are followed')
+    return witness.said['valve_command'].message
+
+
+def _alone(witness: Witness) -> bool:
+    """Return whether what was received in the last half second comes from the witness alone."""
+    since = time.time_ns() - HALF_A_SECOND_NS
+    late = [m for m in witness.received['valve_voltages'] if m.time_ns > since]
+    return bool(late) and all(_of_the_witness(unpack_valve_voltages(m.cdr)) for m in late)
+
+
+def _of_the_witness(voltages: tuple[float, float]) -> bool:
+    return any(math.dist(voltages, valve_voltages(u)) < 0.01 for u in (U, -U))
 
 
 @contextmanager
