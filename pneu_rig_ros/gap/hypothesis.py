@@ -18,8 +18,6 @@ Floats = NDArray[np.float64]
 
 Gains = tuple[float, float, float]
 CALIBRATED: Gains = (1.0, 1.0, 1.0)
-TOLERANCE = 1e-5
-"""Local error of a prediction, a small part of the sensors' noise [-]."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class Hypothesis:
         parameters, so that no other has to be compiled whatever is tried.
         """
         nulls = {name: library.load(name).null for name in library.names()}
-        return Plant(model, {**nulls, **self.effects}, tolerance=TOLERANCE)
+        return Plant(model, {**nulls, **self.effects})
 
     def with_effect(self, name: str, parameters: Any) -> Hypothesis:
         """Return the hypothesis that an effect acts too."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.gap.bags import read_experiment
-from pneu_rig_ros.hiding.experiments import FITTED, JUDGING
+from pneu_rig_ros.hiding.experiments import FITTED
 from pneu_rig_ros.hiding.secret import DRAWN, hide
 from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
 
@@ -57,7 +57,7 @@ def _check_conditions_alone_are_taken_from_a_bag(folder: Path) -> None:
 @pytest.mark.live
 def test_interrupted_demonstration_leaves_no_node_and_no_file(terminal: Terminal) -> None:
     with terminal.start('gap', '--seed', 7, '--out', 'gap') as process:
-        bag = terminal.directory / '.gap.unfinished' / 'measured' / JUDGING.name
+        bag = terminal.directory / '.gap.unfinished' / 'measured' / FITTED[0].name
         until(lambda: recording(bag), process)
         numbers = [number for _, number in children(process)]
         os.kill(process.pid, signal.SIGINT)

@@ -14,7 +14,7 @@ from pneu_rig_ros.rig import load_configuration
 
 from .runs import measured
 
-MODEL = load_configuration('cylinder_1').model
+MODEL, MODEL_2 = (load_configuration(f'cylinder_{number}').model for number in (1, 2))
 
 
 def test_without_actions_it_is_a_run_to_the_last_bit() -> None:
@@ -96,3 +96,17 @@ def test_a_vented_chamber_is_no_higher_because_its_sensor_shows_nothing_lower() 
     knowing = Hypothesis(MODEL).with_effect('pressure_offset', error)
     run = predict(knowing, experiment, Mode.CHAMBERS).run
     assert np.abs(run.pressure_2 - experiment.zero).max() < 20.0  # of the noise of the motion
+
+
+def test_gas_that_is_shut_in_at_the_stop_is_as_warm_as_it_should_be() -> None:
+    # errors of the mass of a vented chamber add up while it is open, and show once it is shut
+    heat = {'wall_heat_transfer': library.load('wall_heat_transfer').parameters(0.12, 0.15)}
+    timeline = ((1.84, 3.0), (0.0, 2.0), (-0.64, 0.5))
+    experiment = measured('cylinder_2', heat, timeline=timeline, initial_position=0.15)
+    predicted = predict(Hypothesis(MODEL_2, heat), experiment, Mode.FREE).run
+    exact = Plant(
+        MODEL_2._replace(operation=experiment.operation),
+        {**{name: library.load(name).null for name in library.names()}, **heat}, tolerance=1e-10,
+    ).run(experiment.voltages, experiment.interval)  # fmt: skip
+    assert np.abs(predicted.pressure_1 - exact.pressure_1).max() < 20.0
+    assert np.abs(predicted.pressure_2 - exact.pressure_2).max() < 20.0
