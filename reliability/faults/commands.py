@@ -41,7 +41,7 @@ def two_publishers(scene: Scene) -> Finding:
         'valve_command WARN: u comes from several publishers, the newest command counts',
         f'told: "{told}"; both were followed; {alone:.1f} s after the second fell silent, the '
         'first alone for half a second',
-        held='several publishers' in told,
+        held=SEVERAL in told,
     )
 
 
