@@ -1,8 +1,8 @@
 """
 ``make blind``: the whole matrix, or a part of it, and the page about it.
 
-Answers are kept in ``build/blind/answers.jsonl``, one line a trial: what is there already is not
-run again. ``--fresh`` forgets them.
+Answers are kept beside the page, in ``blind_answers.jsonl``, one line a trial: what is there
+already is not run again, on whatever machine. ``--fresh`` forgets them.
 """
 
 import json
@@ -24,31 +24,21 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, executor
 
 from . import page, scores
-from .answers import Answer, carry_out
+from .answers import KEPT, carry_out, kept
 from .hidden import STRENGTHS
 from .trials import NOISES, PARTS, Trial, matrix
 
 ROOT = Path(__file__).resolve().parents[2]
-STORE = ROOT / 'build' / 'blind'
-ANSWERS = STORE / 'answers.jsonl'
+SCRATCH = ROOT / 'build' / 'blind'
 
 
-def kept() -> list[Answer]:
-    """Return the answers given so far, of trials that are still in the matrix."""
-    keys = {trial.key for trial in matrix()}
-    if not ANSWERS.exists():
-        return []
-    lines = [json.loads(line) for line in ANSWERS.read_text().splitlines()]
-    return [answer for answer in lines if answer['key'] in keys]
-
-
-def run(trials: list[Trial], somewhere: Executor, console: Console) -> None:
+def run(trials: list[Trial], somewhere: Executor, console: Console, store: Path) -> None:
     """Carry out the trials and append each answer to the file."""
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
                TimeElapsedColumn(), TimeRemainingColumn())  # fmt: skip
-    with Progress(*columns, console=console) as progress, ANSWERS.open('a') as file:
+    with Progress(*columns, console=console) as progress, store.open('a') as file:
         task = progress.add_task('blind trials', total=len(trials))
-        for _, answer in somewhere.completed(carry_out, trials, STORE):
+        for _, answer in somewhere.completed(carry_out, trials, SCRATCH):
             file.write(json.dumps(answer) + '\n')
             file.flush()
             progress.update(task, advance=1, description=answer['key'])
@@ -96,20 +86,21 @@ def main(
 ) -> None:
     """Run blind trials, then write docs/blind.md, docs/blind.json and the picture."""
     console = Console()
-    STORE.mkdir(parents=True, exist_ok=True)
-    for scratch in STORE.glob('blind_*'):  # of a run that was killed
+    SCRATCH.mkdir(parents=True, exist_ok=True)
+    for scratch in SCRATCH.glob('blind_*'):  # of a run that was killed
         shutil.rmtree(scratch)
+    store = docs / KEPT
     if fresh:
-        ANSWERS.unlink(missing_ok=True)
-    answered = {answer['key'] for answer in kept()}
+        store.unlink(missing_ok=True)
+    answered = {answer['key'] for answer in kept(store)}
     wanted = chosen(part, cylinder, tuple(map(float, noise)), strength, effect)
     trials = [trial for trial in wanted if trial.key not in answered][:limit]
     try:
         with executor(workers, scheduler) as somewhere:
-            run(trials, somewhere, console)
+            run(trials, somewhere, console, store)
     except RigError as error:
         raise click.UsageError(str(error)) from None
-    answers = kept()
+    answers = kept(store)
     page.write(answers, docs)
     for name, figure in scores.figures(answers).items():
         console.print(

@@ -5,6 +5,7 @@ The workflow is handed paths and nothing else; what was hidden is joined to its 
 it has been given.
 """
 
+import json
 import shutil
 import tempfile
 import time
@@ -19,11 +20,22 @@ from .baselines import cuts
 from .hidden import true_parameters
 from .rig import make_bags, visibility
 from .settings import settings
-from .trials import Trial
+from .trials import Trial, matrix
 
 Answer = dict[str, Any]
+KEPT = 'blind_answers.jsonl'
+"""File beside the page with one answer a line."""
 LONGEST_RANKING = 6
 """Candidates kept of the ranking."""
+
+
+def kept(store: Path) -> list[Answer]:
+    """Return the answers given so far, of trials that are still in the matrix."""
+    keys = {trial.key for trial in matrix()}
+    if not store.exists():
+        return []
+    lines = [json.loads(line) for line in store.read_text().splitlines()]
+    return [answer for answer in lines if answer['key'] in keys]
 
 
 def ask(fit: list[Path], verify: list[Path], model: Path, compare: bool, **options: Any) -> Answer:

@@ -32,6 +32,7 @@ BASELINES = {
     'sparse': 'sparse regression of the residuals (pysindy)',
     'black box': 'network that learns the gap (scikit-learn)',
 }
+REACHED = {True: 'yes', False: 'no'}
 OTHERS = ('a parameter', 'consistent', 'unknown', 'crashed')
 
 
@@ -65,7 +66,7 @@ def headline(answers: list[Answer]) -> str:
     rows = []
     for name, figure in scores.figures(answers).items():
         sense, bound = scores.WANTED[name]
-        mark = 'yes' if scores.reached(name, figure['value']) else 'no'
+        mark = REACHED[scores.reached(name, figure['value'])] if figure['trials'] else '-'
         rows.append((
             f'`{name}`', MEANING[name], percent(figure['value'], 1), interval(name, figure),
             f'{sense} {bound:.0%}', mark, figure['trials'],
@@ -252,7 +253,7 @@ package's model code) through 12-bit sensors with noise. What is hidden where is
 `test/blind/hidden.py` and `test/blind/trials.py`. {run} of {whole} trials of the matrix were run,
 {seconds} s each (median, one processor), at git revision {revisions}. Their order hangs on a hash
 of their names alone, the noise of the rig first: in each part those that were run are a fair
-sample.
+sample. Every answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
 
 Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
 more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from . import page, scores
-from .answers import joined
+from .answers import KEPT, joined, kept
 from .trials import matrix
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,6 +79,13 @@ def test_readme_tells_the_figures_of_the_page() -> None:
         assert f': {page.percent(figure["value"])} | {figure["trials"]} | {low_high} |' in row
     assert f'cut by {page.percent(figures["heldout_gap_cut"]["value"])}' in section
     assert f'{page.percent(figures["parameter_error"]["value"], 1)} off' in section
+
+
+def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
+    docs = ROOT / 'docs'
+    page.write(kept(docs / KEPT), tmp_path)
+    for name in ('blind.md', 'blind.json'):
+        assert (tmp_path / name).read_text() == (docs / name).read_text()
 
 
 def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
