@@ -38,7 +38,8 @@ def test_effects_named_in_the_readme_exist() -> None:
 )
 def test_links_lead_somewhere(page: str) -> None:
     path = ROOT / page
-    for target in re.findall(r'\]\((?!http)([^)#]+)', path.read_text()):
+    # docs/reference is made when the documentation is built, and its links are tested there
+    for target in re.findall(r'\]\((?!http|reference/)([^)#]+)', path.read_text()):
         assert (path.parent / target).exists(), target
 
 
