@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 
 Floats = NDArray[np.float64]
+_T = TypeVar('_T')
 
 STEP = 1e-2
 """Step of the finite differences, in units of a coordinate: above the integrator's noise [-]."""
@@ -81,11 +83,11 @@ class Explanation:
         return Explanation(self.parts, values)
 
 
-def first_of_each(explanations: Iterable[Explanation]) -> list[Explanation]:
-    """Return the explanations without those whose parts an earlier one has, with other values."""
-    first: dict[frozenset[Candidate], Explanation] = {}
-    for one in explanations:
-        first.setdefault(frozenset(one.parts), one)
+def first_of_each(items: Iterable[_T], explanation: Callable[[_T], Explanation]) -> list[_T]:
+    """Return the items without those whose explanation has the parts of an earlier one's."""
+    first: dict[frozenset[Candidate], _T] = {}
+    for one in items:
+        first.setdefault(frozenset(explanation(one).parts), one)
     return list(first.values())
 
 

@@ -111,7 +111,7 @@ def screen_pairs(
         costs = [cost for chunk in every for cost in chunk]
         order = np.argsort(costs, kind='stable')[: -(-len(pairs) // KEPT_PAIRS)]
         pairs = [pairs[index] for index in order]
-    return first_of_each(pairs)
+    return first_of_each(pairs, lambda one: one)
 
 
 def costs_of(

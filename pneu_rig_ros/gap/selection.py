@@ -99,10 +99,8 @@ class Search:
     @property
     def ranking(self) -> list[Scored]:
         """The best fit of everything fitted, best first."""
-        best: dict[frozenset[Candidate], Scored] = {}
-        for one in sorted(self.scored, key=lambda one: one.worst):
-            best.setdefault(frozenset(one.fit.explanation.parts), one)
-        return list(best.values())
+        ordered = sorted(self.scored, key=lambda one: one.worst)
+        return first_of_each(ordered, lambda one: one.fit.explanation)
 
     def cost(self, hypothesis: Hypothesis) -> float:
         """Return the larger cost, of the experiments fitted and left out [-]."""
@@ -152,7 +150,8 @@ class Search:
         pairs of effects that look best together. None if all leave something significant.
         """
         tried = sorted(self.scored, key=lambda one: one.fit.cost)
-        best = first_of_each(one.fit.explanation for one in tried if one.effects)
+        with_effects = [one.fit.explanation for one in tried if one.effects]
+        best = first_of_each(with_effects, lambda one: one)
         if (found := self.over_the_range(best)) or size > 1:
             return found
         self.tell('screening pairs')

@@ -6,6 +6,7 @@ kernel frees it however its process ends, and containers with a network of their
 does not reach either, do not share it.
 """
 
+import errno
 import hashlib
 import socket
 import sys
@@ -31,9 +32,9 @@ class HostClaim:
         attempt = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
             attempt.bind(self._address)
-        except OSError:
+        except OSError as error:
             attempt.close()
-            return True
+            return error.errno == errno.EADDRINUSE
         self._socket = attempt
         return False
 

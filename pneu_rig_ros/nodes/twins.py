@@ -84,6 +84,7 @@ class Twins:
             time.sleep(0.02)
 
     def _patience(self) -> float:
+        """Return how long to listen [s]; the names that are free on this computer are taken."""
         elsewhere = [claim.held_elsewhere() for claim in self._claims]
         if any(elsewhere):
             return HEARING_HERE

@@ -85,7 +85,7 @@ def two_rigs(scene: Scene) -> Finding:
     return Finding(
         'two rigs in one domain without namespaces',
         'the nodes of the second give way with exit code 2; the first goes on untouched',
-        'one line each; two on two computers that start at the same moment both say ERROR',
+        'one line each; of two that start at the same moment on one computer, one gives way',
         f'"{line}"; first rig: {missing} samples missing, none from the second',
         held,
     )

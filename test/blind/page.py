@@ -254,6 +254,8 @@ package's model code) through 12-bit sensors with noise. What is hidden where is
 {seconds} s each (median, one processor), at git revision {revisions}. Their order hangs on a hash
 of their names alone, the noise of the rig first: in each part those that were run are a fair
 sample. Every answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
+What earlier revisions missed was looked into and its cause mended, so those trials are no longer
+blind; they are counted like all others.
 
 Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
 more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and

@@ -95,4 +95,4 @@ def test_of_the_same_parts_the_first_values_count_whatever_the_order() -> None:
     best = Explanation().plus(leak, leak.starts[0]).plus(heat, heat.starts[0])
     worse = Explanation().plus(heat, heat.starts[0]).plus(leak, leak.starts[-1])
     alone = Explanation().plus(leak, leak.starts[0])
-    assert first_of_each([best, alone, worse]) == [best, alone]
+    assert first_of_each([best, alone, worse], lambda one: one) == [best, alone]

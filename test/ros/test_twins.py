@@ -69,7 +69,7 @@ def test_a_twin_on_this_computer_is_waited_for_though_it_speaks_late(
         runner.twins.give_way(lambda: True)
 
 
-def test_it_starts_at_once_when_that_twin_dies(holder, runner) -> None:
+def test_a_twin_that_died_is_not_waited_for(holder, runner) -> None:
     os.kill(holder.pid, signal.SIGKILL)
     until(lambda: holder.poll() is not None)
     start = time.monotonic()
@@ -81,3 +81,22 @@ def test_whoever_waits_for_a_twin_can_be_stopped(holder, runner) -> None:
     end = time.monotonic() + twins.FIRST_SIGHT + 0.5
     runner.twins.give_way(lambda: time.monotonic() < end)
     assert time.monotonic() < end + 5.0
+
+
+@pytest.mark.live
+def test_of_two_that_start_at_the_same_moment_one_gives_way() -> None:
+    command = [sys.executable, '-m', 'pneu_rig_ros.nodes.plant']
+    with (
+        subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as one,
+        subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as other,
+    ):
+        both = one, other
+        try:
+            until(lambda: any(process.poll() is not None for process in both))
+            time.sleep(2.0)  # the other could give way too
+            (ended,) = (process for process in both if process.poll() is not None)
+            assert ended.returncode == 2
+            assert 'another /plant is running' in ended.stderr.read()
+        finally:
+            for process in both:
+                process.kill()
