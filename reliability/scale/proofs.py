@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,30 +27,19 @@ def independence(tasks: int, workers: Sequence[int], progress: Progress) -> dict
 
 
 def killed_worker(tasks: int, processes: Executor, progress: Progress) -> dict[str, Any]:
-    """Kill the worker of a task that is under way, halfway; count how often tasks are begun."""
+    """Have the worker of a task in the middle killed; count how often tasks are begun."""
     alone = [done.digest for done in map_tasks(Here(), strokes, range(tasks))]
-    killed: list[int] = []
+    fatal = tasks // 2
     with tempfile.TemporaryDirectory(prefix='pneu-rig-') as folder:
         journal = Path(folder) / 'journal'
-        results = {}
-        for number, done in processes.completed(recorded_strokes, range(tasks), journal):
-            results[number] = done.digest
-            progress(len(results))
-            if not killed and len(results) >= tasks // 2:
-                killed.append(_kill_busy_one(journal, set(results)))
-        begun = [int(line.split()[0]) for line in journal.read_text().splitlines()]
+        results = map_tasks(
+            processes, recorded_strokes, range(tasks), journal, fatal, progress=progress
+        )
+        begun = [int(line) for line in journal.read_text().splitlines()]
     return {
         'tasks': tasks,
-        'killed_while_doing': killed,
+        'killed_while_doing': [fatal],
         'begun': len(begun),
         'done_again': sorted({number for number in begun if begun.count(number) > 1}),
-        'same_bits': [results[number] for number in range(tasks)] == alone,
+        'same_bits': [done.digest for done in results] == alone,
     }
-
-
-def _kill_busy_one(journal: Path, done: set[int]) -> int:
-    """Kill the worker of a task that is begun and not done; return the task."""
-    lines = [line.split() for line in journal.read_text().splitlines()]
-    number, pid = next((int(a), int(b)) for a, b in reversed(lines) if int(a) not in done)
-    os.kill(pid, signal.SIGKILL)
-    return number

@@ -58,7 +58,6 @@ def test_error_of_a_task_is_raised_as_it_is_here(processes: Executor) -> None:
 def test_killed_worker_costs_its_own_task_only(processes: Executor) -> None:
     found = killed_worker(10, processes, lambda _: None)
     assert found['same_bits']
-    assert len(found['killed_while_doing']) == 1
     assert found['done_again'] == found['killed_while_doing']
     assert found['begun'] == 11
 
