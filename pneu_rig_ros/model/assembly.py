@@ -62,8 +62,8 @@ def follow(
 
 
 @njit(cache=True, error_model='numpy', nogil=True)
-def readings(states, out, model, effects):
-    _readings(states, out, model, effects)
+def readings(states, out, scratch, model, effects):
+    _readings(states, out, scratch, model, effects)
 '''
 
 

@@ -39,5 +39,7 @@ def compiled(function: Function) -> Function:
     Blocks are not cached one by one: Numba would keep a stale caller when only a callee's file
     changed. The assembled plant is cached as a whole, see ``assembly``. ``error_model='numpy'``
     leaves out the checks for a division by zero, which validation has made impossible.
+    ``_nrt=False`` leaves out the counting of references to arrays, which took six sevenths of the
+    time; a block may then not allocate any, which Numba says when it compiles.
     """
-    return cast(Function, numba.njit(error_model='numpy', nogil=True)(function))
+    return cast(Function, numba.njit(error_model='numpy', nogil=True, _nrt=False)(function))

@@ -76,11 +76,18 @@ class Carry(NamedTuple):
 
 
 @compiled
+def copy(source: Array, target: Array) -> None:
+    """Write one array into another of the same length."""
+    for i in range(len(source)):
+        target[i] = source[i]
+
+
+@compiled
 def interpolate(carry: Carry, time: float, out: Array) -> None:
     """Write the state at ``time`` [s] within the present step into ``out``, shape (n,)."""
     start, end = carry.clock[START], carry.clock[END]
     if time >= end:
-        out[:] = carry.y1
+        copy(carry.y1, out)
         return
     h = end - start
     share = (time - start) / h
@@ -146,10 +153,10 @@ def build_cut(start: Callable[..., None]) -> Callable[..., None]:
         now = carry.clock[NOW]
         if now < carry.clock[END]:
             interpolate(carry, now, carry.work[0])
-            carry.y1[:] = carry.work[0]
+            copy(carry.work[0], carry.y1)
             carry.clock[END] = now
             carry.counts[PENDING] = events.NONE
-        carry.voltages[:] = voltages
+        copy(voltages, carry.voltages)
         start(carry, model, effects)
 
     return cut
@@ -178,7 +185,9 @@ def build_advance(
         clock, counts, error = carry.clock, carry.counts, carry.work[6]
         if counts[PENDING] != events.NONE:
             jump(carry, model, effects)
-        carry.y0[:], carry.f0[:], carry.work_arrow[:] = carry.y1, carry.f1, carry.arrow
+        copy(carry.y1, carry.y0)
+        copy(carry.f1, carry.f0)
+        copy(carry.arrow, carry.work_arrow)
         time, h, aims = clock[END], min(clock[SUGGESTED], longest), 0
         backlash = BACKLASH * tolerance * carry.scale[DEFLECTION]
         while True:

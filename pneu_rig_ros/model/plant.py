@@ -257,8 +257,8 @@ class Plant:
         """Return the readings of states, shape (m, n), as rows of x, v, p1, p2."""
         if not self._sensed:
             return states[:, :4]
-        readings = np.empty((len(states), 4))
-        self._read(states, readings, self._arguments, self.effects)
+        readings, scratch = np.empty((len(states), 4)), np.zeros(self.state_size)
+        self._read(states, readings, scratch, self._arguments, self.effects)
         return readings
 
     def _trajectory(self, time: Array, states: Array, extras: Array) -> Trajectory:

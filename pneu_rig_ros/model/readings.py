@@ -45,16 +45,17 @@ def build_readings(contributions: Contributions) -> Readings:
     """
     Return the compiled readings.
 
-    ``readings(states, out, model, effects)`` writes the readings of x [m], v [m/s], p1 and p2
-    [Pa, absolute] of each row of ``states``, shape (m, n), into ``out``, shape (m, 4).
+    ``readings(states, out, scratch, model, effects)`` writes the readings of x [m], v [m/s], p1
+    and p2 [Pa, absolute] of each row of ``states``, shape (m, n), into ``out``, shape (m, 4), and
+    rates that nobody needs into ``scratch``, shape (n,).
     """
     add_motion, add_pressure = contributions.motion_reading, contributions.pressure_reading
 
     @compiled
     def readings(
-        states: Array, out: Array, model: CompiledModel, effects: tuple[object, ...]
-    ) -> None:
-        scratch = np.zeros(states.shape[1])
+        states: Array, out: Array, scratch: Array, model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:  # fmt: skip
         for i in range(len(states)):
             state = states[i]
             signals = visible(state, model)
