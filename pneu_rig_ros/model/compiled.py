@@ -2,12 +2,18 @@
 
 import secrets
 from collections.abc import Callable, Iterator
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.bytecode import FunctionIdentity
 
 Function = TypeVar('Function', bound=Callable[..., object])
+
+
+OPTIONS: dict[str, Any] = {
+    'error_model': 'numpy', 'nogil': True, '_nrt': False, 'forceinline': True,
+}  # fmt: skip
+"""Of the compiler, see :func:`compiled`."""
 
 
 class _NeverTwice(Iterator[int]):
@@ -37,9 +43,13 @@ def compiled(function: Function) -> Function:
     Compile a building block of the plant with Numba.
 
     Blocks are not cached one by one: Numba would keep a stale caller when only a callee's file
-    changed. The assembled plant is cached as a whole, see ``assembly``. ``error_model='numpy'``
-    leaves out the checks for a division by zero, which validation has made impossible.
-    ``_nrt=False`` leaves out the counting of references to arrays, which took six sevenths of the
-    time; a block may then not allocate any, which Numba says when it compiles.
+    changed. The assembled plant is cached as a whole, see ``assembly``. Of the options,
+
+    - ``error_model='numpy'`` leaves out the checks for a division by zero, which validation has
+      made impossible;
+    - ``_nrt=False`` leaves out the counting of references to arrays, which took six sevenths of
+      the time; a block may then not allocate any, which Numba says when it compiles;
+    - ``forceinline`` makes one function of the blocks, which else hand on all parameters of all
+      effects by value: another third.
     """
-    return cast(Function, numba.njit(error_model='numpy', nogil=True, _nrt=False)(function))
+    return cast(Function, numba.njit(**OPTIONS)(function))
