@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -22,6 +23,8 @@ STEP = 1e-2
 """Step of the finite differences, in units of a coordinate: above the integrator's noise [-]."""
 STRENGTHS = (0.3, 0.6, 1.0, 1.7, 3.0)
 """Multiples of a start's strength from which the best is fitted [-]."""
+SCANS = 2
+"""The best is looked for again from there as often at most, if it is the first or the last."""
 QUANTILE = 1.96
 """Half-width of an interval of 95 % in standard deviations [-]."""
 
@@ -126,10 +129,12 @@ def fit(
     """
     low, high = np.array([c.bounds for c in start.coordinates]).T
 
-    def residual(seen: Floats) -> Floats:
-        return evidence.residual(start.moved(seen).apply(given), modes)
+    @lru_cache(maxsize=1)
+    def kept(seen: tuple[float, ...]) -> Floats:
+        return evidence.residual(start.moved(np.array(seen)).apply(given), modes)
 
-    first = np.clip(scan(start, residual), low + 1e-6, high - 1e-6)
+    def residual(seen: Floats) -> Floats:
+        return kept(tuple(seen.tolist()))
 
     def slopes(seen: Floats) -> Floats:
         here, columns = residual(seen), []
@@ -139,6 +144,7 @@ def fit(
             columns.append((residual(there) - here) / (there[index] - seen[index]))
         return np.column_stack(columns)
 
+    first = np.clip(start.seen, low + 1e-6, high - 1e-6)
     solution = least_squares(
         residual, first, jac=slopes, bounds=(low, high), max_nfev=rounds, xtol=1e-4, ftol=1e-4,
         gtol=1e-8,
@@ -167,34 +173,40 @@ def scanned(
 ) -> tuple[float, Explanation]:
     """Return the least cost over the strengths of some starts, and the explanation there."""
 
-    def best(start: Explanation) -> tuple[float, Explanation]:
-        def residual(seen: Floats) -> Floats:
-            return evidence.residual(start.moved(seen).apply(given), modes)
+    def cost(one: Explanation) -> float:
+        return evidence.cost(one.apply(given), modes)
 
-        seen = scan(start, residual)
-        return float(np.sum(residual(seen) ** 2)), start.moved(seen)
-
-    return min(map(best, starts), key=lambda one: one[0])
+    return min((scan(start, cost) for start in starts), key=lambda one: one[0])
 
 
-def scan(start: Explanation, residual: Callable[[Floats], Floats]) -> Floats:
+def scan(start: Explanation, cost: Callable[[Explanation], float]) -> tuple[float, Explanation]:
     """
-    Return the best of some strengths of the last part, as the fit sees them.
+    Return the least cost over some strengths of the last part, and the explanation there.
 
     A least-squares solver goes downhill only, and slips that come at the wrong time make hills.
+    """
+    for _ in range(SCANS):
+        tried = [strengthened(start, factor) for factor in STRENGTHS]
+        costs = [cost(one) for one in tried]
+        index = int(np.argmin(costs))
+        start = tried[index]
+        if 0 < index < len(STRENGTHS) - 1:
+            break
+    return costs[index], start
+
+
+def strengthened(explanation: Explanation, factor: float) -> Explanation:
+    """
+    Return an explanation whose last part is so many times as strong.
+
     The first coordinate of a part is its strength; a description has all of its terms scaled.
     """
-    seen = start.seen
-    last = start.parts[-1]
+    seen, last = explanation.seen, explanation.parts[-1]
     first = seen.size - len(last.coordinates)
-    strengths = range(first, seen.size) if last.describes else (first,)
-    tried = []
-    for factor in STRENGTHS:
-        there = seen.copy()
-        for index in strengths:
-            there[index] = start.coordinates[index].scaled(float(seen[index]), factor)
-        tried.append(there)
-    return min(tried, key=lambda there: float(np.sum(residual(there) ** 2)))
+    for index in range(first, seen.size) if last.describes else (first,):
+        coordinate = explanation.coordinates[index]
+        seen[index] = coordinate.scaled(float(seen[index]), factor)
+    return explanation.moved(seen)
 
 
 def _deviations(solution: object) -> Floats:

@@ -23,6 +23,8 @@ HOLD, HOLD_AT_REST = 5, 25
 """Samples over which an imposed velocity is constant, moving and at rest."""
 
 
+FAR = 9.0
+"""Of a reading so many noises above zero nothing is cut off [-]."""
 START_NOISE = 3.7
 """Noise of the start, from a few readings at their edge, in that of a restart [-]."""
 
@@ -112,8 +114,11 @@ def within_span(readings: Floats, experiment: Experiment) -> Floats:
 def _positive_mean(values: Floats, noise: Floats) -> Floats:
     """Return E max(y + n, 0) for values y and normal noise n of a standard deviation."""
     ratio = values / noise
-    density = np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi)
-    mean: Floats = noise * (ratio * ndtr(ratio) + density)
+    near = ratio < FAR
+    close = ratio[near]
+    density = np.exp(-0.5 * close**2) / np.sqrt(2.0 * np.pi)
+    ratio[near] = close * ndtr(close) + density
+    mean: Floats = noise * ratio
     return mean
 
 

@@ -226,7 +226,7 @@ class Search:
                 break
             fewer = scored.fit.explanation.without(index)
             self.tell('fitting ' + fewer.name)
-            other = fit_from(fewer, self.setting, ROUNDS)
+            other = fit_from(self.scan([[fewer]])[0], self.setting, ROUNDS)
             if other.worst < max(closed, scored.worst + ALIKE):
                 self.scored.append(other)
                 return self.pruned(other, closed)
@@ -255,6 +255,10 @@ class Search:
             [base.plus(one.candidate, start) for start in one.worth_trying]
             for one in ranked[:SCANNED]
         ]
+        return self.scan(groups)
+
+    def scan(self, groups: Sequence[Sequence[Explanation]]) -> list[Explanation]:
+        """Return the best strength of the best start of each group, the best one first."""
         tried = map_tasks(self.executor, scanned, groups, self.given, self.fitted, self.modes)
         return [start for _, start in sorted(tried, key=lambda one: one[0])]
 
@@ -273,16 +277,13 @@ class Search:
 
     def refine(self, explanations: Sequence[Explanation]) -> list[Scored]:
         """Return the best fits from there and from the other starts of the last part."""
-        starts = [self.restarts(one) for one in explanations]
-        fits = iter(self.fits([start for group in starts for start in group], ROUNDS))
-        best = [
-            min((next(fits) for _ in group), key=lambda one: one.fit.cost).fit.explanation
-            for group in starts
-        ]
+        starts = [start for one in explanations for start in self.restarts(one)]
+        fits = sorted(self.fits(starts, ROUNDS), key=lambda one: one.fit.cost)
+        best = first_of_each([one.fit.explanation for one in fits], lambda one: one)
         return self.fits(best, REFINING_ROUNDS)
 
     def restarts(self, explanation: Explanation) -> list[Explanation]:
-        """Return an explanation, and it with its last part at each of that part's starts."""
+        """Return an explanation, and it with its last part from each of that part's starts."""
         last = explanation.parts[-1]
         base = explanation.without(len(explanation.parts) - 1)
-        return [explanation, *(base.plus(last, start) for start in last.starts)]
+        return [explanation, *self.scan([[base.plus(last, start)] for start in last.starts])]

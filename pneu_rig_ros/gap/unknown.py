@@ -19,7 +19,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.candidates import Candidate, effect_candidate
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.experiment import Experiment
-from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
+from pneu_rig_ros.gap.fitting import Explanation, Fit, fit, scanned
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode, block_means
 from pneu_rig_ros.gap.where import disagreements, residuals
@@ -138,6 +138,7 @@ def growing(
         terms = sparse_terms(matrix, target, name, count)
         part = _only(effect_candidate(name), terms)
         start = Explanation().plus(part, tuple(terms[c.name] for c in part.coordinates))
+        _, start = scanned((start,), known, fitted, (mode,))
         result = fit(known, start, fitted, (mode,), ROUNDS)
         cost = held.cost(result.explanation.apply(known), (mode,))
         if cost > LEAST_GAIN * reached:

@@ -31,14 +31,6 @@ class Parameters(NamedTuple):
 
 
 @compiled
-def out_of(flow: float, ratio: float) -> float:
-    """Return the flow [kg/s], less of it out of a chamber with little gas left."""
-    share = 0.5 * (1.0 + ratio - np.abs(1.0 - ratio))
-    total: float = 0.5 * (flow + np.abs(flow)) + 0.5 * (flow - np.abs(flow)) * share
-    return total
-
-
-@compiled
 def contribution(
     signals: Signals,
     model: CompiledModel,
@@ -46,7 +38,7 @@ def contribution(
     state: NDArray[np.float64],
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Return the flows into chamber 1 and 2 [kg/s]."""
+    """Return the flows into chamber 1 and 2 [kg/s], less out of one with little gas left."""
     c, s = parameters, signals
     outside, supply = model.gas.atmospheric_pressure, model.operation.supply_pressure
     excess = (s.pressure_1 - s.pressure_2) / supply
@@ -64,7 +56,9 @@ def contribution(
         + c.voltage_2 * (s.voltage_2 - CENTRE_VOLTAGE)
         - c.velocity_2 * s.velocity / SPEED
     )
-    return out_of(flow_1, s.pressure_1 / outside), out_of(flow_2, s.pressure_2 / outside)
+    left_1 = np.minimum(s.pressure_1 / outside, 1.0)
+    left_2 = np.minimum(s.pressure_2 / outside, 1.0)
+    return np.maximum(flow_1, flow_1 * left_1), np.maximum(flow_2, flow_2 * left_2)
 
 
 EFFECT = Effect(
