@@ -18,7 +18,7 @@ from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.sweep.run import Setting, measure
 
 ROOT = Path(__file__).resolve().parents[2]
-BLOCK = 4
+BLOCK = 16
 """Strokes of a task."""
 LONGEST = 20.0
 """A stroke is given up after this time [s]."""
@@ -42,7 +42,7 @@ def strokes(number: int) -> Done:
     """Simulate some strokes of cylinder 2 and look at them; other commands for each number."""
     begin = time.perf_counter()
     setting = Setting(load_configuration('cylinder_2'), ('u', 'load_mass'), LONGEST)
-    points = [(0.3 + 1e-3 * number, 0.2 + 0.1 * k) for k in range(BLOCK)]
+    points = [(0.3 + 1e-3 * number, 0.2 + 0.04 * k) for k in range(BLOCK)]
     result = measure(points, setting)
     return _done(begin, result)
 
