@@ -1,6 +1,8 @@
 """A trial's rig: the second plant under its sensors, carried through the plan into bags."""
 
+import json
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +18,8 @@ from .settings import Settings, changed, model_file, settings
 
 INTERVAL_NS = 1_160_000
 INTERVAL = INTERVAL_NS * 1e-9
+KEPT = 64
+"""Motions that are kept, as bags and visibility need the same, and so do trials of a cylinder."""
 
 
 class Bags(NamedTuple):
@@ -38,8 +42,14 @@ def move(true: Settings, secret: Secret, cylinder: str, experiment: Experiment) 
     unknown = set(hidden) - set(HIDDEN) - set(SENSOR_ERRORS)
     assert not unknown, f'cannot be hidden: {unknown}'
     inside = {name: value for name, value in hidden.items() if name in HIDDEN}
+    return _moved(json.dumps([prepared, inside]), cylinder, experiment)
+
+
+@lru_cache(maxsize=KEPT)
+def _moved(rig: str, cylinder: str, experiment: Experiment) -> Motion:
+    """Return the motion of a rig, settings and what is hidden in it being JSON."""
     u = command(experiment, cylinder, INTERVAL)
-    return Plant(prepared, inside).run(valve_voltages(u), INTERVAL)
+    return Plant(*json.loads(rig)).run(valve_voltages(u), INTERVAL)
 
 
 def measure(

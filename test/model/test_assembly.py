@@ -4,10 +4,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import assembly
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.dynamics import Array
 
 
 def test_module_is_written_once_and_named_after_sources_and_effects(
@@ -29,6 +32,20 @@ def test_a_cache_that_cannot_be_written_is_told_with_the_remedy(
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'file'))
     with pytest.raises(RigError, match='set XDG_CACHE_HOME'):
         assembly._module(())
+
+
+def test_blocks_do_not_count_references_to_arrays() -> None:
+    """Counting took six sevenths of the time of a plant; no other test would see it come back."""
+
+    @compiled
+    def total(rows: tuple[Array, ...], first: int) -> float:
+        value = 0.0
+        for i in range(len(rows)):
+            value += rows[i][first:][0]
+        return value
+
+    assert total((np.ones(3), np.ones(3)), 1) == 2.0
+    assert 'NRT_incref' not in ''.join(total.inspect_llvm().values())  # type: ignore[attr-defined]
 
 
 ONE_STROKE = """
