@@ -2,10 +2,13 @@
 Fit over the whole range of an explanation, where a fit from its starts ends in a false minimum.
 
 Differential evolution (R. Storn, K. Price, J. Global Optim. 11 (1997) 341) from a Sobol sequence,
-then least squares. Where slip follows slip, the cost has a valley for each number of slips.
+then least squares. Where slip follows slip, the cost has a valley for each number of slips; and
+beside the best valley there may be a better one along one coordinate, so that hops follow.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +27,10 @@ POPULATION, GENERATIONS = 32, 8
 """Of the differential evolution; the population is a power of two, for the Sobol sequence."""
 ROUNDS = 12
 """Of the least squares from the best that it finds."""
+HOPS, HOPPING_ROUNDS = (1.0 / 3.0, 3.0), 8
+"""Multiples of the distance from the null that each coordinate hops to, and rounds from there."""
+MOST_HOPS, LEAST_GAIN = 2, 0.85
+"""Times that all coordinates hop, as long as the cost falls below this share of it [-]."""
 
 
 def fit_globally(start: Explanation, setting: Setting, own: int) -> Scored:
@@ -54,7 +61,31 @@ def fit_globally(start: Explanation, setting: Setting, own: int) -> Scored:
         cost, list(zip(low, high, strict=True)), init=population, maxiter=GENERATIONS, tol=0.0,
         polish=False, seed=0,
     )  # fmt: skip
-    return fit_from(at(solution.x), setting, ROUNDS)
+    best = fit_from(at(solution.x), setting, ROUNDS)
+    for _ in range(MOST_HOPS):
+        before, best = best, min((best, *hops(best, setting, front.size)), key=cost_of)
+        if cost_of(best) > LEAST_GAIN * cost_of(before):
+            break
+    return best
+
+
+def cost_of(one: Scored) -> float:
+    """Return the cost of a fit where it was fitted [-]."""
+    return one.fit.cost
+
+
+def hops(one: Scored, setting: Setting, own: int) -> Iterator[Scored]:
+    """
+    Yield the fits from one coordinate or the other being much larger or smaller.
+
+    :param own: coordinates at the front that stay
+    """
+    explanation = one.fit.explanation
+    for index, coordinate in enumerate(explanation.coordinates[own:], start=own):
+        for factor in HOPS:
+            seen = explanation.seen
+            seen[index] = coordinate.scaled(float(seen[index]), factor)
+            yield fit_from(explanation.moved(seen), setting, HOPPING_ROUNDS)
 
 
 def span(part: Candidate) -> Floats:

@@ -45,7 +45,7 @@ REFINED, REFINING_ROUNDS = 2, 12
 """Best fits of each size that are fitted on, and the rounds of those that leave a gap."""
 CLOSED = 0.1
 """Share of the gap above the floor that an explanation may leave [-]."""
-GLOBALLY = 2
+GLOBALLY = 3
 """Explanations that are fitted over their whole range at once, if nothing else helps."""
 FEW = 6
 """Of more parameters than these a quarter at a time is taken out, then one."""
@@ -146,13 +146,15 @@ class Search:
         """
         Return the best of the most promising explanations fitted over their whole range.
 
-        They are those that the fits left the least of and, where one part alone led nowhere, the
-        pairs of effects that look best together. None if all leave something significant.
+        They are those that the fits left the least of, of one part and of any number, and, where
+        one part alone led nowhere, the pairs of effects that look best together. None if all
+        leave something significant.
         """
         tried = sorted(self.scored, key=lambda one: one.fit.cost)
-        with_effects = [one.fit.explanation for one in tried if one.effects]
-        best = first_of_each(with_effects, lambda one: one)
-        if (found := self.over_the_range(best)) or size > 1:
+        best = [one.fit.explanation for one in tried if one.effects]
+        alone = [one for one in best if len(one.parts) == len(self.base.parts) + 1]
+        ranked = first_of_each([*alone[:1], *best], lambda one: one)
+        if (found := self.over_the_range(ranked)) or size > 1:
             return found
         self.tell('screening pairs')
         everything = self.given, self.base, effects, self.fitted, self.modes, self.executor
