@@ -8,7 +8,7 @@ from pneu_rig_ros.executor import Here
 from pneu_rig_ros.gap.candidates import effect_candidate
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import Explanation
-from pneu_rig_ros.gap.global_fit import fit_globally, span
+from pneu_rig_ros.gap.global_fit import cost_of, fit_globally, hops, span
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.scoring import Setting, fit_from
@@ -45,6 +45,19 @@ def test_swinging_load_is_found_where_a_fit_from_one_start_ends_elsewhere() -> N
     found = fit_globally(start, setting, 0)
     assert found.worst < 1.1 * fitted.cost(at_truth, MODE)
     assert np.allclose(found.fit.explanation.values[0], truth, rtol=0.05)
+
+
+def test_hop_of_one_coordinate_leaves_a_false_valley() -> None:
+    truth = (0.015, 3000.0, 300.0)
+    hidden = {'end_cushion': effects.load('end_cushion').parameters(*truth)}
+    given, (fitted, held) = rig('revised_lugre_dwell', hidden, 1, 2)
+    setting, at_truth = Setting(given, fitted, held, MODE), Hypothesis(given.model, hidden)
+    start = Explanation().plus(effect_candidate('end_cushion'), (0.0147, 3000.0, 75.0))
+    stuck = fit_from(start, setting, 3 * ROUNDS)
+    assert cost_of(stuck) > 2.0 * fitted.cost(at_truth, MODE)
+    best = min(hops(stuck, setting, 0), key=cost_of)
+    assert cost_of(best) < 1.1 * fitted.cost(at_truth, MODE)
+    assert np.allclose(best.fit.explanation.values[0], truth, rtol=0.05)
 
 
 def test_two_effects_are_found_that_are_of_no_use_alone() -> None:
