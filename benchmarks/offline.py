@@ -156,16 +156,29 @@ def cost_against_substep() -> list[dict[str, float]]:
 
 
 def cost_against_length() -> dict[str, Any]:
-    """Return the time for ever longer strokes, and the exponent of its growth (1 is linear)."""
+    """
+    Return the time for ever longer strokes, and the exponent of its growth (1 is linear).
+
+    And that of the evaluations: towards its end a stroke has more cycles in a second.
+    """
     plant = Plant(load_configuration('cylinder_3', friction=LAW).model)
     rows = []
     for duration in (8.0, 16.0, 32.0, 64.0):
         count = round(duration / INTERVAL)
-        seconds, _ = best_time(partial(simulate, plant, (2.82, 2.18), count), 5)
-        rows.append({'duration_s': duration, 'ms': 1e3 * seconds})
-    lengths, times = ([row[key] for row in rows] for key in ('duration_s', 'ms'))
-    exponent = float(np.polyfit(np.log(lengths), np.log(times), 1)[0])
-    return {'rows': rows, 'exponent': exponent}
+        seconds, _ = best_time(partial(simulate, plant, (2.82, 2.18), count), 25)
+        evaluations = plant.counts['evaluations']
+        rows.append({'duration_s': duration, 'ms': 1e3 * seconds, 'evaluations': evaluations})
+    return {
+        'rows': rows,
+        'exponent': growth(rows, 'ms'),
+        'evaluations_exponent': growth(rows, 'evaluations'),
+    }
+
+
+def growth(rows: list[dict[str, float]], key: str) -> float:
+    """Return the exponent with which something grows with the length of the stroke [-]."""
+    lengths, values = ([row[name] for row in rows] for name in ('duration_s', key))
+    return float(np.polyfit(np.log(lengths), np.log(values), 1)[0])
 
 
 def memory() -> dict[str, float]:
