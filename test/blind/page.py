@@ -251,7 +251,7 @@ Written by `make blind`. The workflow of `pneu-rig diagnose` gets six bags and a
 nothing else; bags come from a second plant (`test/blind/plant.py`: SciPy's LSODA, none of the
 package's model code) through 12-bit sensors with noise. What is hidden where is told in
 `test/blind/hidden.py` and `test/blind/trials.py`. {run} of {whole} trials of the matrix were run,
-{seconds} s each (median, one processor), at git revision {revisions}. Their order hangs on a hash
+{seconds} s each (median, one processor), at git {revisions}. Their order hangs on a hash
 of their names alone, the noise of the rig first: in each part those that were run are a fair
 sample. Every answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
 What earlier revisions missed was looked into and its cause mended, so those trials are no longer
@@ -286,13 +286,19 @@ out of the fit. Medium strength, noise of the rig; `test/blind/baselines.py`.
 {misses}"""
 
 
+def revisions(answers: list[Answer]) -> str:
+    """Return which revisions of the workflow answered."""
+    names = sorted({a['revision'] for a in answers})
+    return f'revision{"s" if len(names) > 1 else ""} {", ".join(names) or "-"}'
+
+
 def write(answers: list[Answer], docs: Path) -> None:
     """Write the page, the figures and the picture into a folder."""
     whole = matrix()
     hidden = [a for a in answers if a['part'] != 'none' and a['noise'] == scores.NEAR]
     seconds = [a['seconds'] for a in answers if a['seconds']]
     text = TEXT.format(
-        revisions=', '.join(sorted({a['revision'] for a in answers})) or '-',
+        revisions=revisions(answers),
         run=len(answers), whole=len(whole), seconds=f'{median(seconds):.0f}' if seconds else '-',
         visible=scores.VISIBLE, dim=sum(a['visibility'] <= scores.VISIBLE for a in hidden),
         headline=headline(answers), coverage=coverage(answers), by_effect=by_effect(answers),
