@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -121,7 +121,8 @@ class Candidate:
     modes: tuple[Mode, ...]
     coordinates: tuple[Coordinate, ...]
     starts: tuple[tuple[float, ...], ...]
-    was: float = math.nan
+    # NaN is not even itself once a worker has sent it back
+    was: float = field(default=math.nan, compare=False)
 
     @property
     def is_effect(self) -> bool:
@@ -231,8 +232,8 @@ def effect_candidate(name: str) -> Candidate:
     specs = specifications(effect.parameters)
     columns = list(zip(*effect.probes, strict=True))
     coordinates = tuple(
-        effect_coordinate(field, cast(Quantity, specs[field]), column, null)
-        for field, column, null in zip(specs, columns, effect.null, strict=True)
+        effect_coordinate(key, cast(Quantity, specs[key]), column, null)
+        for key, column, null in zip(specs, columns, effect.null, strict=True)
     )
     starts = tuple(tuple(float(v) for v in probe) for probe in effect.probes)
     return Candidate(

@@ -28,7 +28,7 @@ MANY_TRIALS, MANY_CORES = 1_000_000, 1_000
 @click.option('--pairs', type=click.IntRange(1), default=7, show_default=True,
               help='of measurements, of which the median counts')  # fmt: skip
 @click.option('--trials', type=click.IntRange(2), default=8, show_default=True,
-              help='blind trials that are timed; one takes about half a minute')  # fmt: skip
+              help='blind trials that are timed; one takes from seconds to minutes')  # fmt: skip
 def scale(tasks: int, pairs: int, trials: int) -> None:
     """Share work out to processes: same bits, a worker killed, speed-up, cost of a trial."""
     found: dict[str, Any] = {'machine': machine()}

@@ -153,7 +153,7 @@ def misses(answers: list[Answer]) -> str:
     """Return every wrong answer at the noise of the rig."""
     judges = {
         'single': scores.named_first, 'parameter': scores.parameter_first,
-        'pair': scores.both_named, 'removed': scores.unknown,
+        'pair': scores.both_named, 'removed': scores.placed,
     }  # fmt: skip
     rows = []
     for part in PARTS:
@@ -177,6 +177,8 @@ def cause(answer: Answer) -> str:
         return 'the workflow failed'
     if any(right & {n for row in alike for n in row.split('+')} for alike in answer['alike']):
         return 'said to be inseparable from the right one on these bags'
+    if answer['part'] == 'removed' and scores.unknown(answer):
+        return f'put on another balance: {answer["balance"]}'
     if answer['part'] == 'removed' and answer['verdict'] in ('effect', 'parameter'):
         return 'another one takes its place'
     if right and right <= {*answer['effects'], *answer['parameters']}:

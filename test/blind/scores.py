@@ -73,6 +73,11 @@ def right_balance(answer: Answer) -> bool:
     return group(answer['balance']) == balance_of(answer['names'][0])
 
 
+def placed(answer: Answer) -> bool:
+    """Whether it is said to be unknown, and put on the right balance."""
+    return unknown(answer) and right_balance(answer)
+
+
 def alarm(answer: Answer) -> bool:
     """Whether something is said to be missing or wrong."""
     return answer['verdict'] != 'consistent'

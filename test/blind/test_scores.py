@@ -92,9 +92,10 @@ def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
     page.write(ANSWERS, tmp_path)
     text = (tmp_path / 'blind.md').read_text()
     causes = text.split('## Misses')[1]
-    assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 1
+    assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 2
     assert 'said to be inseparable from the right one' in causes
     assert 'one found, not all' in causes
+    assert 'put on another balance: gas mass 2' in causes
     assert 'fits noise' in causes
     assert 'single/load_spring' not in causes
     # Wilson: (p + z^2/2n -+ z sqrt(p(1-p)/n + z^2/4n^2)) / (1 + z^2/n) with 1 of 3, z = 1.96

@@ -1,5 +1,7 @@
 """Candidates, fits and the choice among them, each on its own."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -88,6 +90,13 @@ def test_the_least_significant_parameters_are_taken_out_first() -> None:
     names = [part.name for part in explanation.parts]
     left = without_weakest(result, own=1, count=2)
     assert [part.name for part in left.parts] == [names[0], names[1], names[3]]
+
+
+def test_what_a_worker_sends_back_has_the_same_parts() -> None:
+    leak = effect_candidate('chamber_leak')
+    there = Explanation().plus(leak, leak.starts[0])
+    back = pickle.loads(pickle.dumps(there))
+    assert first_of_each([there, back], lambda one: one) == [there]
 
 
 def test_of_the_same_parts_the_first_values_count_whatever_the_order() -> None:
