@@ -14,6 +14,7 @@ import click
 
 from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.cli.diagnose_part import diagnose_part, is_part
+from pneu_rig_ros.cli.several import SeveralToVerify
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ COMPARING, DRAWING = 0.96, 0.97
 
 
 @click.command(
+    cls=SeveralToVerify,
     short_help='What the model lacks: the missing effect or the wrong parameter',
     epilog='\b\nExamples:\n'
     '  pneu-rig diagnose runs/a runs/b runs/c --model cylinder_1 --out answer\n'
@@ -47,8 +49,8 @@ COMPARING, DRAWING = 0.96, 0.97
     '--verify',
     multiple=True,
     type=click.Path(path_type=Path),
-    metavar='BAG',
-    help='left out of the fits, judges them; may be repeated  [default: every third BAG]',
+    metavar='BAG...',
+    help='left out of the fits, judge them  [default: every third BAG]',
 )
 @click.option(
     '--map',

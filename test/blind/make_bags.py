@@ -52,9 +52,8 @@ def main(
     made = make_bags(out, name, secret, noise, seed, gains)
     answer = {**secret._asdict(), 'visibility': visibility(name, secret, noise)}
     out.with_name(f'{out.name}.truth.yaml').write_text(yaml.safe_dump(answer, sort_keys=False))
-    verify = ' '.join(f'--verify {path}' for path in made.verify)
-    fit = ' '.join(map(str, made.fit))
-    click.echo(f'pneu-rig diagnose {fit} --model {made.model} {verify} --out {out}/answer')
+    bags = f'{" ".join(map(str, made.fit))} --verify {" ".join(map(str, made.verify))}'
+    click.echo(f'pneu-rig diagnose {bags} --model {made.model} --out {out}/answer')
 
 
 if __name__ == '__main__':

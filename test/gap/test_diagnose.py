@@ -14,6 +14,7 @@ import jsonschema
 import pytest
 
 from pneu_rig_ros.cli import main
+from pneu_rig_ros.cli.diagnose import diagnose
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
@@ -269,6 +270,22 @@ def test_what_is_wrong_is_said_in_one_line(
     assert message in told.err
     assert (told.out, told.err.count('\n')) == ('', 1)
     assert not (tmp_path / 'answer').exists()
+
+
+@pytest.mark.parametrize(
+    ('words', 'fitted', 'left_out'),
+    [
+        ('a b --verify c d --model m --out o', 'ab', 'cd'),
+        ('a b --verify c --model m --verify d --out o', 'ab', 'cd'),
+        ('a --model m --verify c --out o b', 'ab', 'c'),
+        ('--model m --out o --verify c -- a b', 'ab', 'c'),
+        ('a b --model m --out o', 'ab', ''),
+    ],
+)
+def test_verify_takes_all_bags_that_follow(words: str, fitted: str, left_out: str) -> None:
+    params = diagnose.make_context('diagnose', words.split()).params
+    assert [str(bag) for bag in params['bags']] == list(fitted)
+    assert [str(bag) for bag in params['verify']] == list(left_out)
 
 
 def test_answer_overwrites_nothing(
