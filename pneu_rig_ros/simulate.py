@@ -24,6 +24,7 @@ from pneu_rig_ros.records.wire import (
     pack_valve_voltages,
 )
 from pneu_rig_ros.rig import Rig, RigConfiguration
+from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 Progress = Callable[[float], None]
@@ -92,6 +93,7 @@ class _Recording:
         voltages = valve_voltages(u)
         command = pack_valve_voltages(*voltages)
         self._put('rig_description', 0, pack_string(self.description))
+        self._put('robot_description', 0, pack_string(robot_description(self._rig.configuration)))
         self._put('u', 0, pack_float64(u))
         self._rig.reset()
         for index in range(samples):

@@ -14,11 +14,15 @@ from pneu_rig_ros.records.wire import typestore
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
 FOXGLOVE = json.loads((CONFIG / 'foxglove_layout.json').read_text())
-JUGGLER = ElementTree.parse(CONFIG / 'plotjuggler_layout.xml').getroot()
+JUGGLERS = {
+    name: ElementTree.parse(CONFIG / f'{name}.xml').getroot()
+    for name in ('plotjuggler_layout', 'plotjuggler_shadow_layout')
+}
+"""Layouts of PlotJuggler: of a rig alone, and of a rig with its shadow."""
 
 
-def curves() -> list[str]:
-    return [curve.attrib['name'] for curve in JUGGLER.iter('curve')]
+def curves(name: str) -> list[str]:
+    return [curve.attrib['name'] for curve in JUGGLERS[name].iter('curve')]
 
 
 def paths() -> list[str]:
@@ -31,7 +35,7 @@ def fields(topic: str) -> set[str]:
     return {name for name, _ in definition[1]}
 
 
-@pytest.mark.parametrize('curve', curves())
+@pytest.mark.parametrize('curve', [curve for name in JUGGLERS for curve in curves(name)])
 def test_plotjuggler_curves_are_fields_of_topics(curve: str) -> None:
     # PlotJuggler writes a joint's values as TOPIC/JOINT/FIELD
     topic, field = curve.removesuffix(']').rsplit('/', 1)
@@ -40,6 +44,13 @@ def test_plotjuggler_curves_are_fields_of_topics(curve: str) -> None:
     assert topic in TOPICS
     assert field.split('[')[0] in fields(topic)
     assert joint == (TOPICS[topic].type == 'sensor_msgs/msg/JointState')
+
+
+def test_plotjuggler_finds_every_curve_in_a_bag_of_the_rig_alone() -> None:
+    # it warns of those that a bag lacks, and then shows none of them
+    own = {topic for topic in TOPICS if not topic.startswith(('predicted/', 'residual/'))}
+    for curve in curves('plotjuggler_layout'):
+        assert any(curve.startswith(f'/{topic}/') for topic in own - {'reference'})
 
 
 @pytest.mark.parametrize('path', paths())
@@ -59,6 +70,14 @@ def leaves(layout: Any) -> Iterator[str]:
         yield from leaves(layout['second'])
 
 
+def test_foxglove_titles_say_the_unit_of_a_plot() -> None:
+    for name, panel in FOXGLOVE['configById'].items():
+        if name.startswith('Plot!'):
+            # each of the two programs reads a key of its own
+            assert panel['foxglovePanelTitle'] == panel['lichtblickPanelTitle']
+            assert panel['foxglovePanelTitle'].endswith(f' [{panel["yAxisLabel"]}]')
+
+
 def test_foxglove_shows_each_panel_once() -> None:
     shown = list(leaves(FOXGLOVE['layout']))
     assert sorted(shown) == sorted(FOXGLOVE['configById'])
@@ -69,11 +88,22 @@ def test_foxglove_shows_the_cylinder_and_the_diagnostics() -> None:
     robot = panels['3D!cylinder']['layers']['cylinder']
     assert (robot['layerId'], robot['sourceType']) == ('foxglove.Urdf', 'topic')
     assert topic_named(robot['topic']) == TOPICS['robot_description']
+    # Lichtblick moves a URDF by transforms alone: a script of the layout makes them
+    script = FOXGLOVE['userNodes']['piston']['sourceCode']
+    assert set(re.findall(r'"/(\w+)"', script)) == {'joint_states'}
+    joint = (
+        ElementTree.parse(CONFIG / 'cylinder.urdf.xml').getroot().find(f'joint[@name="{PISTON}"]')
+    )
+    assert joint is not None
+    frames = {'parent': joint.find('parent'), 'child': joint.find('child')}
+    for side, link in frames.items():
+        assert link is not None
+        assert f'{side}_frame_id: "{link.attrib["link"]}"' in script
     assert panels['DiagnosticSummary!nodes']['topicToRender'] in TOPICS
 
 
 def test_plotjuggler_tabs_have_as_many_plots_as_they_say() -> None:
-    for splitter in JUGGLER.iter('DockSplitter'):
+    for splitter in (one for root in JUGGLERS.values() for one in root.iter('DockSplitter')):
         plots = splitter.findall('DockArea')
         assert int(splitter.attrib['count']) == len(plots) == len(splitter.findall('*/plot'))
         sizes = [float(size) for size in splitter.attrib['sizes'].split(';')]

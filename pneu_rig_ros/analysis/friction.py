@@ -206,7 +206,7 @@ def friction_of(record: Record) -> Floats:
     if record.configuration is None:
         raise RigError(
             'the bag does not hold the configuration of the rig, so piston areas and mass for '
-            'Eq. 2 are unknown; record rig_description too'
+            'Eq. 2 are unknown; import it with --cylinder, or record rig_description too'
         )
     balance = ForceBalance.of(record.configuration)
     return friction_zero_phase(

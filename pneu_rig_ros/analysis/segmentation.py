@@ -113,7 +113,7 @@ def segment_record(record: Record) -> Segmentation:
     if record.configuration is None:
         raise RigError(
             'the bag does not hold the configuration of the rig, so piston areas, mass and stroke '
-            'are unknown; record rig_description too'
+            'are unknown; import it with --cylinder, or record rig_description too'
         )
     return segment(
         record.position, record.pressure_1, record.pressure_2, record.interval,

@@ -26,6 +26,7 @@ from pneu_rig_ros.records.conditions import (
     apply_conditions,
     conditions_of,
 )
+from pneu_rig_ros.records.plausible import check_plausible, signals_of
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import IDEAL
 
@@ -109,6 +110,7 @@ def compare_with_model(
                        'import it with u, or voltage_1 and voltage_2')  # fmt: skip
     known = conditions_of(bag, record)
     model = apply_conditions(configuration, known)
+    check_plausible(bag, signals_of(record), model)
     measured = Run.of(str(bag), record, _rig(record, known) or model)
     simulated = rerun(record, model, name)
     used = _all_conditions(model)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     '--shift',
-    type=float,
+    type=options.FINITE,
     metavar='SECOND',
     help='by how much the second bag is late  [default: by the onset of the command]',
 )
@@ -75,32 +75,20 @@ def _write(page: Path, comparison: Comparison, quiet: bool) -> None:
         write_page(page, comparison, progress)
 
 
-def _print(comparison: Comparison, page: Path | None) -> None:
-    from rich import box
-    from rich.table import Table
+SIGNALS = ('signal', '>RMSE', '>largest', '>bias', 'unit', '>sensor noise', '>RMSE / noise')
+"""Heads of the table that is printed; '>' is for numbers."""
 
+
+def _print(comparison: Comparison, page: Path | None) -> None:
     from pneu_rig_ros.report.comparison_page import condition_texts, event_rows, signal_rows
 
     terminal = output.console()
-    signals = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    signals.add_column('signal')
-    for head in ('RMSE', 'largest', 'bias'):
-        signals.add_column(head, justify='right')
-    signals.add_column('unit')
-    for head in ('sensor noise', 'RMSE / noise'):
-        signals.add_column(head, justify='right')
-    for row in signal_rows(comparison):
-        signals.add_row(row.signal, row.rmse, row.largest, row.bias, row.unit, row.noise,
-                        row.multiple)  # fmt: skip
-    terminal.print(signals)
+    signals = [(row.signal, row.rmse, row.largest, row.bias, row.unit, row.noise, row.multiple)
+               for row in signal_rows(comparison)]  # fmt: skip
+    output.print_table(output.table(SIGNALS, signals))
     terminal.print()
-    events = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    events.add_column('')
-    for head in ('measured', comparison.second):
-        events.add_column(head, justify='right')
-    for event in event_rows(comparison):
-        events.add_row(*event)
-    terminal.print(events)
+    heads = '', '>measured', f'>{comparison.second}'
+    output.print_table(output.table(heads, event_rows(comparison)))
     terminal.print()
     rows = {'measured': comparison.measured.name, comparison.second: comparison.simulated.name}
     rows['conditions'] = f',\n{"":<{output.NAME_WIDTH}}'.join(condition_texts(comparison)) or '-'

@@ -81,18 +81,18 @@ def _record(
     import os
 
     from pneu_rig_ros.demo import LiveRig
+    from pneu_rig_ros.rig import Rig
 
     terminal = output.console(stderr=True, quiet=quiet)
     terminal.print(f'ROS_DOMAIN_ID={os.environ["ROS_DOMAIN_ID"]}', style='dim')
-    with (
-        terminal.status('') as status,
-        LiveRig(path, _plant_parameters(cylinder, settings), status.update) as rig,
-    ):
-        title = f'{configuration.name} at u = {u:g} V'
-        status.stop()
-        with output.progress_bar(title, duration, quiet) as progress:
-            rig.drive(u, duration, progress)
-        status.start()
+    with terminal.status('compiling the plant') as status:
+        Rig(configuration).warm_up()  # the nodes do not wait for each other that long
+        with LiveRig(path, _plant_parameters(cylinder, settings), status.update) as rig:
+            title = f'{configuration.name} at u = {u:g} V'
+            status.stop()
+            with output.progress_bar(title, duration, quiet) as progress:
+                rig.drive(u, duration, progress)
+            status.start()
 
 
 def _plant_parameters(cylinder: str, settings: dict[str, Any]) -> dict[str, Value]:

@@ -153,6 +153,9 @@ def as_bags(paths: Sequence[Path], mapping: Path | None) -> Iterator[list[Path]]
 
     :raises RigError: when there is a table but no mapping, or a mapping but no table
     """
+    from pneu_rig_ros.gap.bags import check_distinct
+
+    check_distinct(paths)
     tables = [path for path in paths if path.is_file() and path.suffix != '.mcap']
     if mapping is None and tables:
         raise RigError(f'{tables[0]}: --map must say which column is what, and its unit')

@@ -54,7 +54,11 @@ class Outcome(NamedTuple):
     help='directory to create  [default: runs/DATE_gap]',
 )  # fmt: skip
 @click.option('--effect', metavar='NAME', help='hide this one  [default: drawn from the seed]')
-def gap(seed: int | None, out: Path | None, effect: str | None) -> None:
+@click.option('--json', 'as_json', is_flag=True, help='print plain data for scripts')
+@click.option('--quiet', is_flag=True, help='print nothing but errors')
+def gap(
+    seed: int | None, out: Path | None, effect: str | None, as_json: bool, quiet: bool
+) -> None:
     """
     Hide an effect in the rig, find it, close the gap.
 
@@ -69,10 +73,14 @@ def gap(seed: int | None, out: Path | None, effect: str | None) -> None:
     seed = secrets.randbelow(SEEDS) if seed is None else seed
     secret = hide(seed, effect)
     path = options.bag_path(out, 'gap')
-    _introduce(secret, seed)
-    with _whole(path) as folder, output.stage_bar() as tell:
+    if not (as_json or quiet):
+        _introduce(secret, seed)
+    with _whole(path) as folder, output.stage_bar(quiet=quiet) as tell:
         outcome = play(folder, secret, seed, tell)
-    show(outcome, secret, path)
+    if as_json:
+        output.print_json(_plain(outcome, secret, seed, path))
+    elif not quiet:
+        show(outcome, secret, path)
 
 
 @contextlib.contextmanager
@@ -198,6 +206,17 @@ def _introduce(secret: Secret, seed: int) -> None:
         'sensors': 'noise and 12 bit as on the rig, but no errors of gain (accuracy class 0):\n'
         f'{"":<{output.NAME_WIDTH}}these would be fitted along with what is missing',
     })  # fmt: skip
+
+
+def _plain(outcome: Outcome, secret: Secret, seed: int, path: Path) -> dict[str, Any]:
+    before, after = outcome.gaps
+    gaps = {
+        name: {'before': one.rmse, 'after': after[name].rmse, 'noise': one.noise,
+               'unit': one.unit}
+        for name, one in before.items()
+    }  # fmt: skip
+    return {'seed': seed, 'hidden': secret.effect, 'gap': gaps, 'directory': str(path),
+            'diagnosis': outcome.answer}  # fmt: skip
 
 
 def show(outcome: Outcome, secret: Secret, path: Path) -> None:

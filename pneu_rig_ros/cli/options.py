@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -15,6 +16,22 @@ if TYPE_CHECKING:
     from pneu_rig_ros.rig import RigConfiguration
 
 Command = TypeVar('Command', bound=Callable[..., Any])
+
+
+class Finite(click.types.FloatParamType):
+    """A number that is neither infinite nor 'nan'."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the number that a text says."""
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f'{value!r} is not a finite number.', param, ctx)
+        return number
+
+
+FINITE = Finite()
 
 _RIG_OPTIONS = (
     click.option(
@@ -131,6 +148,8 @@ def bag_path(out: Path | None, cylinder: str) -> Path:
 
 def new_file(path: Path, option: str) -> Path:
     """Return the path of a file to write. RigError if it exists or its folder does not."""
+    if str(path) == '-':
+        raise RigError(f'{option} -: a file is needed, standard output is not one')
     if path.exists():
         raise RigError(f'{option} {path} exists; name a file that does not, or remove it')
     if not path.parent.is_dir():

@@ -54,7 +54,8 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
 
     made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for head in heads:
-        made.add_column(head.removeprefix('>'), justify='right' if head[:1] == '>' else 'left')
+        name = head.removeprefix('>')
+        made.add_column(name, justify='left' if name == head else 'right', overflow='fold')
     for row in rows:
         made.add_row(*row)
     return made

@@ -23,8 +23,10 @@ from pneu_rig_ros.cli import options, output
     metavar='FILE',
     help='page to write; must not exist  [default: BAG.html]',
 )
-@click.option('--from', 'start', type=float, metavar='SECOND', help='first second to show')
-@click.option('--to', 'stop', type=float, metavar='SECOND', help='last second to show')
+@click.option(
+    '--from', 'start', type=options.FINITE, metavar='SECOND', help='first second to show'
+)
+@click.option('--to', 'stop', type=options.FINITE, metavar='SECOND', help='last second to show')
 @click.option('--quiet', is_flag=True, help='print nothing but errors')
 def view(
     bag: Path, out: Path | None, start: float | None, stop: float | None, quiet: bool

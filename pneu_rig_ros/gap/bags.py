@@ -9,6 +9,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.experiment import Experiment
 from pneu_rig_ros.records import read_record
 from pneu_rig_ros.records.conditions import apply_conditions, conditions_of
+from pneu_rig_ros.records.plausible import check_plausible, signals_of
 from pneu_rig_ros.rig import RigConfiguration
 
 HELD_OUT = 3
@@ -19,20 +20,30 @@ def read_experiment(bag: Path, configuration: RigConfiguration) -> Experiment:
     """Return the run in a bag under its own conditions."""
     record = read_record(bag)
     conditioned = apply_conditions(configuration, conditions_of(bag, record))
+    check_plausible(bag, signals_of(record), conditioned)
     return Experiment.of(bag.name, record, conditioned)
 
 
-def part(bags: Sequence[Path], verify: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """
-    Return the bags to be fitted and those left out.
+def check_distinct(paths: Sequence[Path]) -> None:
+    """Raise RigError when two paths are of the same run, which then would judge its own fit."""
+    seen: dict[Path, Path] = {}
+    for path in paths:
+        place = path.parent if path.suffix == '.mcap' else path
+        if (other := seen.setdefault(place.resolve(), path)) is not path:
+            same = '' if str(other) == str(path) else f', as {other},'
+            raise RigError(f'{path}: given twice{same} but a run is either fitted or left out')
 
-    :raises RigError: when a bag is in both, or there are too few
+
+def parted(bags: Sequence[Path], verify: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     """
-    if twice := sorted({str(bag) for bag in bags} & {str(bag) for bag in verify}):
-        raise RigError(f'--verify {twice[0]}: also among the bags to be fitted')
+    Return the bags, or tables, to be fitted and those left out.
+
+    :raises RigError: when one is given twice, or there are too few
+    """
+    check_distinct([*bags, *verify])
     if verify:
         return list(bags), list(verify)
     if len(bags) < 2:
-        raise RigError('one bag alone: give another, or one with --verify, to judge the fit by')
+        raise RigError('one run alone: give another, or one with --verify, to judge the fit by')
     held = list(bags[HELD_OUT - 1 :: HELD_OUT]) or [bags[-1]]
     return [bag for bag in bags if bag not in held], held

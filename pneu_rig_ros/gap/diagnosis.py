@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.executor import Executor, Here
-from pneu_rig_ros.gap.bags import part, read_experiment
+from pneu_rig_ros.gap.bags import parted, read_experiment
 from pneu_rig_ros.gap.candidates import CALIBRATION, calibration, candidates
 from pneu_rig_ros.gap.discriminate import NextExperiment, next_experiment
 from pneu_rig_ros.gap.evidence import Evidence
@@ -133,7 +133,7 @@ def diagnose(
     configuration = load_configuration(model)
     rng = np.random.default_rng(seed)
     groups = []
-    for group in part(bags, verify):
+    for group in parted(bags, verify):
         tell('reading', 0.02)
         runs = [read_experiment(bag, configuration) for bag in group]
         groups.append(Evidence(runs, rng))

@@ -14,6 +14,7 @@ from pneu_rig_ros.gap.experiment import Experiment
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.dynamics import DEFLECTION, FILM, VELOCITY
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.plant import Trajectory
 
@@ -33,12 +34,13 @@ class Mode(Enum):
     """
     What of the measured run a prediction uses.
 
-    ``CHAMBERS`` imposes the measured motion, so that only gas and valves are predicted; like
-    ``CYCLES``, which predicts all, it starts again from the readings at every rest. ``FREE`` has
-    the beginning alone.
+    ``CHAMBERS`` imposes the measured motion, so that only gas and valves are predicted, and
+    ``FORCES`` too, with the friction of that motion; like ``CYCLES``, which predicts all, they
+    start again from the readings at every rest. ``FREE`` has the beginning alone.
     """
 
     CHAMBERS = 'chambers'
+    FORCES = 'forces'
     CYCLES = 'cycles'
     FREE = 'free run'
 
@@ -134,6 +136,9 @@ def _run(
         measured[restarts] += jitter.draw(int(restarts.sum()))
         start = start + START_NOISE * jitter.draw(1)[0]
     plant = hypothesis.plant(experiment, start)
+    if mode is Mode.CHAMBERS:
+        # at each knot the bristle is torn along at another velocity, which the gas does not feel
+        plant.follow_roughly(VELOCITY, DEFLECTION, FILM)
     return plant.follow(experiment.voltages, experiment.interval, actions, measured, rests)
 
 
@@ -176,7 +181,7 @@ def guidance(
             measured[rest.restart] = rest.readings - bias[rest.restart]
             if experiment.beyond_span[rest.restart]:
                 measured[rest.restart, 0] = stroke
-    if mode is Mode.CHAMBERS:
+    if mode in (Mode.CHAMBERS, Mode.FORCES):
         true = experiment.smooth_position - bias[:, 0]
         true = np.where(experiment.beyond_span, stroke, true)
         _impose_motion(experiment, actions, measured, true)

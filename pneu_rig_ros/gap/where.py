@@ -131,7 +131,7 @@ def _restarted(experiment: Experiment, blocks: int) -> NDArray[np.bool_]:
 
 def force_residual(hypothesis: Hypothesis, experiment: Experiment) -> Residual:
     """Return the residual of the forces on the sliding piston [N]."""
-    run = predict(hypothesis, experiment, Mode.CHAMBERS).run
+    run = predict(hypothesis, experiment, Mode.FORCES).run
     model, load = hypothesis.model, experiment.operation.load_mass
     mass = model.cylinder.moving_mass + load
     law = model.friction

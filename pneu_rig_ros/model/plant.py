@@ -23,6 +23,8 @@ TOLERANCE = 1e-6
 """Default local error, as a share of full scale [-]."""
 LONGEST_STEP = 0.05
 """Default longest step [s]."""
+ROUGHLY = 1000.0
+"""Multiple of the local error that is allowed of states that nothing asked for depends on [-]."""
 
 
 class PlantState(NamedTuple):
@@ -147,6 +149,10 @@ class Plant:
         self.model = self.model._replace(operation=operation)
         self._arguments = compiled_model(self.model)
         self._carry.voltages[:] = np.nan  # the next run cuts the step under way
+
+    def follow_roughly(self, *states: int) -> None:
+        """Let errors of these states (``dynamics``) be ``ROUGHLY`` as large, until the reset."""
+        self._carry.scale[list(states)] *= ROUGHLY
 
     def run(self, voltages: Array, interval: float) -> Trajectory:
         """

@@ -57,7 +57,7 @@ class PlantNode(RigNode):
         super().__init__('plant', context, overrides)
         declare_setup(self)
         self._rig = Rig(read_setup(self))
-        self._warm_up()
+        self._rig.warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
         self._speed = self._checked_speed()
         self._paused = parameters.switch(self, 'paused')
@@ -72,11 +72,6 @@ class PlantNode(RigNode):
         self._metronome = Metronome(self.period_ns) if self._speed else None
         self._wall_clock = WallClock()
         self._prepare()
-
-    def _warm_up(self) -> None:
-        """Make one step before time counts: the first one loads compiled code."""
-        self._rig.step(*valve_voltages(0.0))
-        self._rig.reset()
 
     def _checked_speed(self) -> float:
         speed = self.number('speed')

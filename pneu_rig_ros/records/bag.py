@@ -27,6 +27,9 @@ def bag_directory(path: Path | str) -> Path:
     path = Path(path)
     if not path.exists():
         raise RigError(f'{path} does not exist; give the directory of a bag, e.g. under runs/')
+    if path.is_file() and path.suffix != '.mcap' and path.name != 'metadata.yaml':
+        raise RigError(f'{path} is no bag; give its directory, or turn it into one: '
+                       'pneu-rig import')  # fmt: skip
     directory = path.parent if path.is_file() else path
     if not storage_files(directory):
         raise RigError(f'{directory} holds no .mcap file; give the directory of a bag')

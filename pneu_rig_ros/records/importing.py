@@ -26,6 +26,7 @@ from pneu_rig_ros.records.description import (
     package_version,
 )
 from pneu_rig_ros.records.grid import Grid
+from pneu_rig_ros.records.plausible import check_plausible
 from pneu_rig_ros.records.record import Floats
 from pneu_rig_ros.records.table import Table
 from pneu_rig_ros.records.topics import TOPICS
@@ -38,6 +39,7 @@ from pneu_rig_ros.records.wire import (
 )
 from pneu_rig_ros.records.writer import BagWriter
 from pneu_rig_ros.rig import RigConfiguration, Sample
+from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 Progress = Callable[[int], None]
@@ -45,6 +47,9 @@ Progress = Callable[[int], None]
 
 REPORT_EVERY = 512
 """Samples between two calls of the progress function."""
+
+LEAST_INTERVAL, MOST_INTERVAL = 100_000, 1_000_000_000
+"""Between two samples [ns]."""
 
 VELOCITY_CUTOFF = 32.0
 """Low-pass of a velocity made from positions [Hz], as the rig's own."""
@@ -91,7 +96,11 @@ def write_bag(
     told = _with_surroundings(dict(conditions or {}), table)
     if configuration is not None:
         configuration = apply_conditions(configuration, told)
+        check_plausible(table.source, table.signals, configuration)
     grid = table.grid
+    if not LEAST_INTERVAL <= grid.interval_ns <= MOST_INTERVAL:
+        raise RigError(f'{table.source}: a sample every {grid.interval_ns * 1e-6:g} ms, allowed '
+                       'are 0.1 to 1000 ms; is the time in another unit?')  # fmt: skip
     folder = _folder_beside(out)
     try:
         # Under its final name, which rosbags writes into the metadata.
@@ -139,6 +148,8 @@ def _write(
             description = describe(sampled)
             metadata |= bag_metadata(description)
             _put(writer, 'rig_description', grid.start_ns, pack_string(description))
+            robot = pack_string(robot_description(sampled))
+            _put(writer, 'robot_description', grid.start_ns, robot)
         for count, (topic, stamp_ns, cdr) in enumerate(_messages(grid)):
             _put(writer, topic, stamp_ns, cdr)
             if count % REPORT_EVERY == 0:

@@ -155,11 +155,24 @@ def _checked(data: dict[str, Any], origin: str) -> TableMapping:
                for name in SIGNALS if name in entries}  # fmt: skip
     if not signals:
         raise RigError(f'{where}: names no signal, allowed: {", ".join(SIGNALS)}')
+    _check_once(signals, where)
     time, interval = _time(data.get('time'), f'{origin}: time', in_bag)
     zero = data.get('atmospheric_pressure')
     if zero is not None:
         zero = convert(zero, 'Pa', f'{origin}: atmospheric_pressure')
     return TableMapping(origin, signals, time, interval, _layout(data, origin), zero)
+
+
+def _check_once(signals: Mapping[str, Source], where: str) -> None:
+    """Raise RigError when two signals are read from the same place."""
+    seen: dict[tuple[object, ...], str] = {}
+    for name, source in signals.items():
+        # without a field, what is read of a topic goes by the signal, of a pressure it is all
+        field = source.field or ('' if name in PRESSURES or not source.topic else name)
+        place = source.topic, field, source.column
+        if (other := seen.setdefault(place, name)) != name:
+            text = source.topic or f'column {source.column!r}'
+            raise RigError(f'{where}: {name} and {other} are both {text}')
 
 
 def _source(entry: object, where: str, in_bag: bool, signal: str) -> Source:

@@ -137,7 +137,10 @@ def _align(
 ) -> Record:
     for topic in SAMPLED:
         if streams[topic].stamps.size == 0:
-            raise RigError(f'no message on {topic}: was the plant running and unpaused?')
+            raise RigError(
+                f'no message on {topic}: was the plant running and unpaused, '
+                'or is this a part of a rig?'
+            )
     configuration = _configuration(metadata)
     interval = _interval(streams['joint_states'].stamps, configuration)
     start = min(int(streams[topic].stamps.min()) for topic in SAMPLED)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from pneu_rig_ros.model.plant import Plant, PlantState
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.rig.configuration import RigConfiguration, override
 from pneu_rig_ros.rig.sensors import SensorSet
 
@@ -39,6 +40,11 @@ class Rig:
         """Go back to rest and restart the noise; return the sample of index 0."""
         self._sensors.reset()
         return self._measure(0, self._plant.reset())
+
+    def warm_up(self) -> None:
+        """Make one step before time counts: the first one compiles the plant, or loads it."""
+        self.step(CENTRE_VOLTAGE, CENTRE_VOLTAGE)
+        self.reset()
 
     def step(self, voltage_1: float, voltage_2: float) -> Sample:
         """Hold the valve voltages [V] for one interval; return the sample after it."""

@@ -1,7 +1,10 @@
 """`pneu-rig import` and `pneu-rig export`."""
 
 import json
+import shutil
 from pathlib import Path
+
+import pytest
 
 from .conftest import Terminal
 
@@ -88,3 +91,42 @@ def test_export_as_csv_and_parquet(terminal: Terminal, bag: Path) -> None:
     assert 'exists' in terminal.run('export', bag, '--csv', '--out', 'a.csv').err
     assert '--csv or --parquet' in terminal.run('export', bag).err
     assert 'does not exist' in terminal.run('export', 'none', '--csv').err
+    for out in ('c.parquet', '-'):
+        done = terminal.run('export', bag, '--csv', '--out', out)
+        assert (done.code, f'--out {out}: ' in done.err) == (2, True)
+    assert sorted(path.name for path in terminal.directory.iterdir()) == ['a.csv', 'a.pq', 'b.csv']
+
+
+def test_bag_is_exported_from_within(
+    terminal: Terminal, bag: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = shutil.copytree(bag, terminal.directory / 'bag')
+    monkeypatch.chdir(copy)
+    assert terminal.run('export', '.', '--csv', '--quiet') == (0, '', '')
+    assert (terminal.directory / 'bag.csv').exists()
+
+
+@pytest.mark.parametrize(
+    ('was', 'instead', 'told'),
+    [
+        ('x [mm]", unit: mm', 'x [mm]", unit: m', 'position from 0 to 8.58 m, cylinder_2 allows'),
+        (
+            'bar, gauge: true}\npressure_2',
+            'bar, gauge: true, offset: -0.6 bar}\npressure_2',
+            'pressure_1 from 4e+04 to',
+        ),
+        ('t [ms]", unit: ms', 't [ms]", unit: s', 'a sample every 1160 ms, allowed'),
+        ('column: 4', 'column: "p_cap [bar]"', "pressure_2 and pressure_1 are both column 'p_cap"),
+    ],
+)
+def test_wrong_unit_or_column_is_told(
+    terminal: Terminal, was: str, instead: str, told: str
+) -> None:
+    prepare(terminal)
+    assert was in MAPPING
+    (terminal.directory / 'map.yaml').write_text(MAPPING.replace(was, instead))
+    done = terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--cylinder', 'cylinder_2',
+                        '--out', 'measured')  # fmt: skip
+    assert (done.code, done.err.count('\n')) == (2, 1)
+    assert told in done.err
+    assert not (terminal.directory / 'measured').exists()

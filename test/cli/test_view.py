@@ -40,6 +40,7 @@ def test_part_goes_into_a_file_of_choice_quietly(bag: Path, terminal: Terminal) 
         (['--from', '5'], 'no samples from 5 to'),
         (['--out', 'none/page.html'], 'there is no directory none'),
         (['--to', 'end'], 'end'),
+        (['--from', 'nan'], "'nan' is not a finite number"),
     ],
 )
 def test_what_is_wrong_is_told_in_one_line(

@@ -248,8 +248,10 @@ def test_browser_shows_the_curves(
     [
         (('BAG', 'OTHER', '--model', 'cylinder_9'), "did you mean 'cylinder_"),
         (('BAG', 'none', '--model', 'cylinder_2'), 'none'),
-        (('BAG', '--model', 'cylinder_2'), 'one bag alone'),
-        (('BAG', '--verify', 'BAG', '--model', 'cylinder_2'), 'also among the bags'),
+        (('BAG', '--model', 'cylinder_2'), 'one run alone'),
+        (('BAG', 'OTHER', 'BAG', '--model', 'cylinder_2'), 'given twice'),
+        (('BAG', '--model', 'cylinder_2', '--verify', 'FILE'), 'given twice, as '),
+        (('BAG', 'OTHER', '--model', 'short.yaml'), 'short allows -0.0125 to 0.0625 m'),
         (('BAG', 'OTHER', '--model', 'cylinder_2', '--without', 'chamber_leek'), 'chamber_leak'),
         (('TABLE', 'BAG', '--model', 'cylinder_2'), '--map must say'),
         (('BAG', 'OTHER', '--model', 'cylinder_2', '--map', 'map.yaml'), 'for text tables'),
@@ -262,7 +264,14 @@ def test_what_is_wrong_is_said_in_one_line(
 ) -> None:  # fmt: skip
     table = tmp_path / 'table.csv'
     table.write_text('time_s\n0\n')
-    names = {'BAG': effect.out.parent / 'a', 'OTHER': effect.out.parent / 'b', 'TABLE': table}
+    short = tmp_path / 'short.yaml'
+    text = (ROOT / 'config' / 'cylinder_2.yaml').read_text()
+    short.write_text(
+        text.replace('name: cylinder_2', 'name: short').replace(': 0.2 m ', ': 0.05 m ')
+    )
+    bag = effect.out.parent / 'a'
+    names = {'BAG': bag, 'OTHER': effect.out.parent / 'b', 'TABLE': table, 'short.yaml': short,
+             'FILE': bag / 'a.mcap'}  # fmt: skip
     given = [str(names.get(argument, argument)) for argument in arguments]
     capsys.readouterr()
     assert main(['diagnose', *given, '--out', str(tmp_path / 'answer')]) == 2

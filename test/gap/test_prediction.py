@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pneu_rig_ros.gap.floors import MODEL_SHARE
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode, guidance, predict
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.dynamics import DEFLECTION, FILM, VELOCITY
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration
 
@@ -87,6 +89,30 @@ def test_a_sensor_effect_is_taken_off_what_is_imposed() -> None:
     naive = predict(Hypothesis(MODEL), experiment, Mode.CHAMBERS).readings
     naive = naive - experiment.measured[1:, [0, 2, 3]]
     assert np.std(told[:, 1]) < 0.5 * np.std(naive[:, 1])
+
+
+def test_gas_does_not_mind_that_friction_is_not_looked_at() -> None:
+    experiment = measured()
+    of_gas, of_all = (
+        predict(Hypothesis(MODEL), experiment, mode).run for mode in (Mode.CHAMBERS, Mode.FORCES)
+    )
+    allowed = MODEL_SHARE[1] * experiment.operation.supply_pressure
+    assert 0.0 < np.abs(of_gas.pressure_1 - of_all.pressure_1).max() < allowed
+    assert 0.0 < np.abs(of_gas.pressure_2 - of_all.pressure_2).max() < allowed
+    assert np.abs(of_gas.position - of_all.position).max() < 1e-12
+
+
+def test_what_is_followed_roughly_takes_fewer_steps() -> None:
+    experiment, evaluations = measured(), []
+    actions, states, rests = guidance(
+        experiment, Mode.FORCES, np.zeros((len(experiment.voltages) + 1, 4)), 0.3
+    )
+    for rough in ((), (VELOCITY, DEFLECTION, FILM)):
+        plant = Plant(MODEL)
+        plant.follow_roughly(*rough)
+        plant.follow(experiment.voltages, experiment.interval, actions, states, rests)
+        evaluations.append(plant.counts['evaluations'])
+    assert evaluations[1] < 0.7 * evaluations[0]
 
 
 def test_a_vented_chamber_is_no_higher_because_its_sensor_shows_nothing_lower() -> None:

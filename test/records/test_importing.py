@@ -128,6 +128,7 @@ def test_foreign_bag_becomes_a_record(foreign: Path, tmp_path: Path) -> None:
         ({'pressure_1': {'topic': '/cap', 'unit': 'm'}}, "unit 'm' is of another kind"),
         ({'position': {'topic': '/axis/state', 'fild': 'x'}}, "unknown name 'fild', did you mean"),
         ({'pos': '/axis/state'}, "topics: unknown name 'pos'"),
+        ({'pressure_1': '/cap', 'pressure_2': '/cap'}, 'pressure_2 and pressure_1 are both /cap'),
     ],
 )
 def test_what_is_wrong_with_a_mapping_of_topics_is_said(

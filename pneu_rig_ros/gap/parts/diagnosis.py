@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, Here
+from pneu_rig_ros.gap.bags import parted
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.parts.candidates import effects, parameters
@@ -28,7 +28,6 @@ SIGNIFICANT = 3.0
 ALIKE = 0.05
 """Explanations whose gaps left out differ by less cannot be told apart [-]."""
 MOST_CANDIDATES = 20
-HELD_OUT = 3
 """One of so many recordings is left out of the fits when none is named for it."""
 MOST_STEPS = 40.0
 """Steps that a diagnosis takes at most, for its progress [-]."""
@@ -88,7 +87,7 @@ def diagnose_part(
     :raises RigError: when a file cannot be used
     """
     part = load_part(model, kind)
-    fit, held = _parted(list(tables), list(verify))
+    fit, held = parted(tables, verify)
     outside = part.hypothesis.model.gas.atmospheric_pressure
     tell('reading', 0.0)
     groups = [
@@ -96,18 +95,6 @@ def diagnose_part(
         for group in (fit, held)
     ]
     return find_out(part, groups[0], groups[1], without, executor, tell, str(model))
-
-
-def _parted(tables: list[Path], verify: list[Path]) -> tuple[list[Path], list[Path]]:
-    """Return the tables to be fitted and those left out; RigError when one is in both."""
-    if twice := sorted({str(one) for one in tables} & {str(one) for one in verify}):
-        raise RigError(f'--verify {twice[0]}: also among the recordings to be fitted')
-    if verify:
-        return tables, verify
-    if len(tables) < 2:
-        raise RigError('one recording alone: give another, or one with --verify')
-    held = tables[HELD_OUT - 1 :: HELD_OUT] or tables[-1:]
-    return [one for one in tables if one not in held], held
 
 
 def find_out(
