@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from pneu_rig_ros.analysis.comparison import SignalGap
+from pneu_rig_ros.cli.gap import Outcome, _plain
 from pneu_rig_ros.gap.bags import read_experiment
 from pneu_rig_ros.hiding.experiments import FITTED
 from pneu_rig_ros.hiding.secret import DRAWN, hide
@@ -52,6 +54,17 @@ def _check_conditions_alone_are_taken_from_a_bag(folder: Path) -> None:
     assert (operation.supply_pressure, operation.load_mass) == (5e5, 0.2)
     assert experiment.sensors == model.sensors
     assert model.effects == {}
+
+
+def test_outcome_as_plain_data_tells_all(tmp_path: Path) -> None:
+    gap = SignalGap('m', 2e-3, 5e-3, 1e-4, 1e-4)
+    outcome = Outcome({'verdict': 'effect'}, ({'position': gap}, {'position': gap}))
+    data = json.loads(json.dumps(_plain(outcome, hide(7, 'inclination'), 7, tmp_path)))
+    assert data == {
+        'seed': 7, 'hidden': 'inclination', 'directory': str(tmp_path),
+        'gap': {'position': {'before': 2e-3, 'after': 2e-3, 'noise': 1e-4, 'unit': 'm'}},
+        'diagnosis': {'verdict': 'effect'},
+    }  # fmt: skip
 
 
 @pytest.mark.live
