@@ -28,10 +28,11 @@ def check_distinct(paths: Sequence[Path]) -> None:
     """Raise RigError when two paths are of the same run, which then would judge its own fit."""
     seen: dict[Path, Path] = {}
     for path in paths:
-        place = path.parent if path.suffix == '.mcap' else path
-        if (other := seen.setdefault(place.resolve(), path)) is not path:
-            same = '' if str(other) == str(path) else f', as {other},'
-            raise RigError(f'{path}: given twice{same} but a run is either fitted or left out')
+        place = (path.parent if path.suffix == '.mcap' else path).resolve()
+        if place in seen:
+            before = '' if str(seen[place]) == str(path) else f', before as {seen[place]}'
+            raise RigError(f'{path}: given twice{before}; a run is either fitted or left out')
+        seen[place] = path
 
 
 def parted(bags: Sequence[Path], verify: Sequence[Path]) -> tuple[list[Path], list[Path]]:

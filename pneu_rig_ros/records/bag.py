@@ -17,9 +17,12 @@ from pneu_rig_ros.records.integrity import check_metadata, check_storage
 from pneu_rig_ros.records.topics import DERIVED
 from pneu_rig_ros.records.wire import unpack_string
 
-ATTEMPTS = 5
+ATTEMPTS = 8
 PAUSE = 0.01
-"""Between two attempts to open a bag that is being recorded [s]; appending takes less."""
+"""
+After the first attempt to open a bag that is being recorded [s], then twice as long each time:
+appending takes less, unless the recorder has to wait for a processor.
+"""
 
 
 def bag_directory(path: Path | str) -> Path:
@@ -78,10 +81,10 @@ def _opened(directory: Path) -> Iterator[Reader]:
 
 def _growing(file: Path) -> Reader:
     """Open a file without metadata; again where it was looked at while the recorder appended."""
-    for _ in range(ATTEMPTS - 1):
+    for attempt in range(ATTEMPTS - 1):
         with contextlib.suppress(Exception):  # rosbags stumbles anyhow over half a piece
             return _unindexed(file)
-        time.sleep(PAUSE)
+        time.sleep(PAUSE * 2.0**attempt)
     return _unindexed(file)
 
 

@@ -250,7 +250,7 @@ def test_browser_shows_the_curves(
         (('BAG', 'none', '--model', 'cylinder_2'), 'none'),
         (('BAG', '--model', 'cylinder_2'), 'one run alone'),
         (('BAG', 'OTHER', 'BAG', '--model', 'cylinder_2'), 'given twice'),
-        (('BAG', '--model', 'cylinder_2', '--verify', 'FILE'), 'given twice, as '),
+        (('BAG', '--model', 'cylinder_2', '--verify', 'FILE'), 'given twice, before as '),
         (('BAG', 'OTHER', '--model', 'short.yaml'), 'short allows -0.0125 to 0.0625 m'),
         (('BAG', 'OTHER', '--model', 'cylinder_2', '--without', 'chamber_leek'), 'chamber_leak'),
         (('TABLE', 'BAG', '--model', 'cylinder_2'), '--map must say'),

@@ -80,7 +80,7 @@ def changed_bag(tmp_path: Path) -> Callable[[str], Path]:
         elif which == 'index':
             file[file.rindex(b'/chamber_1/pressure') + 9] ^= 3
         else:
-            file[file.index(b'piston', file.index(b'piston') + 1) + 30] ^= 1
+            file[file.index(b'piston', file.index(b'</robot>')) + 30] ^= 1
         bag = tmp_path / 'stroke'
         bag.mkdir()
         (bag / 'stroke.mcap').write_bytes(file)
