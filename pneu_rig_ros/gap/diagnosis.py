@@ -20,7 +20,7 @@ from pneu_rig_ros.gap.bags import parted, read_experiment
 from pneu_rig_ros.gap.candidates import CALIBRATION, calibration, candidates
 from pneu_rig_ros.gap.discriminate import NextExperiment, next_experiment
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
+from pneu_rig_ros.gap.fitting import FINE_STEP, Explanation, Fit, first_of_each, fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.selection import LEAST_GAIN, Search
@@ -34,6 +34,8 @@ STAGES = ((Mode.CHAMBERS, 'gas and valves'), (Mode.CYCLES, 'forces'))
 FINAL_ROUNDS = 6
 FITS_AGAIN = 4
 """How often at most what is known is fitted again."""
+RECONCILED = 2
+"""Explanations of one part that are fitted together with what is known."""
 MOST_LEFT = 0.2
 """An explanation that leaves more of the gap on the runs left out does not explain it [-]."""
 RIVALS = 3
@@ -172,31 +174,58 @@ def explain(
         return
     if diagnosis.explanation.parts:
         tell('fitting what is known')
-        if (better := fitted_again(diagnosis, search)) is not None:
+        if (better := fitted_again(diagnosis, search, diagnosis.explanation)) is not None:
             diagnosis.explanation = better
             return
         search.settle(known)
     diagnosis.searches[mode] = search
     pool = [one for one in candidates(known, without) if mode in one.modes]
     found = search.run(pool)
-    if found is None:
+    if found is not None:
+        diagnosis.explanation = diagnosis.explanation.joined(found.fit.explanation)
+    elif (better := reconciled(diagnosis, search, tell)) is not None:
+        diagnosis.explanation = better
+    else:
         diagnosis.unexplained = mode
-        return
-    for one, values in zip(found.fit.explanation.parts, found.fit.explanation.values, strict=True):
-        diagnosis.explanation = diagnosis.explanation.plus(one, values)
 
 
-def fitted_again(diagnosis: Diagnosis, search: Search) -> Explanation | None:
+def reconciled(
+    diagnosis: Diagnosis, search: Search, tell: Callable[[str], None]
+) -> Explanation | None:
+    """
+    Return what is known with the most promising of what is not, fitted together.
+
+    A known value that is a little off moves the slips, so that nothing on top of it closes the
+    gap. None if they leave something, or nothing is known.
+    """
+    if not diagnosis.explanation.parts:
+        return None
+    ranked = [one.fit.explanation for one in search.ranking]
+    alone = [one for one in ranked if len(one.parts) == len(search.base.parts) + 1]
+    for one in first_of_each([*alone[:RECONCILED], *ranked[:1]], lambda one: one):
+        start = diagnosis.explanation.joined(one)
+        tell('fitting ' + start.name)
+        if (better := fitted_again(diagnosis, search, start)) is not None:
+            return better
+    return None
+
+
+def fitted_again(
+    diagnosis: Diagnosis, search: Search, explanation: Explanation
+) -> Explanation | None:
     """
     Return what is known, fitted under what it closed and under what is searched now.
 
     An error that one prediction hardly shows moves the slips of the other; the fit then goes
     along a narrow valley, so it goes on for as long as it gains. None if it leaves something.
+
+    :param explanation: what is known, or more
     """
-    modes, left = (*diagnosis.searches, *search.modes), np.inf
-    explanation = diagnosis.explanation
+    modes, left = tuple(dict.fromkeys((*diagnosis.searches, *search.modes))), np.inf
     for _ in range(FITS_AGAIN):
-        result = fit(diagnosis.given, explanation, diagnosis.fitted, modes, FINAL_ROUNDS)
+        result = fit(
+            diagnosis.given, explanation, diagnosis.fitted, modes, FINAL_ROUNDS, FINE_STEP
+        )
         explanation = result.explanation
         better = explanation.apply(diagnosis.given)
         for evidence in (diagnosis.fitted, diagnosis.held):
@@ -252,4 +281,6 @@ def judge(diagnosis: Diagnosis) -> None:
 
 def together(diagnosis: Diagnosis, modes: Sequence[Mode]) -> Fit:
     """Return all parts of the explanation fitted to some predictions at once."""
-    return fit(diagnosis.given, diagnosis.explanation, diagnosis.fitted, modes, FINAL_ROUNDS)
+    return fit(
+        diagnosis.given, diagnosis.explanation, diagnosis.fitted, modes, FINAL_ROUNDS, FINE_STEP
+    )

@@ -19,8 +19,11 @@ from pneu_rig_ros.gap.prediction import Mode
 Floats = NDArray[np.float64]
 _T = TypeVar('_T')
 
-STEP = 1e-2
-"""Step of the finite differences, in units of a coordinate: above the integrator's noise [-]."""
+STEP, FINE_STEP = 1e-2, 1e-3
+"""
+Steps of the finite differences, in units of a coordinate [-]: far above the integrator's noise; so
+fine that a fit does not stop in a valley that two coordinates make.
+"""
 STRENGTHS = (0.3, 0.6, 1.0, 1.7, 3.0)
 """Multiples of a start's strength from which the best is fitted [-]."""
 SCANS = 2
@@ -60,6 +63,10 @@ class Explanation:
         """Return the explanation without one of its parts."""
         keep = [i for i in range(len(self.parts)) if i != index]
         return Explanation(tuple(self.parts[i] for i in keep), tuple(self.values[i] for i in keep))
+
+    def joined(self, other: Explanation) -> Explanation:
+        """Return the explanation with all parts of another one."""
+        return Explanation(self.parts + other.parts, self.values + other.values)
 
     @property
     def coordinates(self) -> list[Coordinate]:
@@ -120,12 +127,14 @@ class Fit:
 
 
 def fit(
-    given: Hypothesis, start: Explanation, evidence: Evidence, modes: Sequence[Mode], rounds: int
-) -> Fit:
+    given: Hypothesis, start: Explanation, evidence: Evidence, modes: Sequence[Mode], rounds: int,
+    step: float = STEP,
+) -> Fit:  # fmt: skip
     """
     Return the explanation fitted to the evidence from a start.
 
     :param rounds: of the least-squares solver at most
+    :param step: of the finite differences [-]
     """
     low, high = np.array([c.bounds for c in start.coordinates]).T
 
@@ -140,7 +149,7 @@ def fit(
         here, columns = residual(seen), []
         for index in range(seen.size):
             there = seen.copy()
-            there[index] += STEP if seen[index] + STEP < high[index] else -STEP
+            there[index] += step if seen[index] + step < high[index] else -step
             columns.append((residual(there) - here) / (there[index] - seen[index]))
         return np.column_stack(columns)
 
