@@ -102,13 +102,22 @@ def _unindexed(file: Path) -> Reader:
 
 
 def custom_data(reader: Reader) -> dict[str, str]:
-    """Return the custom data of an open bag, see `pneu_rig_ros.records.description`."""
+    """
+    Return the custom data of an open bag, see `pneu_rig_ros.records.description`.
+
+    `ros2 bag record` keeps none, and a bag that is being recorded has none yet: the topic says it.
+    """
     kept = reader.storage.metadata.custom
-    if kept is not None or not isinstance(reader.storage, UnindexedReader):
-        return dict(kept or {})
-    described = [c for c in reader.connections if c.topic.endswith('/rig_description')]
+    if kept:
+        return dict(kept)
+    described = [
+        c for c in reader.connections
+        if c.topic.endswith('/rig_description') and c.msgtype == 'std_msgs/msg/String'
+    ]  # fmt: skip
+    if not described:
+        return {}
     texts = [unpack_string(bytes(cdr)) for _, _, cdr in reader.messages(described)]
-    return bag_metadata(texts[-1]) if described and texts else {}
+    return bag_metadata(texts[-1]) if texts else {}
 
 
 def first_line(error: BaseException) -> str:

@@ -1,10 +1,12 @@
 """A record refuses what is not one experiment on one grid."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, Record, read_record
@@ -48,6 +50,18 @@ def test_every_value_of_a_simulation_is_read_back(bag: Path) -> None:
     assert record.configuration == rig.configuration
     assert record.metadata['cylinder'] == 'cylinder_2'
     assert record.metadata['seed'] == '7'
+
+
+def test_bag_of_ros2_bag_record_says_by_topic_what_rig_it_is_of(bag: Path, tmp_path: Path) -> None:
+    # rosbag2 writes '~' where the recorder of this package keeps the configuration
+    copy = shutil.copytree(bag, tmp_path / 'copy')
+    data = yaml.safe_load((bag / 'metadata.yaml').read_text())
+    assert data['rosbag2_bagfile_information']['custom_data']
+    data['rosbag2_bagfile_information']['custom_data'] = None
+    (copy / 'metadata.yaml').write_text(yaml.safe_dump(data))
+    record = read_record(copy)
+    assert record.configuration == load_configuration('cylinder_2', seed=7)
+    assert record.metadata['cylinder'] == 'cylinder_2'
 
 
 def test_grid_is_exact(bag: Path) -> None:
