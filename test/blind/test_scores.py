@@ -1,6 +1,7 @@
 """The judges, on answers written by hand."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +80,10 @@ def test_readme_tells_the_figures_of_the_page() -> None:
         assert f': {page.percent(figure["value"])} | {figure["trials"]} | {low_high} |' in row
     assert f'cut by {page.percent(figures["heldout_gap_cut"]["value"])}' in section
     assert f'{page.percent(figures["parameter_error"]["value"], 1)} off' in section
+    (refit,) = re.findall(
+        rf'{page.BASELINES["refit"]} \| (\d+ %)', (ROOT / 'docs' / 'blind.md').read_text()
+    )
+    assert f'instead cuts it by {refit}.' in section
 
 
 def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
