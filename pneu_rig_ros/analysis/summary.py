@@ -19,8 +19,9 @@ class Summary:
     The numbers of one record, SI units.
 
     :param cylinder: name of the cylinder, 'unknown' if the bag does not say
-    :param friction_model: name of the plant's friction law
-    :param seed: of the sensor noise
+    :param friction_model: name of the plant's friction law, 'unknown' of a measured rig
+    :param seed: of the sensor noise, 'unknown' of a measured rig
+    :param source: file that the record was imported from, None of a plant's
     :param duration: from the first to the last sample [s]
     :param samples: on the sampling grid
     :param interval: sampling interval [s]
@@ -36,6 +37,7 @@ class Summary:
     cylinder: str
     friction_model: str
     seed: str
+    source: str | None
     duration: float
     samples: int
     interval: float
@@ -66,6 +68,7 @@ def summarise(record: Record) -> Summary:
         cylinder=record.metadata.get('cylinder', 'unknown'),
         friction_model=record.metadata.get('friction_model', 'unknown'),
         seed=record.metadata.get('seed', 'unknown'),
+        source=record.metadata.get('source'),
         duration=record.duration,
         samples=record.position.size,
         interval=record.interval,

@@ -36,7 +36,6 @@ def export(
     The unit of each column stands in its name, e.g. pressure_1_Pa; pressures are absolute.
     """
     kind = _kind(csv, parquet)
-    bag = bag if bag.name else bag.resolve()
 
     from pneu_rig_ros.records import exporting
     from pneu_rig_ros.records.bag import bag_directory

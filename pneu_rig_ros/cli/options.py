@@ -109,8 +109,13 @@ def workers_options(
 
 
 def bag_argument(function: Command) -> Command:
-    """Add the argument BAG."""
-    return click.argument('bag', type=click.Path(path_type=Path))(function)
+    """Add the argument BAG; from within a bag, '.' is one with a name."""
+    named = click.argument('bag', type=click.Path(path_type=Path), callback=_named)
+    return named(function)
+
+
+def _named(_context: click.Context, _parameter: click.Parameter, bag: Path) -> Path:
+    return bag.resolve() if bag.name in {'', '..'} else bag
 
 
 def quiet_option(function: Command) -> Command:

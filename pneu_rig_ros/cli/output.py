@@ -81,7 +81,7 @@ def print_values(rows: Mapping[str, str]) -> None:
 def print_summary(summary: Summary, files: Mapping[str, Path]) -> None:
     """Print the summary of a record and where its files are."""
     rows = {
-        'cylinder': f'{summary.cylinder}, friction {summary.friction_model}, seed {summary.seed}',
+        'cylinder': f'{summary.cylinder}, {_plant(summary)}',
         'recorded': f'{summary.duration:.2f} s, {summary.samples} samples',
         'rate': f'{_number(summary.rate, "Hz", 2)} of {1 / summary.interval:.2f} Hz',
         'jitter': f'p50 {_number(summary.jitter_p50 * 1e3, "ms", 3)}, '
@@ -93,6 +93,12 @@ def print_summary(summary: Summary, files: Mapping[str, Path]) -> None:
     }
     rows |= {name: str(path) for name, path in files.items()}
     print_values(rows)
+
+
+def _plant(summary: Summary) -> str:
+    if summary.source is not None:
+        return f'imported from {summary.source}'
+    return f'friction {summary.friction_model}, seed {summary.seed}'
 
 
 def tell_summary(summary: Summary, files: Mapping[str, Path], as_json: bool) -> None:

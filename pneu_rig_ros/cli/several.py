@@ -24,7 +24,10 @@ def repeated(words: list[str], several: str) -> list[str]:
     for index, word in enumerate(words):
         if word == '--':
             return [*told, *words[index:]]
-        if word.startswith('-'):
+        if word.startswith(f'{several}='):
+            told.append(several)
+            option, word = several, word.removeprefix(f'{several}=')
+        elif word.startswith('-'):
             option = word
         elif option == several and told[-1] != several:
             told.append(several)

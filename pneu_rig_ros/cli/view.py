@@ -37,7 +37,6 @@ def view(
     Signals to zoom into, the modes of motion and the stick-slip cycles marked, and the cylinder
     as it is at the cursor's time.
     """
-    bag = bag if bag.name else bag.resolve()
     title = bag.stem if bag.suffix == '.mcap' else bag.name
     page = options.new_file(out or bag.with_name(f'{title}.html'), '--out')
 

@@ -147,6 +147,8 @@ def _write(
             sampled = replace(configuration, interval_ns=grid.interval_ns)
             description = describe(sampled)
             metadata |= bag_metadata(description)
+            # A real rig has neither; those of the description are of the model it is told by.
+            del metadata['friction_model'], metadata['seed']
             _put(writer, 'rig_description', grid.start_ns, pack_string(description))
             robot = pack_string(robot_description(sampled))
             _put(writer, 'robot_description', grid.start_ns, robot)

@@ -42,6 +42,8 @@ def test_export_of_a_laboratory_becomes_a_bag(terminal: Terminal) -> None:
     assert 'supply_pressure 500000 Pa, load_mass 0.2 kg' in done.out
     told = json.loads(terminal.run('info', 'runs/measured', '--json').out)
     assert told['cylinder'] == 'cylinder_2'
+    assert (told['friction_model'], told['seed']) == ('unknown', 'unknown')
+    assert 'cylinder_2, imported from daq.csv' in terminal.run('info', 'runs/measured').out
     assert told['samples'] == 430
     assert abs(told['travel'] - 0.02e-3 * 429) < 1e-9
     out = terminal.run('friction', 'runs/measured', '--json')

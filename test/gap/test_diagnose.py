@@ -285,6 +285,7 @@ def test_what_is_wrong_is_said_in_one_line(
     ('words', 'fitted', 'left_out'),
     [
         ('a b --verify c d --model m --out o', 'ab', 'cd'),
+        ('a b --verify=c d --model m --out o', 'ab', 'cd'),
         ('a b --verify c --model m --verify d --out o', 'ab', 'cd'),
         ('a --model m --verify c --out o b', 'ab', 'c'),
         ('--model m --out o --verify c -- a b', 'ab', 'c'),
