@@ -208,13 +208,14 @@ def strengthened(explanation: Explanation, factor: float) -> Explanation:
     """
     Return an explanation whose last part is so many times as strong.
 
-    The first coordinate of a part is its strength; a description has all of its terms scaled.
+    The first coordinate of a part is its strength, and so are those in the same unit: a leak has
+    two areas. A description has all of its terms scaled.
     """
     seen, last = explanation.seen, explanation.parts[-1]
-    first = seen.size - len(last.coordinates)
-    for index in range(first, seen.size) if last.describes else (first,):
-        coordinate = explanation.coordinates[index]
-        seen[index] = coordinate.scaled(float(seen[index]), factor)
+    first, unit = seen.size - len(last.coordinates), last.coordinates[0].quantity.unit
+    for index, coordinate in enumerate(last.coordinates, start=first):
+        if last.describes or coordinate.quantity.unit == unit:
+            seen[index] = coordinate.scaled(float(seen[index]), factor)
     return explanation.moved(seen)
 
 

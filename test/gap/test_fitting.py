@@ -14,7 +14,15 @@ from pneu_rig_ros.gap.candidates import (
     parameters,
 )
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit, first_of_each, fit, without_weakest
+from pneu_rig_ros.gap.fitting import (
+    Explanation,
+    Fit,
+    first_of_each,
+    fit,
+    scanned,
+    strengthened,
+    without_weakest,
+)
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.model import effects as library
@@ -57,6 +65,29 @@ def test_elements_of_the_bristles_keep_their_shares() -> None:
     old = MODEL.friction.element_stiffness
     changed = stiffness.apply(GIVEN, [2.0 * sum(old)]).model.friction.element_stiffness
     assert changed == pytest.approx([2.0 * item for item in old])
+
+
+@pytest.mark.parametrize(
+    ('name', 'values', 'doubled'),
+    [
+        ('chamber_leak', (3e-9, 2e-9), (6e-9, 4e-9)),
+        ('friction_warm_up', (0.1, 1.5), (0.2, 1.5)),
+    ],
+)
+def test_what_shares_a_unit_is_strengthened_together(
+    name: str, values: tuple[float, ...], doubled: tuple[float, ...]
+) -> None:
+    start = Explanation().plus(effect_candidate(name), values)
+    assert strengthened(start, 2.0).values[0] == pytest.approx(doubled)
+
+
+def test_a_leak_of_both_chambers_shows_its_strength_before_it_is_fitted() -> None:
+    areas = library.load('chamber_leak').parameters(5e-10, 1e-9)
+    hidden = evidence(Mode.CHAMBERS, chamber_leak=areas)
+    start = Explanation().plus(effect_candidate('chamber_leak'), (3e-9, 3e-9))
+    cost, best = scanned([start], GIVEN, hidden, [Mode.CHAMBERS])
+    assert cost < hidden.cost(GIVEN, [Mode.CHAMBERS]) / 2
+    assert best.values[0] == pytest.approx((9e-10, 9e-10), rel=0.4)
 
 
 @pytest.mark.parametrize(
