@@ -274,8 +274,11 @@ def judge(diagnosis: Diagnosis) -> None:
         diagnosis.explanation, diagnosis.final = Explanation(), None
         diagnosis.unexplained = next(iter(diagnosis.searches))
     elif after > MOST_LEFT * before and diagnosis.unexplained is None:
-        left = [mode for mode, search in diagnosis.searches.items()
-                if search.cost(diagnosis.improved) > search.limit]  # fmt: skip
+        left = []
+        for mode, search in diagnosis.searches.items():
+            search.settle(diagnosis.improved)  # a cost and its limit go by the same floors
+            if search.cost(diagnosis.improved) > search.limit:
+                left.append(mode)
         diagnosis.unexplained = left[-1] if left else None
 
 

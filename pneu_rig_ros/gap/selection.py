@@ -14,6 +14,7 @@ two effects may be of no use alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -51,6 +52,8 @@ FEW = 6
 """Of more parameters than these a quarter at a time is taken out, then one."""
 LEAST_GAIN = 0.85
 """One more part that leaves more than this share of the cost leads nowhere [-]."""
+GOING_ON = 4
+"""How often at most fits over the whole range are gone on with."""
 ROUNDS = 8
 """Rounds of a fit."""
 ALIKE = 0.05
@@ -166,13 +169,22 @@ class Search:
             return None
         self.tell('fitting over the whole range ' + ', '.join(one.name for one in starts))
         own = len(self.base.parts)
-        scored = map_tasks(self.executor, fit_globally, starts, self.setting, own)
-        self.settle(min(scored, key=lambda one: one.worst).fit.explanation.apply(self.given))
-        scored = self.fits([one.fit.explanation for one in scored], REFINING_ROUNDS)
+        scored = self.fitted_on(map_tasks(self.executor, fit_globally, starts, self.setting, own))
         self.scored += scored
         if closing := [one for one in scored if one.worst < self.limit]:
             self.best = self.pruned(preferred(closing), self.limit)
         return self.best
+
+    def fitted_on(self, scored: Sequence[Scored]) -> list[Scored]:
+        """Return the fits gone on with for as long as the best of them gains."""
+        left = math.inf
+        for _ in range(GOING_ON):
+            self.settle(min(scored, key=lambda one: one.worst).fit.explanation.apply(self.given))
+            scored = self.fits([one.fit.explanation for one in scored], REFINING_ROUNDS)
+            before, left = left, min(one.worst for one in scored)
+            if left < self.limit or left > LEAST_GAIN * before:
+                break
+        return list(scored)
 
     def calibrated(self) -> Scored:
         """Return what is fitted together with every explanation, fitted alone."""
