@@ -5,12 +5,19 @@ A bag again, with the friction estimator beside it; everything ends with the bag
     ros2 launch pneu_rig_ros replay.launch.py bag:=runs/BAG exclude:=u namespace:=left
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
+from launch import LaunchContext, LaunchDescription
+from launch.actions import (
+    DeclareLaunchArgument,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+    Shutdown,
+)
 from launch.conditions import IfCondition
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+
+from pneu_rig_ros.records.bag import last_text, open_bag
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
@@ -25,6 +32,7 @@ ARGUMENTS = {
     'delay': ('2.0', 'time to find subscribers before the start [s]'),
     'estimate': ('true', 'whether the friction estimator runs beside it'),
     'namespace': ('', 'namespace to play into'),
+    'transforms': ('true', 'whether robot_state_publisher makes /tf of joint_states, for RViz'),
 }
 TYPES = {
     'bag': str,
@@ -35,6 +43,31 @@ TYPES = {
     'exclude': str,
     'delay': float,
 }
+
+
+def transforms(context: LaunchContext) -> list[Node]:
+    """Return what publishes /tf, the frames of each namespace under its name."""
+    with open_bag(LaunchConfiguration('bag').perform(context)) as reader:
+        robot = last_text(reader, 'robot_description')
+    namespace = LaunchConfiguration('namespace').perform(context).strip('/')
+    if not robot:
+        return []
+    return [
+        Node(
+            package='robot_state_publisher',
+            executable='robot_state_publisher',
+            namespace=namespace,
+            parameters=[
+                {
+                    'robot_description': robot,
+                    'frame_prefix': f'{namespace}/' if namespace else '',
+                    'use_sim_time': ParameterValue(LaunchConfiguration('clock'), value_type=bool),
+                }
+            ],
+            remappings=[('robot_description', '~/robot_description')],  # the bag has its own
+            condition=IfCondition(LaunchConfiguration('transforms')),
+        )
+    ]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -59,6 +92,7 @@ def generate_launch_description() -> LaunchDescription:
                 on_exit=Shutdown(),
                 **common,
             ),
+            OpaqueFunction(function=transforms),
             Node(
                 executable='friction_estimator',
                 name='friction_estimator',

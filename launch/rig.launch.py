@@ -77,17 +77,22 @@ def source(context: LaunchContext) -> str:
     return model or LaunchConfiguration('cylinder').perform(context)
 
 
+def given(context: LaunchContext) -> dict[str, float]:
+    """Return those of the cylinder's own values that were given."""
+    names = ('supply_pressure', 'load_mass', 'initial_position')
+    values = {name: LaunchConfiguration(name).perform(context) for name in names}
+    return {name: float(value) for name, value in values.items() if value}
+
+
 def plant(context: LaunchContext) -> list[Node]:
     """Return the plant with those of the cylinder's own values replaced that were given."""
-    names = ('supply_pressure', 'load_mass', 'initial_position')
-    given = {name: LaunchConfiguration(name).perform(context) for name in names}
     recorded = IfCondition(LaunchConfiguration('record')).evaluate(context)
     parameters = {
         'cylinder': source(context),
         'friction': ParameterValue(LaunchConfiguration('friction'), value_type=str),
         'speed': ParameterValue(LaunchConfiguration('speed'), value_type=float),
         'wait_for_subscribers': int(recorded),  # so that the bag has the first sample
-        **{name: float(value) for name, value in given.items() if value},
+        **given(context),
     }
     return [rig_node('plant', parameters)]
 
@@ -95,6 +100,7 @@ def plant(context: LaunchContext) -> list[Node]:
 def transforms(context: LaunchContext) -> list[Node]:
     """Return what publishes /tf, the frames of each namespace under its name."""
     namespace = LaunchConfiguration('namespace').perform(context).strip('/')
+    configuration = load_configuration(source(context), **given(context))
     return [
         Node(
             package='robot_state_publisher',
@@ -102,10 +108,11 @@ def transforms(context: LaunchContext) -> list[Node]:
             namespace=namespace,
             parameters=[
                 {
-                    'robot_description': robot_description(load_configuration(source(context))),
+                    'robot_description': robot_description(configuration),
                     'frame_prefix': f'{namespace}/' if namespace else '',
                 }
             ],
+            remappings=[('robot_description', '~/robot_description')],  # the plant has its own
             condition=IfCondition(LaunchConfiguration('transforms')),
         )
     ]

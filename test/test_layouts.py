@@ -8,6 +8,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 from pneu_rig_ros.records.topics import PISTON, TOPICS, topic_named
 from pneu_rig_ros.records.wire import typestore
@@ -61,6 +62,11 @@ def test_foxglove_paths_are_fields_of_topics(path: str) -> None:
     assert match[2] in fields(match[1])
 
 
+def links() -> set[str]:
+    robot = ElementTree.parse(CONFIG / 'cylinder.urdf.xml').getroot()
+    return {link.attrib['name'] for link in robot.findall('link')}
+
+
 def leaves(layout: Any) -> Iterator[str]:
     if isinstance(layout, str):
         yield layout
@@ -100,6 +106,19 @@ def test_foxglove_shows_the_cylinder_and_the_diagnostics() -> None:
         assert link is not None
         assert f'{side}_frame_id: "{link.attrib["link"]}"' in script
     assert panels['DiagnosticSummary!nodes']['topicToRender'] in TOPICS
+    hidden = {name for name, axes in panels['3D!cylinder']['transforms'].items()
+              if not axes['visible']}  # fmt: skip
+    assert hidden == {f'frame:{link}' for link in links()}
+
+
+def test_rviz_shows_the_cylinder() -> None:
+    manager = yaml.safe_load((CONFIG / 'rig.rviz').read_text())['Visualization Manager']
+    assert manager['Global Options']['Fixed Frame'] in links()
+    shown = {display['Class'].rpartition('/')[2]: display for display in manager['Displays']}
+    topic = shown['RobotModel']['Description Topic']
+    assert topic_named(topic['Value']) == TOPICS['robot_description']
+    # published once: whoever comes later hears of it only so
+    assert topic['Durability Policy'] == 'Transient Local'
 
 
 def test_plotjuggler_tabs_have_as_many_plots_as_they_say() -> None:

@@ -110,14 +110,20 @@ def custom_data(reader: Reader) -> dict[str, str]:
     kept = reader.storage.metadata.custom
     if kept:
         return dict(kept)
-    described = [
+    text = last_text(reader, 'rig_description')
+    return bag_metadata(text) if text else {}
+
+
+def last_text(reader: Reader, topic: str) -> str:
+    """Return what a topic said last, in whatever namespace; empty if it said nothing."""
+    spoken = [
         c for c in reader.connections
-        if c.topic.endswith('/rig_description') and c.msgtype == 'std_msgs/msg/String'
+        if c.topic.endswith(f'/{topic}') and c.msgtype == 'std_msgs/msg/String'
     ]  # fmt: skip
-    if not described:
-        return {}
-    texts = [unpack_string(bytes(cdr)) for _, _, cdr in reader.messages(described)]
-    return bag_metadata(texts[-1]) if texts else {}
+    if not spoken:
+        return ''
+    texts = [unpack_string(bytes(cdr)) for _, _, cdr in reader.messages(spoken)]
+    return texts[-1] if texts else ''
 
 
 def first_line(error: BaseException) -> str:

@@ -7,7 +7,9 @@ from xml.sax.saxutils import escape
 from pneu_rig_ros.rig.configuration import RigConfiguration, configuration_folder
 
 WALL = 0.003
-"""Thickness of tube and end caps, for the picture [m]."""
+"""Thickness of the tube, for the picture [m]."""
+CAP_LENGTH = 0.012
+"""Length of the end caps, for the picture [m]."""
 PISTON_LENGTH = 0.02
 """Length of the piston, for the picture [m]."""
 ROD_BEYOND = 0.06
@@ -43,9 +45,10 @@ def _values(configuration: RigConfiguration) -> dict[str, str]:
         'tube_length': tube,
         'tube_middle': 0.5 * tube,
         'tube_radius': 0.5 * bore + WALL,
-        'cap_length': 4.0 * WALL,
+        'cap_length': CAP_LENGTH,
+        'cap_end': -0.5 * CAP_LENGTH,
+        'rod_end': tube + 0.5 * CAP_LENGTH,
         'cap_width': bore + 4.0 * WALL,
-        'rod_cap': tube,
         'piston_length': PISTON_LENGTH,
         'piston_middle': 0.5 * PISTON_LENGTH,
         'piston_radius': 0.5 * bore,

@@ -10,6 +10,7 @@ import yaml
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, Record, read_record
+from pneu_rig_ros.records.bag import last_text, open_bag
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.wire import PlantMessages, pack_valve_voltages
 from pneu_rig_ros.rig import Rig, Sample, load_configuration
@@ -97,6 +98,12 @@ def test_two_rigs_in_one_bag_are_refused(tmp_path: Path) -> None:
             writer.write(name, TOPICS['joint_states'].type, 0, messages.joint_states)
     with pytest.raises(RigError, match='several rigs, /a, /b'):
         read_record(tmp_path / 'bag')
+
+
+def test_last_text_of_a_topic_is_found(bag: Path) -> None:
+    with open_bag(bag) as reader:
+        assert '<joint name="piston" type="prismatic">' in last_text(reader, 'robot_description')
+        assert last_text(reader, 'joint_states') == last_text(reader, 'nothing') == ''
 
 
 def test_voltages_hold_from_their_arrival(tmp_path: Path) -> None:

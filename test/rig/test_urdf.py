@@ -40,13 +40,20 @@ def test_piston_stays_inside_the_tube_and_fits_it() -> None:
     configuration = load_configuration('cylinder_3')
     robot = read(robot_description(configuration))
     tube = next(v for v in robot.link_map['cylinder'].visuals if v.name == 'tube')
-    piston = next(v for v in robot.link_map['rod'].visuals if v.name == 'piston')
+    piston = next(v for v in robot.link_map['head'].visuals if v.name == 'piston')
     length = piston.geometry.cylinder.length + configuration.model.cylinder.stroke
     assert tube.geometry.cylinder.length == pytest.approx(length)
     assert piston.geometry.cylinder.radius < tube.geometry.cylinder.radius
     assert 2.0 * piston.geometry.cylinder.radius == pytest.approx(
         configuration.model.cylinder.bore
     )
+
+
+def test_a_link_has_one_colour() -> None:
+    """RViz 2 paints all of a link in its first (ros2/rviz issue 1293)."""
+    robot = read(robot_description(load_configuration('cylinder_1')))
+    for link in robot.link_map.values():
+        assert len({visual.material.name for visual in link.visuals}) <= 1
 
 
 def test_a_hostile_name_stays_a_name() -> None:
