@@ -73,7 +73,8 @@ def test_readme_tells_the_figures_of_the_page() -> None:
     figures = json.loads((ROOT / 'docs' / 'blind.json').read_text())
     section = (ROOT / 'README.md').read_text().split('`make blind`')[1].split('##')[0]
     rows = [line for line in section.splitlines() if line.startswith('| ')][2:]
-    names = 'single_top1', 'false_alarm', 'parameter_top1', 'pairs_both'
+    names = ('single_top1', 'false_alarm', 'parameter_top1', 'pairs_both', 'unknown_recognised',
+             'unknown_balance')  # fmt: skip
     for row, name in zip(rows, names, strict=True):
         figure = figures[name]
         low_high = page.interval(name, figure).replace(' % to', ' to')
