@@ -9,6 +9,8 @@ lower rung of the ladder as the model. ``visibility`` in the results says how mu
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
+
 STRENGTHS = ('weak', 'medium', 'strong')
 CYLINDERS = ('cylinder_1', 'cylinder_2', 'cylinder_3')
 Changes = dict[str, Any]
@@ -96,30 +98,35 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     'sensor_delay': {'time_constant': _by_size(0.003, 0.008, 0.025)},
 }
 
-Law = Callable[[dict[str, Any], int], tuple[Changes, Changes]]
-"""(section friction, strength 0-2) -> changes of the truth, changes of the model."""
+Law = Callable[[dict[str, Any], float], tuple[Changes, Changes]]
+"""(section friction, grade 0-2) -> changes of the truth, changes of the model."""
 
 
-def _dwell(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+def _graded(grade: float, values: tuple[float, ...]) -> float:
+    """Return the value at a grade: weak, medium and strong at 0, 1, 2, between them on a line."""
+    return float(np.interp(grade, range(len(values)), values))
+
+
+def _dwell(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # F_s grows over the dwells of 0.5-4 s; the slower it does, the less constant F_s is right
-    factor = (2.0, 1.0, 0.5)[strength]
+    factor = _graded(grade, (2.0, 1.0, 0.5))
     coefficient = factor * friction['dwell_coefficient']
     truth = {'friction.model': 'revised_lugre_dwell', 'friction.dwell_coefficient': coefficient}
     return truth, {'friction.model': 'revised_lugre'}
 
 
-def _stribeck(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
-    share = (0.1, 0.3, 1.0)[strength]
+def _stribeck(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
+    share = _graded(grade, (0.1, 0.3, 1.0))
     level = friction['coulomb_force']
     level += share * (friction['breakaway_force'] - friction['coulomb_force'])
     truth = {'friction.model': 'lugre', 'friction.breakaway_force': level}
     return truth, {'friction.model': 'coulomb_viscous', 'friction.breakaway_force': level}
 
 
-def _hysteresis(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+def _hysteresis(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # beside the springs of the model one more slips at a part of the Coulomb force
-    stiffness = (0.5, 1.0, 2.0)[strength] * sum(friction['element_stiffness'])
-    limit = (0.3, 0.5, 0.7)[strength] * friction['coulomb_force']
+    stiffness = _graded(grade, (0.5, 1.0, 2.0)) * sum(friction['element_stiffness'])
+    limit = _graded(grade, (0.3, 0.5, 0.7)) * friction['coulomb_force']
     law = 'friction.element_stiffness', 'friction.element_limit'
     single = [sum(friction['element_stiffness'])]
     return dict(zip(law, ([stiffness, *single], [limit]), strict=True)), {
@@ -128,17 +135,17 @@ def _hysteresis(friction: dict[str, Any], strength: int) -> tuple[Changes, Chang
     }
 
 
-def _film(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+def _film(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # the film is full at this speed; strokes slip at up to 0.1 m/s
-    velocity = (4.0, 1.0, 0.3)[strength] * friction['film_velocity']
+    velocity = _graded(grade, (4.0, 1.0, 0.3)) * friction['film_velocity']
     truth = {'friction.model': 'revised_lugre', 'friction.film_velocity': velocity}
     truth['friction.fluid_time_constant'] = 0.0  # the lower law has no T: film alone is hidden
     return truth, {'friction.model': 'lugre', 'friction.film_velocity': velocity}
 
 
-def _fluid(friction: dict[str, Any], strength: int) -> tuple[Changes, Changes]:
+def _fluid(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # acts like a mass sigma_2 T: 0.5, 1.5 and 5 kg
-    time = (0.5, 1.5, 5.0)[strength] / friction['viscous_coefficient']
+    time = _graded(grade, (0.5, 1.5, 5.0)) / friction['viscous_coefficient']
     return {'friction.fluid_time_constant': time}, {'friction.fluid_time_constant': 0.0}
 
 
@@ -177,19 +184,23 @@ LAW_PARAMETERS: dict[str, dict[str, Callable[[dict[str, Any]], float]]] = {
 }
 
 
-def hide(effect: str, cylinder: str, strength: str, friction: dict[str, Any]) -> Secret:
+def hide(effect: str, cylinder: str, strength: str | float, friction: dict[str, Any]) -> Secret:
     """
     Return what makes an effect missing in the model.
 
+    :param strength: one of ``STRENGTHS``, or a grade between the first, 0, and the last, 2
     :param friction: the shipped section of the cylinder
     """
-    grade = STRENGTHS.index(strength)
+    grade = float(STRENGTHS.index(strength)) if isinstance(strength, str) else strength
     if effect in LAWS:
         truth, model = LAWS[effect](friction, grade)
         return Secret({}, truth, model)
     column = CYLINDERS.index(cylinder)
-    rows = CONTRIBUTIONS[effect]
-    return Secret({effect: {name: row[grade][column] for name, row in rows.items()}}, {}, {})
+    values = {
+        name: _graded(grade, tuple(row[column] for row in rows))
+        for name, rows in CONTRIBUTIONS[effect].items()
+    }
+    return Secret({effect: values}, {}, {})
 
 
 def true_parameters(effect: str, secret: Secret, friction: dict[str, Any]) -> dict[str, float]:

@@ -24,6 +24,8 @@ MEANING = {
     'pairs_both': 'two effects hidden: both are named',
     'unknown_recognised': 'the effect is not in the library: `unknown`',
     'unknown_balance': 'of these: the right balance',
+    'unseen_effect': 'one effect of a strength drawn: the right name stands first',
+    'unseen_parameter': 'one parameter wrong: `parameter`, the right one first',
     'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, bags left out',
     'parameter_error': 'median error of the fitted parameters, right name',
 }
@@ -153,7 +155,7 @@ def misses(answers: list[Answer]) -> str:
     """Return every wrong answer at the noise of the rig."""
     judges = {
         'single': scores.named_first, 'parameter': scores.parameter_first,
-        'pair': scores.both_named, 'removed': scores.placed,
+        'pair': scores.both_named, 'removed': scores.placed, 'unseen': scores.right_first,
     }  # fmt: skip
     rows = []
     for part in PARTS:
@@ -257,7 +259,8 @@ package's model code) through 12-bit sensors with noise. What is hidden where is
 of their names alone, the noise of the rig first: in each part those that were run are a fair
 sample. Every answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
 What earlier revisions missed was looked into and its cause mended, so those trials are no longer
-blind; they are counted like all others.
+blind; they are counted like all others. Those of the part `unseen` were drawn and run after the
+last change of the workflow, once.
 
 Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
 more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and

@@ -19,6 +19,8 @@ WANTED: dict[str, tuple[str, float]] = {
     'pairs_both': ('at least', 0.80),
     'unknown_recognised': ('at least', 0.80),
     'unknown_balance': ('at least', 0.95),
+    'unseen_effect': ('at least', 0.95),
+    'unseen_parameter': ('at least', 0.90),
     'heldout_gap_cut': ('at least', GAP_CUT),
     'parameter_error': ('at most', PARAMETER_ERROR),
 }
@@ -73,6 +75,11 @@ def right_balance(answer: Answer) -> bool:
     return group(answer['balance']) == balance_of(answer['names'][0])
 
 
+def right_first(answer: Answer) -> bool:
+    """Whether what is hidden, an effect or a parameter, is the verdict and stands first."""
+    return named_first(answer) or parameter_first(answer)
+
+
 def placed(answer: Answer) -> bool:
     """Whether it is said to be unknown, and put on the right balance."""
     return unknown(answer) and right_balance(answer)
@@ -105,7 +112,7 @@ def middle(values: list[float], trials: int) -> dict[str, Any]:
 
 def figures(answers: list[Answer]) -> dict[str, dict[str, Any]]:
     """Return the figures at the noise of the rig: key -> value and number of trials."""
-    single, removed = seen(answers, 'single'), seen(answers, 'removed')
+    single, removed, unseen = (seen(answers, part) for part in ('single', 'removed', 'unseen'))
     called = [a for a in removed if unknown(a)]
     right = [a for a in single if named_first(a)]
     errors = [error for a in right for error in a['errors'].values()]
@@ -117,6 +124,8 @@ def figures(answers: list[Answer]) -> dict[str, dict[str, Any]]:
         'pairs_both': share(seen(answers, 'pair'), both_named),
         'unknown_recognised': share(removed, unknown),
         'unknown_balance': share(called, right_balance),
+        'unseen_effect': share([a for a in unseen if a['strength']], right_first),
+        'unseen_parameter': share([a for a in unseen if not a['strength']], right_first),
         'heldout_gap_cut': middle(cuts, len(cuts)),
         'parameter_error': middle(errors, len(right)),
     }

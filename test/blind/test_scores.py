@@ -46,6 +46,10 @@ ANSWERS = [
     answer('removed', ['supply_droop'], 'unknown', balance='gas mass 1'),
     answer('removed', ['inclination'], 'unknown', balance='gas mass 2'),
     answer('removed', ['stribeck'], 'effect', ranking=['inclination'], effects=['inclination']),
+    answer('unseen', ['stribeck'], 'effect', strength='0.71', effects=['stribeck']),
+    answer('unseen', ['load_spring'], 'unknown', strength='1.90'),
+    answer('unseen', ['friction.coulomb_force'], 'parameter', strength='',
+           parameters=['friction.coulomb_force']),
 ]  # fmt: skip
 
 
@@ -58,6 +62,8 @@ def test_figures_count_what_is_right_and_visible() -> None:
         'pairs_both': (0.5, 2),
         'unknown_recognised': (2 / 3, 3),
         'unknown_balance': (0.5, 2),
+        'unseen_effect': (0.5, 2),
+        'unseen_parameter': (1.0, 1),
         'heldout_gap_cut': (0.7, 3),
         'parameter_error': (0.11, 1),
     }
@@ -98,7 +104,7 @@ def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
     page.write(ANSWERS, tmp_path)
     text = (tmp_path / 'blind.md').read_text()
     causes = text.split('## Misses')[1]
-    assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 2
+    assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 2 + 1
     assert 'said to be inseparable from the right one' in causes
     assert 'one found, not all' in causes
     assert 'put on another balance: gas mass 2' in causes

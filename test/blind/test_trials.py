@@ -57,6 +57,16 @@ def test_truth_is_within_the_library(effect: str) -> None:
         assert len(set(seen)) == len(STRENGTHS)
 
 
+def test_unseen_trials_are_none_of_the_others() -> None:
+    unseen = matrix(('unseen',))
+    assert len(unseen) == 3 * (len(EFFECTS) + len(PARAMETERS))
+    others = {repr(t.secret) for t in matrix(tuple(part for part in PARTS if part != 'unseen'))}
+    assert not others & {repr(t.secret) for t in unseen}
+    grades = [float(t.strength) for t in unseen if t.strength]
+    assert 0.0 <= min(grades) < 0.2
+    assert 1.8 < max(grades) <= 2.0
+
+
 def test_pairs_are_of_known_effects_and_differ() -> None:
     assert {name for pair in PAIRS for name in pair} <= set(EFFECTS)
     assert len({frozenset(pair) for pair in PAIRS}) == len(PAIRS) >= 20
@@ -64,7 +74,7 @@ def test_pairs_are_of_known_effects_and_differ() -> None:
 
 def test_wrong_parameters_are_wrong_by_up_to_30_percent_and_loadable() -> None:
     assert set(PARAMETERS) <= {*GAS_PARAMETERS, *FORCE_PARAMETERS}
-    for trial in matrix(('parameter',)):
+    for trial in (t for t in matrix(('parameter', 'unseen')) if '.' in t.names[0]):
         model = settings(trial.cylinder)
         for name, value in trial.secret.truth.items():
             section, key = name.split('.')

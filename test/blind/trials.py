@@ -1,10 +1,12 @@
 """
 The matrix: which trial hides what, on which cylinder, under how much noise.
 
-Five parts: ``single`` (each effect, three cylinders, three strengths, three levels of noise),
+Six parts: ``single`` (each effect, three cylinders, three strengths, three levels of noise),
 ``none`` (nothing hidden, all friction laws), ``parameter`` (1 to 3 parameters wrong by up to
-30 %), ``pair`` (two effects), ``removed`` (an effect that the library is made to lack). All draws
-follow from fixed seeds, so a trial is the same whenever and in whatever order it is run.
+30 %), ``pair`` (two effects), ``removed`` (an effect that the library is made to lack), ``unseen``
+(each effect at a strength drawn between weak and strong, each parameter wrong by another amount:
+trials to be run once, with rules that are settled). All draws follow from fixed seeds, so a trial
+is the same whenever and in whatever order it is run.
 """
 
 import zlib
@@ -17,7 +19,7 @@ from .constants import LAWS
 from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
 from .settings import settings
 
-PARTS = ('single', 'none', 'parameter', 'pair', 'removed')
+PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'unseen')
 NOISES = (1.0, 3.0, 10.0)
 
 PARAMETERS = (
@@ -69,6 +71,7 @@ class Trial(NamedTuple):
     names: tuple[str, ...]
     """Right answer: effects, or parameters as section.name; none where nothing is hidden."""
     strength: str = ''
+    """One of ``STRENGTHS``, or the grade that was drawn."""
     without: tuple[str, ...] = ()
     """Effects that the library is made to lack."""
 
@@ -92,13 +95,13 @@ def matrix(parts: tuple[str, ...] = PARTS) -> list[Trial]:
     """
     makers = {
         'single': _single, 'none': _none, 'parameter': _parameter, 'pair': _pair,
-        'removed': _removed,
+        'removed': _removed, 'unseen': _unseen,
     }  # fmt: skip
     trials = [trial for part in parts for trial in makers[part]()]
     return sorted(trials, key=lambda trial: (trial.noise, zlib.crc32(trial.key[::-1].encode())))
 
 
-def _hide(effect: str, cylinder: str, strength: str) -> Secret:
+def _hide(effect: str, cylinder: str, strength: str | float) -> Secret:
     return hide(effect, cylinder, strength, settings(cylinder)['friction'])
 
 
@@ -151,6 +154,19 @@ def _parameter() -> Iterator[Trial]:
             truth = {name: _wrong(name, cylinder, key) for name in names}
             secret = Secret({}, truth, {})
             yield Trial(key, 'parameter', cylinder, 1.0, secret, names)
+
+
+def _unseen() -> Iterator[Trial]:
+    for cylinder in CYLINDERS:
+        for effect in EFFECTS:
+            key = f'unseen/{effect}/{cylinder}/1'
+            grade = np.random.default_rng(zlib.crc32(key.encode())).uniform(0.0, 2.0)
+            secret = _hide(effect, cylinder, float(grade))
+            yield Trial(key, 'unseen', cylinder, 1.0, secret, (effect,), f'{grade:.2f}')
+        for name in PARAMETERS:
+            key = f'unseen/{name}/{cylinder}/1'
+            secret = Secret({}, {name: _wrong(name, cylinder, key)}, {})
+            yield Trial(key, 'unseen', cylinder, 1.0, secret, (name,))
 
 
 def _wrong(name: str, cylinder: str, key: str) -> Any:

@@ -9,7 +9,7 @@ from pneu_rig_ros.gap.fitting import Explanation, Fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.scoring import Scored, preferred
-from pneu_rig_ros.gap.selection import Search
+from pneu_rig_ros.gap.selection import GOING_ON, Search
 from pneu_rig_ros.rig import load_configuration
 
 from .runs import measured
@@ -58,3 +58,24 @@ def test_ranking_has_the_best_fit_of_each_explanation() -> None:
     worse, best, other = scored(leak, 0.5), scored(leak, 0.3), scored(heat, 0.4)
     search.scored = [worse, best, other]
     assert search.ranking == [best, other]
+
+
+@pytest.mark.parametrize(
+    ('costs', 'rounds'),
+    [((50.0, 30.0, 26.0, 1.0), 3), ((50.0, 30.0, 15.0, 7.0, 1.0), GOING_ON), ((0.5, 0.1), 1)],
+    ids=['until it gains no more', 'not for ever', 'until nothing is left'],
+)
+def test_whole_range_fits_go_on_while_they_gain(
+    costs: tuple[float, ...], rounds: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nothing = Evidence([], np.random.default_rng(0))
+    search = Search(GIVEN, nothing, nothing, (Mode.CHAMBERS,), print)
+    search.level = 1.0
+    leak, left = effect_candidate('chamber_leak'), list(costs)
+    monkeypatch.setattr(Search, 'settle', lambda search, hypothesis: None)
+    monkeypatch.setattr(
+        Search, 'fits', lambda search, starts, rounds: [scored(leak, left.pop(0)) for _ in starts]
+    )
+    (found,) = search.fitted_on([scored(leak, 90.0)])
+    assert len(costs) - len(left) == rounds
+    assert found.worst == costs[rounds - 1]
