@@ -261,7 +261,8 @@ def _values(data: dict[str, Any], out: Path) -> dict[str, str]:
     values = {'gap': rows.cut_text(data)}
     if data['unknown']:
         unknown = data['unknown']
-        values['described by'] = f'{unknown["term"]} (a description, not a cause)'
+        term = f'{unknown["term"]} (a description, not a cause)'
+        values['described by'] = term if unknown['term'] else 'no simple term shrinks the gap'
         values['shows in'] = f'{unknown["balance"]}, {unknown["regime"]}'
     if alike := data['indistinguishable']:
         values['not told apart'] = '; '.join(' or '.join(names) for names in alike)

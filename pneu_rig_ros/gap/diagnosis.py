@@ -147,7 +147,7 @@ def diagnose(
         explain(diagnosis, mode, without, stage, executor or Here())
         if diagnosis.unexplained is not None:
             break
-    finish(diagnosis, partial(_tell_stage, tell, 'in the end', 0.9))
+    finish(diagnosis, partial(_tell_stage, tell, 'in the end', 0.9), executor or Here())
     tell('what to measure next', 0.95)
     diagnosis.next_experiment = next_experiment(diagnosis.rivals, diagnosis.fitted.experiments[0])
     diagnosis.seconds = time.perf_counter() - begin
@@ -239,7 +239,7 @@ def fitted_again(
     return None
 
 
-def finish(diagnosis: Diagnosis, tell: Callable[[str], None]) -> None:
+def finish(diagnosis: Diagnosis, tell: Callable[[str], None], executor: Executor) -> None:
     """Fit all together, keep what shrinks the gap, describe the rest; changes the diagnosis."""
     if diagnosis.explanation.parts:
         tell('fitting all together')
@@ -248,9 +248,8 @@ def finish(diagnosis: Diagnosis, tell: Callable[[str], None]) -> None:
     if (mode := diagnosis.unexplained) is not None:
         tell('describing what is not known')
         search = diagnosis.searches[mode]
-        diagnosis.unknown = describe(
-            diagnosis.improved, search.fitted, search.held, mode, search.level, search.limit
-        )
+        everything = diagnosis.improved, search.fitted, search.held, mode
+        diagnosis.unknown = describe(*everything, search.level, search.limit, executor)
 
 
 def refit(diagnosis: Diagnosis) -> None:

@@ -267,6 +267,10 @@ more than {visible:g} times the noise (root mean square over the bags); {dim} tr
 are not counted.
 
 {headline}
+An effect that is said to be unknown is described by a formula, which cuts the gap above noise, on
+bags left out of the fit, by {described}. One that cuts nothing is
+left out.
+
 ## How much of the matrix was run
 
 {coverage}
@@ -291,6 +295,13 @@ out of the fit. Medium strength, noise of the rig; `test/blind/baselines.py`.
 {misses}"""
 
 
+def described(answers: list[Answer]) -> str:
+    """Return how far descriptions of removed effects cut the gap."""
+    removed = [a for a in scores.seen(answers, 'removed') if scores.unknown(a)]
+    middle, quartiles, count = _spread([a['cut'] for a in removed if a['cut'] is not None])
+    return f'{middle} (median; quartiles {quartiles}; {count} trials)'
+
+
 def revisions(answers: list[Answer]) -> str:
     """Return which revisions of the workflow answered."""
     names = sorted({a['revision'] for a in answers})
@@ -306,8 +317,9 @@ def write(answers: list[Answer], docs: Path) -> None:
         revisions=revisions(answers),
         run=len(answers), whole=len(whole), seconds=f'{median(seconds):.0f}' if seconds else '-',
         visible=scores.VISIBLE, dim=sum(a['visibility'] <= scores.VISIBLE for a in hidden),
-        headline=headline(answers), coverage=coverage(answers), by_effect=by_effect(answers),
-        by_strength=by_strength(answers), by_method=by_method(answers), misses=misses(answers),
+        headline=headline(answers), described=described(answers), coverage=coverage(answers),
+        by_effect=by_effect(answers), by_strength=by_strength(answers),
+        by_method=by_method(answers), misses=misses(answers),
     )  # fmt: skip
     draw(answers, docs / PICTURE)
     (docs / 'blind.md').write_text(text)

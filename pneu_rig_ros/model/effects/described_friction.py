@@ -20,12 +20,16 @@ class Parameters(NamedTuple):
     """Coefficients; pressures count in supply pressures, positions in strokes."""
 
     constant: Annotated[float, Quantity('N', -1e3, 1e3, 'added to F_c and F_smax')]
-    static: Annotated[float, Quantity('N', -1e3, 1e3, 'added to F_smax alone')]
-    position: Annotated[float, Quantity('N', -1e3, 1e3, 'times x/L')]
+    position: Annotated[float, Quantity('N', -1e3, 1e3, 'times x/L - 1/2')]
     gauge_1: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p1')]
     gauge_2: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p2')]
     speed: Annotated[float, Quantity('N', -1e3, 1e3, 'times |v|, per 0.1 m/s')]
     direction: Annotated[float, Quantity('N', -1e3, 1e3, 'times the sign of v')]
+    static: Annotated[float, Quantity('N', -1e3, 1e3, 'added to F_smax alone')]
+    static_position: Annotated[float, Quantity('N', -1e3, 1e3, 'times x/L - 1/2')]
+    static_gauge_1: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p1')]
+    static_gauge_2: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p2')]
+    static_direction: Annotated[float, Quantity('N', -1e3, 1e3, 'times where the bristles bend')]
 
 
 @compiled
@@ -39,15 +43,25 @@ def contribution(
     """Return what is added to F_c and to F_smax [N]."""
     c, s = parameters, signals
     outside, supply = model.gas.atmospheric_pressure, model.operation.supply_pressure
+    place = s.position / model.cylinder.stroke - 0.5
+    gauge_1, gauge_2 = (s.pressure_1 - outside) / supply, (s.pressure_2 - outside) / supply
+    bent = np.minimum(np.maximum(2.0 * s.bristle_force / model.friction.coulomb_force, -1.0), 1.0)
     added = (
         c.constant
-        + c.position * s.position / model.cylinder.stroke
-        + c.gauge_1 * (s.pressure_1 - outside) / supply
-        + c.gauge_2 * (s.pressure_2 - outside) / supply
+        + c.position * place
+        + c.gauge_1 * gauge_1
+        + c.gauge_2 * gauge_2
         + c.speed * abs(s.velocity) / SPEED
         + c.direction * s.velocity / (abs(s.velocity) + TURN)
     )
-    return added, added + c.static
+    static = (
+        c.static
+        + c.static_position * place
+        + c.static_gauge_1 * gauge_1
+        + c.static_gauge_2 * gauge_2
+        + c.static_direction * bent
+    )
+    return added, added + static
 
 
 EFFECT = Effect(
@@ -56,8 +70,8 @@ EFFECT = Effect(
     regimes=('breakaway', 'sliding'),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
-    null=Parameters(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    null=Parameters(*([0.0] * 11)),
     contribution=contribution,
-    probes=(Parameters(*([0.5] * 7)), Parameters(*([-0.2] * 7))),
+    probes=(Parameters(*([0.5] * 11)), Parameters(*([-0.2] * 11))),
     describes=True,
 )
