@@ -268,8 +268,7 @@ are not counted.
 
 {headline}
 An effect that is said to be unknown is described by a formula, which cuts the gap above noise, on
-bags left out of the fit, by {described}. One that cuts nothing is
-left out.
+bags left out of the fit, by {described}.
 
 ## How much of the matrix was run
 
@@ -299,7 +298,7 @@ def described(answers: list[Answer]) -> str:
     """Return how far descriptions of removed effects cut the gap."""
     removed = [a for a in scores.seen(answers, 'removed') if scores.unknown(a)]
     middle, quartiles, count = _spread([a['cut'] for a in removed if a['cut'] is not None])
-    return f'{middle} (median; quartiles {quartiles}; {count} trials)'
+    return f'{middle} (median of {count}; quartiles {quartiles})'
 
 
 def revisions(answers: list[Answer]) -> str:
