@@ -50,8 +50,8 @@ def test_slow_position_sensor_is_put_on_the_sensor() -> None:
     assert (one.balance, one.unit) == ('motion reading', 'm')
     (term,) = one.explanation.values
     names = [c.name for c in one.explanation.coordinates]
-    # behind by speed times the time constant, which readings tell to about a sampling interval;
-    # the coefficient is per 0.1 m/s
+    # a lag is speed times its time constant to first order only, less where the speed changes
+    # within it; the coefficient is per 0.1 m/s
     interval = load_configuration('cylinder_2').interval_ns * 1e-9
     assert term[names.index('velocity')] == pytest.approx(-0.1 * LAG, abs=0.1 * interval)
     assert one.gap_left < 0.1
