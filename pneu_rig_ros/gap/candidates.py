@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.effect import READING_BALANCES, Balance
+from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance
 from pneu_rig_ros.model.parameters import (
     FRICTION_MODELS,
     LUGRE,
@@ -25,8 +25,6 @@ from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.rig.sensors import Sensors
 
 Floats = NDArray[np.float64]
-
-GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
 
 GAS_PARAMETERS = (
     'valve.intake_coefficient', 'valve.exhaust_coefficient', 'valve.intake_voltage',

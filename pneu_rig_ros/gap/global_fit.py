@@ -8,16 +8,17 @@ beside the best valley there may be a better one along one coordinate, so that h
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
+from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.fitting import Explanation
-from pneu_rig_ros.gap.scoring import Scored, Setting, fit_from
+from pneu_rig_ros.gap.scoring import Scored, Setting, cost_of, fit_from
 
 Floats = NDArray[np.float64]
 
@@ -33,26 +34,45 @@ MOST_HOPS, LEAST_GAIN = 2, 0.85
 """Times that all coordinates hop, as long as the cost falls below this share of it [-]."""
 
 
-def fit_globally(start: Explanation, setting: Setting, own: int) -> Scored:
+def fit_globally(
+    starts: Sequence[Explanation], setting: Setting, own: int, executor: Executor
+) -> list[Scored]:
     """
-    Return an explanation fitted over the range of its parts.
+    Return explanations fitted over the range of their parts.
 
-    Every other experiment has to do for the evolution.
-
-    :param start: with the best values known so far
+    :param starts: with the best values known so far
     :param own: parts at the front that keep their values until the least squares
     """
-    front = start.seen[: sum(len(part.coordinates) for part in start.parts[:own])]
+    fits = map_tasks(executor, evolved, starts, setting, own)
+    hopping = list(range(len(fits)))
+    for _ in range(MOST_HOPS):
+        tried = [(index, hop) for index in hopping for hop in hops(fits[index], own)]
+        landed = map_tasks(executor, fit_from, [hop for _, hop in tried], setting, HOPPING_ROUNDS)
+        before = list(fits)
+        for (index, _), one in zip(tried, landed, strict=True):
+            fits[index] = min(fits[index], one, key=cost_of)
+        hopping = [i for i in hopping if cost_of(fits[i]) <= LEAST_GAIN * cost_of(before[i])]
+    return fits
+
+
+def evolved(start: Explanation, setting: Setting, own: int) -> Scored:
+    """
+    Return the least-squares fit from the best of an evolution over the range.
+
+    Every other experiment, roughly simulated, has to do for the evolution.
+    """
+    front = start.seen[: count_of(start, own)]
     first = start.seen[front.size :]
     low, high = np.concatenate([span(part) for part in start.parts[own:]], axis=1)
     low, high = np.minimum(low, first), np.maximum(high, first)
     half = setting.fitted.subset(range(0, len(setting.fitted.experiments), 2))
+    given = setting.given.roughly()
 
     def at(seen: Floats) -> Explanation:
         return start.moved(np.concatenate([front, seen]))
 
     def cost(seen: Floats) -> float:
-        return half.cost(at(seen).apply(setting.given), setting.modes)
+        return half.cost(at(seen).apply(given), setting.modes)
 
     points = qmc.Sobol(first.size, seed=0).random(POPULATION)
     population = low + points * (high - low)
@@ -61,31 +81,27 @@ def fit_globally(start: Explanation, setting: Setting, own: int) -> Scored:
         cost, list(zip(low, high, strict=True)), init=population, maxiter=GENERATIONS, tol=0.0,
         polish=False, seed=0,
     )  # fmt: skip
-    best = fit_from(at(solution.x), setting, ROUNDS)
-    for _ in range(MOST_HOPS):
-        before, best = best, min((best, *hops(best, setting, front.size)), key=cost_of)
-        if cost_of(best) > LEAST_GAIN * cost_of(before):
-            break
-    return best
+    return fit_from(at(solution.x), setting, ROUNDS)
 
 
-def cost_of(one: Scored) -> float:
-    """Return the cost of a fit where it was fitted [-]."""
-    return one.fit.cost
+def count_of(explanation: Explanation, own: int) -> int:
+    """Return how many coordinates the parts at the front have."""
+    return sum(len(part.coordinates) for part in explanation.parts[:own])
 
 
-def hops(one: Scored, setting: Setting, own: int) -> Iterator[Scored]:
+def hops(one: Scored, own: int) -> Iterator[Explanation]:
     """
-    Yield the fits from one coordinate or the other being much larger or smaller.
+    Yield a fitted explanation with one coordinate or the other much larger or smaller.
 
-    :param own: coordinates at the front that stay
+    :param own: parts at the front that stay
     """
     explanation = one.fit.explanation
-    for index, coordinate in enumerate(explanation.coordinates[own:], start=own):
+    front = count_of(explanation, own)
+    for index, coordinate in enumerate(explanation.coordinates[front:], start=front):
         for factor in HOPS:
             seen = explanation.seen
             seen[index] = coordinate.scaled(float(seen[index]), factor)
-            yield fit_from(explanation.moved(seen), setting, HOPPING_ROUNDS)
+            yield explanation.moved(seen)
 
 
 def span(part: Candidate) -> Floats:

@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.gap.experiment import Experiment
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
 from pneu_rig_ros.model.parameters import Model
-from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.model.plant import TOLERANCE, Plant
 
 Floats = NDArray[np.float64]
 
 Gains = tuple[float, float, float]
 CALIBRATED: Gains = (1.0, 1.0, 1.0)
+ROUGH = 1e-5
+"""Tolerance of predictions that only have to be ranked, as a share of full scale [-]."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +31,13 @@ class Hypothesis:
     :param model: parameters; its operation is replaced by that of each experiment
     :param effects: name -> parameters of the effects that act
     :param gains: slopes of the sensors of x, p1, p2 [-]
+    :param tolerance: of the simulation, as a share of full scale [-]
     """
 
     model: Model
     effects: Mapping[str, Any] = field(default_factory=dict)
     gains: Gains = CALIBRATED
+    tolerance: float = TOLERANCE
 
     def plant(self, experiment: Experiment, shift: Floats) -> Plant:
         """
@@ -58,7 +63,17 @@ class Hypothesis:
         parameters, so that no other has to be compiled whatever is tried.
         """
         nulls = {name: library.load(name).null for name in library.names()}
-        return Plant(model, {**nulls, **self.effects})
+        return Plant(model, {**nulls, **self.effects}, self.tolerance)
+
+    def roughly(self) -> Hypothesis:
+        """Return the hypothesis for predictions that only have to be ranked."""
+        return replace(self, tolerance=ROUGH)
+
+    def forceless(self) -> Hypothesis:
+        """Return the hypothesis without what shows in the motion alone, for one imposed."""
+        kept = (*GAS_BALANCES, *READING_BALANCES)
+        acting = self.effects.items()
+        return replace(self, effects={n: p for n, p in acting if library.load(n).balance in kept})
 
     def with_effect(self, name: str, parameters: Any) -> Hypothesis:
         """Return the hypothesis that an effect acts too."""

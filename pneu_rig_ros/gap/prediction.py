@@ -90,7 +90,7 @@ def predict(
     bias = no_bias
     if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
         # what the sensors add is found along the measured motion, then taken off what is measured
-        rough = _run(hypothesis, experiment, Mode.CHAMBERS, no_bias, jitter)
+        rough = _run(hypothesis.forceless(), experiment, Mode.CHAMBERS, no_bias, jitter)
         bias[1:] = _readings(rough) - _true(rough)
         bias[0] = bias[1]
     run = _run(hypothesis, experiment, mode, bias, jitter)

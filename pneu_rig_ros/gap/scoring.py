@@ -70,3 +70,8 @@ def preferred(closing: Sequence[Scored]) -> Scored:
     least = min(one.worst for one in closing)
     good = [one for one in closing if one.worst <= AS_LITTLE * least]
     return min(good, key=lambda one: (one.effects, one.worst))
+
+
+def cost_of(one: Scored) -> float:
+    """Return the cost of a fit where it was fitted [-]."""
+    return one.fit.cost

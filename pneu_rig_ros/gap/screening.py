@@ -107,7 +107,7 @@ def screen_pairs(
     first = evidence.subset([0])
     for some in (first, evidence):
         chunks = [pairs[start : start + CHUNK] for start in range(0, len(pairs), CHUNK)]
-        every = map_tasks(executor, costs_of, chunks, given, some, modes)
+        every = map_tasks(executor, costs_of, chunks, given.roughly(), some, modes)
         costs = [cost for chunk in every for cost in chunk]
         order = np.argsort(costs, kind='stable')[: -(-len(pairs) // KEPT_PAIRS)]
         pairs = [pairs[index] for index in order]

@@ -169,7 +169,7 @@ class Search:
             return None
         self.tell('fitting over the whole range ' + ', '.join(one.name for one in starts))
         own = len(self.base.parts)
-        scored = self.fitted_on(map_tasks(self.executor, fit_globally, starts, self.setting, own))
+        scored = self.fitted_on(fit_globally(starts, self.setting, own, self.executor))
         self.scored += scored
         if closing := [one for one in scored if one.worst < self.limit]:
             self.best = self.pruned(preferred(closing), self.limit)

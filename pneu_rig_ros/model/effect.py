@@ -51,12 +51,11 @@ class Balance(Enum):
         return self.value.removesuffix(' (read)')
 
 
-LEAST_TIME = 2e-4
-"""
-A lag that is shorter, but not zero, acts like this one [s]: at 862 Hz nobody sees the difference,
-and a time constant without a lower end would have steps without one.
-"""
+LEAST_TIME = 1e-3
+"""Shortest lag that is integrated [s], or steps would have no lower end."""
 
+GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
+"""What acts on the gas whatever the forces do."""
 READING_BALANCES = (Balance.MOTION_READING, Balance.PRESSURE_READING)
 """What acts on the sensors alone."""
 
@@ -95,6 +94,17 @@ class Signals(NamedTuple):
     dwell_time: float
     coulomb_force: float
     static_force: float
+
+
+@compiled
+def integrated_lag(time_constant: float) -> tuple[float, float]:
+    """
+    Return the time constant that is integrated [s] and the share of its lag that acts [-].
+
+    A lag T below ``LEAST_TIME`` T' acts as T/T' of that one, the same to first order in T.
+    """
+    time = max(time_constant, LEAST_TIME)
+    return time, time_constant / time
 
 
 @compiled

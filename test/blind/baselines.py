@@ -21,7 +21,7 @@ from pneu_rig_ros.gap.fitting import Explanation, fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode, block_means, predict
 from pneu_rig_ros.gap.shrink import gap_above_floor
-from pneu_rig_ros.gap.unknown import MOST_TERMS, regression, sparse_terms
+from pneu_rig_ros.gap.terms import MOST_TERMS, regression, sparse_terms
 from pneu_rig_ros.model import effects as library
 
 MODES = (Mode.CHAMBERS, Mode.CYCLES)

@@ -14,7 +14,10 @@ import jsonschema
 import pytest
 
 from pneu_rig_ros.cli import main
-from pneu_rig_ros.cli.diagnose import diagnose
+from pneu_rig_ros.cli.diagnose import diagnose, show, write_files
+from pneu_rig_ros.gap.answer import answer
+from pneu_rig_ros.gap.diagnosis import Diagnosis
+from pneu_rig_ros.gap.diagnosis import diagnose as find_out
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
@@ -22,10 +25,10 @@ from pneu_rig_ros.simulate import simulate
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json.loads((ROOT / 'docs' / 'diagnosis.schema.json').read_text())
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
-# three diagnoses, once for all tests, on a machine that may be busy
+# four diagnoses, once for all tests, on a machine that may be busy
 pytestmark = [pytest.mark.timeout(900), pytest.mark.xdist_group('diagnose')]
 OTHERS = ('wall_heat_transfer', 'line_lag')
-LEAK, FACTOR = 2e-9, 1.25
+LEAK, FACTOR, TILT = 2e-9, 1.25, 0.1
 STROKES = {'a': (0.34, 5e5, 0.02), 'b': (-0.4, 6e5, 0.2), 'c': (0.4, 7e5, 0.05)}
 """Run -> u [V], supply pressure [Pa], initial position [m]."""
 MAP = """
@@ -68,17 +71,26 @@ def leaking(rig: RigConfiguration) -> RigConfiguration:
         area_1=LEAK)})  # fmt: skip
 
 
+def tilted(rig: RigConfiguration) -> RigConfiguration:
+    return replace(rig, effects={'inclination': effects.load('inclination').parameters(TILT)})
+
+
 def wider(rig: RigConfiguration) -> RigConfiguration:
     valve = rig.model.valve
     valve = valve._replace(intake_coefficient=FACTOR * valve.intake_coefficient)
     return replace(rig, model=rig.model._replace(valve=valve))
 
 
-def diagnosed(folder: Path, bags: list[str], *options: str) -> Case:
-    out, model = folder / 'answer', folder / 'calibrated.yaml'
+def calibrated() -> RigConfiguration:
+    """Return cylinder 2 with sensors of exact gain."""
     given = load_configuration('cylinder_2')
     sensors = given.sensors._replace(position_class=0.0, pressure_class=0.0)
-    model.write_text(replace(given, sensors=sensors).to_yaml())
+    return replace(given, sensors=sensors)
+
+
+def diagnosed(folder: Path, bags: list[str], *options: str) -> Case:
+    out, model = folder / 'answer', folder / 'calibrated.yaml'
+    model.write_text(calibrated().to_yaml())
     runs = [*bags[:2], '--verify', bags[2]]
     arguments = ['diagnose', *runs, '--model', str(model), '--workers', '1']
     assert main([*arguments, '--out', str(out), *options]) == 0
@@ -110,6 +122,17 @@ def consistent(tmp_path_factory: pytest.TempPathFactory) -> Case:
         told = f'supply_pressure: {supply} Pa\nrest_time: 1 min\n'
         Path(f'{bag}.conditions.yaml').write_text(told)
     return diagnosed(folder, tables, '--quiet', '--map', str(folder / 'map.yaml'))
+
+
+@pytest.fixture(scope='module')
+def unknown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Diagnosis]:
+    """A slope that no effect of the library explains."""
+    folder = tmp_path_factory.mktemp('unknown')
+    *bags, left_out = map(Path, record(folder, tilted))
+    model = folder / 'calibrated.yaml'
+    model.write_text(calibrated().to_yaml())
+    kept = set(effects.names()) - {*OTHERS}
+    return folder, find_out(bags, model, [left_out], without=sorted(kept))
 
 
 def test_missing_effect_is_named_and_added(effect: Case) -> None:
@@ -167,10 +190,7 @@ def test_improved_model_goes_into_the_plant(effect: Case, parameter: Case, tmp_p
 
 
 def test_model_that_is_consistent_stays_as_it_is(consistent: Case) -> None:
-    given = load_configuration('cylinder_2')
-    sensors = given.sensors._replace(position_class=0.0, pressure_class=0.0)
-    improved = load_configuration(consistent.out / 'improved.yaml')
-    assert improved == replace(given, sensors=sensors)
+    assert load_configuration(consistent.out / 'improved.yaml') == calibrated()
 
 
 class Texts(HTMLParser):
@@ -204,6 +224,37 @@ def test_report_tells_all_and_needs_nothing_else(effect: Case) -> None:
         assert text in page.texts
     assert page.addresses
     assert all(address.startswith('data:image/svg+xml') for address in page.addresses)
+
+
+@pytest.mark.parametrize('has_term', [True, False])
+def test_what_is_unknown_is_told_with_and_without_a_formula(
+    has_term: bool,
+    unknown: tuple[Path, Diagnosis],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    folder, found = unknown
+    assert found.verdict == 'unknown'
+    assert found.unknown is not None
+    if not has_term:
+        nothing = replace(found.unknown, term='', gap_left=1.0, hypothesis=found.improved)
+        found = replace(found, unknown=nothing)
+    out = folder / f'answer {has_term}'
+    out.mkdir()
+    data = answer(found)
+    jsonschema.validate(data, SCHEMA)
+    write_files(out, found, data, lambda share: None)
+    show(data, out)
+    page, terminal = Texts((out / 'report.html').read_text()), capsys.readouterr().out
+    none = 'No simple term shrinks it on bags that had no part in the fit.'
+    assert (none in ' '.join(page.texts)) != has_term
+    assert ('no simple term shrinks the gap' in terminal) != has_term
+    assert ('a description, not a cause' in terminal) == has_term
+    if has_term:
+        assert found.unknown.term in page.texts
+        assert found.unknown.term in terminal
+    assert (data['gap']['cut'] > 0.3) == has_term
+    added = load_configuration(out / 'improved.yaml').effects
+    assert [name.startswith('described_') for name in added] == [True] * has_term
 
 
 def test_report_of_a_consistent_model_shows_no_improvement(consistent: Case) -> None:

@@ -8,10 +8,10 @@ from pneu_rig_ros.executor import Here
 from pneu_rig_ros.gap.candidates import effect_candidate
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import Explanation
-from pneu_rig_ros.gap.global_fit import cost_of, fit_globally, hops, span
+from pneu_rig_ros.gap.global_fit import fit_globally, hops, span
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.scoring import Setting, fit_from
+from pneu_rig_ros.gap.scoring import Setting, cost_of, fit_from
 from pneu_rig_ros.gap.screening import screen_pairs
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.rig import load_configuration
@@ -42,7 +42,7 @@ def test_swinging_load_is_found_where_a_fit_from_one_start_ends_elsewhere() -> N
     setting, at_truth = Setting(given, fitted, held, MODE), Hypothesis(given.model, hidden)
     start = Explanation().plus(effect_candidate('load_compliance'), (1e-4, 0.5))
     assert fit_from(start, setting, ROUNDS).fit.cost > 2.0 * fitted.cost(at_truth, MODE)
-    found = fit_globally(start, setting, 0)
+    (found,) = fit_globally([start], setting, 0, Here())
     assert found.worst < 1.1 * fitted.cost(at_truth, MODE)
     assert np.allclose(found.fit.explanation.values[0], truth, rtol=0.05)
 
@@ -55,7 +55,7 @@ def test_hop_of_one_coordinate_leaves_a_false_valley() -> None:
     start = Explanation().plus(effect_candidate('end_cushion'), (0.0147, 3000.0, 75.0))
     stuck = fit_from(start, setting, 3 * ROUNDS)
     assert cost_of(stuck) > 2.0 * fitted.cost(at_truth, MODE)
-    best = min(hops(stuck, setting, 0), key=cost_of)
+    best = min((fit_from(hop, setting, ROUNDS) for hop in hops(stuck, 0)), key=cost_of)
     assert cost_of(best) < 1.1 * fitted.cost(at_truth, MODE)
     assert np.allclose(best.fit.explanation.values[0], truth, rtol=0.05)
 

@@ -9,10 +9,11 @@ from pneu_rig_ros.executor import Here
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import Fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
-from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.scoring import score
+from pneu_rig_ros.gap.prediction import Mode, predict
+from pneu_rig_ros.gap.scoring import Scored, score
 from pneu_rig_ros.gap.selection import Search
-from pneu_rig_ros.gap.unknown import Description, describe, explained, shrinking, terms_of
+from pneu_rig_ros.gap.terms import explained, terms_of
+from pneu_rig_ros.gap.unknown import Description, describe, shrinking, sparsest
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.rig import load_configuration
 
@@ -48,12 +49,13 @@ def described(name: str, mode: Mode = Mode.CHAMBERS, **values: float) -> Descrip
 def test_slow_position_sensor_is_put_on_the_sensor() -> None:
     one = described('sensor_delay', time_constant=LAG)
     assert (one.balance, one.unit) == ('motion reading', 'm')
-    (term,) = one.explanation.values
-    names = [c.name for c in one.explanation.coordinates]
-    # a lag is speed times its time constant to first order only, less where the speed changes
-    # within it; the coefficient is per 0.1 m/s
-    interval = load_configuration('cylinder_2').interval_ns * 1e-9
-    assert term[names.index('velocity')] == pytest.approx(-0.1 * LAG, abs=0.1 * interval)
+    terms = terms_of(one.explanation)
+    search = searched('sensor_delay', Mode.CHAMBERS, time_constant=LAG)
+    hidden = search.given.with_effect('sensor_delay', effects.load('sensor_delay').parameters(LAG))
+    run = predict(hidden, search.fitted.experiments[0], Mode.FREE).run
+    # what the reading lacks, as a multiple of the speed: least squares
+    lack, speed = run.position_reading - run.position, run.velocity / 0.1
+    assert terms['velocity'] == pytest.approx(float(lack @ speed / (speed @ speed)), rel=0.1)
     assert one.gap_left < 0.1
 
 
@@ -78,5 +80,22 @@ def test_description_that_shrinks_nothing_is_left_out() -> None:
     search = searched('chamber_leak', Mode.CHAMBERS, area_1=2e-9)
     leak, source = (explained('described_flow', {'gauge_1': flow}) for flow in (-2e-6, 2e-6))
     good, bad = (score(Fit(one, 0.0, np.ones(1)), search.setting) for one in (leak, source))
-    assert list(shrinking([bad, good], search.setting)) == [good]
-    assert list(shrinking([bad], search.setting)) == []
+    assert shrinking([bad, good], search.setting, search.limit) is good
+    assert shrinking([bad], search.setting, search.limit) is None
+
+
+def test_fewest_terms_that_close_the_gap_are_enough() -> None:
+    one, two = (
+        explained('described_flow', dict.fromkeys(names, 1e-6))
+        for names in (['gauge_1'], ['gauge_1', 'voltage_1'])
+    )
+
+    def costing(first: float, second: float) -> list[Scored]:
+        pairs = zip((one, two), (first, second), strict=True)
+        return [Scored(Fit(which, cost, np.ones(1)), cost) for which, cost in pairs]
+
+    few, many = costing(0.5, 0.2)
+    assert sparsest([many, few], limit=0.6) is few
+    assert sparsest([many, few], limit=0.4) is many
+    few, many = costing(1.0, 0.95)
+    assert sparsest([many, few], limit=0.4) is few

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from pneu_rig_ros.model import effects, valve
 from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.effect import LEAST_TIME, Signals
 from pneu_rig_ros.model.plant import Plant
 
 from .rigs import SHUT, changed, drive, stroke
@@ -148,6 +148,20 @@ def test_lag_has_its_time_constant(name: str) -> None:
         flow = valve.mass_flow(3.0, AT_REST.pressure_1, SUPPLY, VALVE, GAS)
         lack = contribute(name, (0.02,), **signals)[0]
         assert (lack, target[0]) == pytest.approx((-flow, flow / 1e-4))
+
+
+@pytest.mark.parametrize('name', ['valve_lag', 'line_lag'])
+def test_lag_that_is_too_short_to_be_followed_acts_in_proportion(name: str) -> None:
+    signals, short = {'voltage_1': 3.0, 'voltage_2': 2.5}, 0.25 * LEAST_TIME
+    at_once = contribute(name, (LEAST_TIME,), **signals)
+    lack, _, rate = contribute(name, (short,), **signals)
+    assert lack == pytest.approx(0.25 * at_once[0])
+    assert rate == pytest.approx(at_once[2])
+    # the integral of what is lacking is the time constant times the step, as it is for any lag
+    decayed = settle(name, (short,), LEAST_TIME, **signals)
+    assert contribute(name, (short,), decayed, **signals)[0] == pytest.approx(
+        lack * math.exp(-1.0), rel=1e-6
+    )
 
 
 def test_line_lag_ends_with_the_gas_of_an_immediate_flow() -> None:

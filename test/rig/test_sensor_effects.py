@@ -61,6 +61,14 @@ def test_delayed_position_is_the_true_one_through_a_low_pass() -> None:
     assert np.abs(read[:, X] - true[:, X]).max() > 1e-3
 
 
+def test_delay_too_short_to_be_followed_is_one_of_speed_times_time() -> None:
+    read, true = drive('sensor_delay', 2e-4)
+    behind = true[:, X] - read[:, X]
+    # of the second order is the time constant times the one that is followed, 1 ms
+    assert behind == pytest.approx(2e-4 * true[:, V], abs=2e-6)
+    assert behind.max() > 1e-5
+
+
 def test_rig_sensors_show_the_effect_and_differentiate_what_they_read() -> None:
     read, true = drive('position_scale', 0.05, sensors='rig')
     plain, same = drive('position_scale', 0.0, sensors='rig')

@@ -11,7 +11,7 @@ from pneu_rig_ros.model.effect import Balance, Effect, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 SPEED = 0.1
-"""Unit of the term with the velocity [m/s]."""
+"""Unit of the terms with the velocity [m/s]."""
 
 
 class Parameters(NamedTuple):
@@ -23,6 +23,8 @@ class Parameters(NamedTuple):
     gauge_1: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p1')]
     gauge_2: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p2')]
     velocity: Annotated[float, Quantity('N', -1e3, 1e3, 'times v, per 0.1 m/s')]
+    ends: Annotated[float, Quantity('N', -1e3, 1e3, 'times (2x/L - 1)^9')]
+    ends_velocity: Annotated[float, Quantity('N', -1e3, 1e3, 'times v (2x/L - 1)^8, per 0.1 m/s')]
 
 
 @compiled
@@ -36,6 +38,8 @@ def contribution(
     """Return the driving force [N] and no added mass."""
     c, s = parameters, signals
     outside, supply = model.gas.atmospheric_pressure, model.operation.supply_pressure
+    place = 2.0 * s.position / model.cylinder.stroke - 1.0
+    near_end = place**8
     force = (
         c.constant
         + c.mass * (model.cylinder.moving_mass + model.operation.load_mass)
@@ -43,6 +47,8 @@ def contribution(
         + c.gauge_1 * (s.pressure_1 - outside) / supply
         + c.gauge_2 * (s.pressure_2 - outside) / supply
         + c.velocity * s.velocity / SPEED
+        + c.ends * near_end * place
+        + c.ends_velocity * near_end * s.velocity / SPEED
     )
     return force, 0.0
 
@@ -53,8 +59,8 @@ EFFECT = Effect(
     regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
-    null=Parameters(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    null=Parameters(*([0.0] * 8)),
     contribution=contribution,
-    probes=(Parameters(*([0.5] * 6)), Parameters(*([-0.5] * 6))),
+    probes=(Parameters(*([0.5] * 8)), Parameters(*([-0.5] * 8))),
     describes=True,
 )

@@ -30,6 +30,7 @@ class Parameters(NamedTuple):
     static_gauge_1: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p1')]
     static_gauge_2: Annotated[float, Quantity('N', -1e3, 1e3, 'times gauge p2')]
     static_direction: Annotated[float, Quantity('N', -1e3, 1e3, 'times where the bristles bend')]
+    static_dwell: Annotated[float, Quantity('N', -1e3, 1e3, 'times ln(1 + dwell time / 1 s)')]
 
 
 @compiled
@@ -60,6 +61,7 @@ def contribution(
         + c.static_gauge_1 * gauge_1
         + c.static_gauge_2 * gauge_2
         + c.static_direction * bent
+        + c.static_dwell * np.log1p(s.dwell_time)
     )
     return added, added + static
 
@@ -70,8 +72,8 @@ EFFECT = Effect(
     regimes=('breakaway', 'sliding'),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
-    null=Parameters(*([0.0] * 11)),
+    null=Parameters(*([0.0] * 12)),
     contribution=contribution,
-    probes=(Parameters(*([0.5] * 11)), Parameters(*([-0.2] * 11))),
+    probes=(Parameters(*([0.5] * 12)), Parameters(*([-0.2] * 12))),
     describes=True,
 )

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -49,11 +49,11 @@ def contribution(
     flow_1 = mass_flow(s.voltage_1, s.pressure_1, s.supply_1, valve, gas)
     flow_2 = mass_flow(s.voltage_2, s.pressure_2, s.supply_2, valve, gas)
     lack_1, lack_2 = FLOW_UNIT * state[0] - flow_1, FLOW_UNIT * state[1] - flow_2
-    time = FLOW_UNIT * max(parameters.time_constant, LEAST_TIME)
-    rate[0], rate[1] = -lack_1 / time, -lack_2 / time
+    time, share = integrated_lag(parameters.time_constant)
+    rate[0], rate[1] = -lack_1 / (FLOW_UNIT * time), -lack_2 / (FLOW_UNIT * time)
     held_1 = held_back(FLOW_UNIT * state[0], s.pressure_1, gas.atmospheric_pressure)
     held_2 = held_back(FLOW_UNIT * state[1], s.pressure_2, gas.atmospheric_pressure)
-    return lack_1 + held_1, lack_2 + held_2
+    return share * (lack_1 + held_1), share * (lack_2 + held_2)
 
 
 EFFECT = Effect(

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 
-LAG_UNIT = 1e-3
+LAG_UNIT = 0.1
 """Unit of the state [m], so that the integrator's tolerance is a small way."""
 
 
@@ -39,9 +39,10 @@ def contribution(
         rate[:] = 0.0
         return 0.0, 0.0
     behind = LAG_UNIT * state[0]
-    reading_velocity = behind / max(parameters.time_constant, LEAST_TIME)
-    rate[0] = (signals.velocity - reading_velocity) / LAG_UNIT
-    return -behind, reading_velocity - signals.velocity
+    time, share = integrated_lag(parameters.time_constant)
+    lack = behind / time - signals.velocity
+    rate[0] = -lack / LAG_UNIT
+    return -share * behind, share * lack
 
 
 EFFECT = Effect(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
@@ -37,9 +37,9 @@ def contribution(
         return 0.0, 0.0
     lack_1 = CENTRE_VOLTAGE + state[0] - signals.voltage_1
     lack_2 = CENTRE_VOLTAGE + state[1] - signals.voltage_2
-    time = max(parameters.time_constant, LEAST_TIME)
+    time, share = integrated_lag(parameters.time_constant)
     rate[0], rate[1] = -lack_1 / time, -lack_2 / time
-    return lack_1, lack_2
+    return share * lack_1, share * lack_2
 
 
 EFFECT = Effect(
