@@ -1,22 +1,25 @@
 """``docs/blind.md``, ``docs/blind.json`` and the picture: written from the answers alone."""
 
 import json
+import textwrap
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from statistics import median
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from scipy.stats import binomtest
 
 from . import scores
 from .answers import Answer
+from .confusion import draw, said
 from .hidden import CYLINDERS, EFFECTS, STRENGTHS
 from .trials import NOISES, PARTS, matrix
 
 PICTURE = 'images/blind.png'
+LEAST_CUT = 0.05
+"""A formula that cuts less of the gap hardly describes it [-]."""
 MEANING = {
     'single_top1': 'one effect hidden: the right name stands first',
     'false_alarm': 'nothing hidden: something is said to be missing',
@@ -35,14 +38,6 @@ BASELINES = {
     'black box': 'network that learns the gap (scikit-learn)',
 }
 REACHED = {True: 'yes', False: 'no'}
-OTHERS = ('a parameter', 'consistent', 'unknown', 'crashed')
-
-
-def said(answer: Answer) -> str:
-    """Return the column of the confusion table that an answer belongs to."""
-    if answer['verdict'] == 'effect':
-        return str(scores.first_name(answer))
-    return 'a parameter' if answer['verdict'] == 'parameter' else str(answer['verdict'])
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
@@ -194,43 +189,6 @@ def cause(answer: Answer) -> str:
     return 'another takes its place' if right else 'fits noise'
 
 
-def confusion(answers: list[Answer]) -> tuple[list[str], np.ndarray]:
-    """Return the columns and the counts, a row for each effect and one for nothing hidden."""
-    columns = [*EFFECTS, *OTHERS]
-    rows = {name: i for i, name in enumerate((*EFFECTS, 'nothing'))}
-    counts = np.zeros((len(rows), len(columns)), dtype=int)
-    for a in [*scores.seen(answers, 'single'), *scores.seen(answers, 'none')]:
-        row = rows[a['names'][0] if a['names'] else 'nothing']
-        counts[row, columns.index(said(a))] += 1
-    return columns, counts
-
-
-def draw(answers: list[Answer], path: Path) -> None:
-    """Draw the confusion table."""
-    mpl.use('Agg')
-    import matplotlib.pyplot as plt
-
-    columns, counts = confusion(answers)
-    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    figure, axes = plt.subplots(figsize=(9.5, 8.4), layout='constrained')
-    axes.imshow(shares, cmap='Blues', vmin=0.0, vmax=1.0, aspect='auto')
-    for row, column in zip(*np.nonzero(counts), strict=True):
-        dark = shares[row, column] > 0.5
-        axes.text(column, row, counts[row, column], ha='center', va='center', fontsize=7,
-                  color='white' if dark else 'black')  # fmt: skip
-    names = [name.replace('_', ' ') for name in columns]
-    axes.set_xticks(range(len(columns)), names, rotation=90, fontsize=8)
-    rows = [*names[: len(EFFECTS)], 'nothing']
-    axes.set_yticks(range(len(rows)), rows, fontsize=8)
-    axes.axvline(len(EFFECTS) - 0.5, color='grey', linewidth=0.8)
-    axes.axhline(len(EFFECTS) - 0.5, color='grey', linewidth=0.8)
-    axes.set_xlabel('answered')
-    axes.set_ylabel('hidden')
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
-
-
 def as_json(answers: list[Answer]) -> dict[str, Any]:
     """Return the content of ``docs/blind.json``."""
     whole = matrix()
@@ -259,16 +217,15 @@ package's model code) through 12-bit sensors with noise. What is hidden where is
 of their names alone, the noise of the rig first: in each part those that were run are a fair
 sample. Every answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
 What earlier revisions missed was looked into and its cause mended, so those trials are no longer
-blind; they are counted like all others. Those of the part `unseen` were drawn and run after the
-last change of the workflow, once.
+blind; they are counted like all others. Those of the part `unseen` were drawn and run once, later:
+nothing was changed for the sake of any of them.
 
 Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
 more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and
 are not counted.
 
 {headline}
-An effect that is said to be unknown is described by a formula, which cuts the gap above noise, on
-bags left out of the fit, by {described}.
+{described}
 
 ## How much of the matrix was run
 
@@ -295,10 +252,19 @@ out of the fit. Medium strength, noise of the rig; `test/blind/baselines.py`.
 
 
 def described(answers: list[Answer]) -> str:
-    """Return how far descriptions of removed effects cut the gap."""
+    """Return how far descriptions of removed effects cut the gap, and of which they hardly do."""
     removed = [a for a in scores.seen(answers, 'removed') if scores.unknown(a)]
-    middle, quartiles, count = _spread([a['cut'] for a in removed if a['cut'] is not None])
-    return f'{middle} (median of {count}; quartiles {quartiles})'
+    removed = [a for a in removed if a['cut'] is not None]
+    middle, quartiles, count = _spread([a['cut'] for a in removed])
+    least = [a for a in removed if a['cut'] < LEAST_CUT]
+    trials = ', '.join(f'`{a["names"][0]}` ({a["cylinder"][-1]})' for a in least)
+    text = (
+        'An effect that is said to be unknown is described by a formula, which cuts the gap above '
+        f'noise, on bags left out of the fit, by {middle} (median of {count}; quartiles '
+        f'{quartiles}).'
+    )
+    hardly = f' By less than {percent(LEAST_CUT)} in {len(least)}, effect (cylinder): {trials}.'
+    return textwrap.fill(text + (hardly if least else ''), 99)
 
 
 def revisions(answers: list[Answer]) -> str:

@@ -7,6 +7,8 @@ from typing import Any
 
 from . import page, scores
 from .answers import KEPT, joined, kept
+from .confusion import confusion
+from .hidden import EFFECTS
 from .trials import matrix
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -120,8 +122,8 @@ def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
 
 
 def test_confusion_puts_each_answer_in_its_cell() -> None:
-    columns, counts = page.confusion(ANSWERS)
-    rows = dict(zip([*page.EFFECTS, 'nothing'], counts, strict=True))
+    columns, counts = confusion(ANSWERS)
+    rows = dict(zip([*EFFECTS, 'nothing'], counts, strict=True))
     assert rows['valve_lag'][columns.index('line_lag')] == 1
     assert rows['inclination'][columns.index('a parameter')] == 1
     assert rows['nothing'][columns.index('consistent')] == 2
