@@ -127,7 +127,7 @@ def _default(mode: Mode) -> tuple[str, str, str]:
 
 
 def formula(explanation: Explanation) -> str:
-    """Return a description's formula for a person."""
+    """Return a description's effect and its terms for a person."""
     pairs = zip(explanation.coordinates, explanation.values[0], strict=True)
     texts = [f'{value:+.3g} {c.quantity.unit} {c.name}' for c, value in pairs]
-    return ' '.join(texts).removeprefix('+')
+    return f'{explanation.name}: {" ".join(texts).removeprefix("+")}'

@@ -65,6 +65,21 @@ def test_leak_is_not_put_on_a_sensor() -> None:
     assert one.explanation.parts[0].name == 'described_flow'
 
 
+def test_heat_of_the_walls_is_described_as_what_cold_gas_takes() -> None:
+    one = described('wall_heat_transfer', conductance_1=0.2, conductance_2=0.2)
+    assert terms_of(one.explanation) == {'cold': pytest.approx(0.2, rel=0.1)}
+    assert one.term.startswith('described_heat: 0.')
+    assert one.balance.startswith('gas mass')
+    assert one.gap_left < 0.1
+
+
+def test_slow_spool_is_described_by_what_it_remembers() -> None:
+    one = described('valve_lag', time_constant=0.04)
+    assert one.explanation.parts[0].name == 'described_voltage'
+    assert terms_of(one.explanation)['change'] < -1.0  # slower than the memory of the term
+    assert one.gap_left < 0.3
+
+
 def test_friction_that_differs_between_out_and_back_is_described_at_rest_too() -> None:
     asymmetry = 0.12
     one = described('direction_dependent_friction', Mode.CYCLES, asymmetry=asymmetry)
