@@ -249,7 +249,7 @@ def finish(diagnosis: Diagnosis, tell: Callable[[str], None], executor: Executor
         tell('describing what is not known')
         search = diagnosis.searches[mode]
         everything = diagnosis.improved, search.fitted, search.held, mode
-        diagnosis.unknown = describe(*everything, search.level, search.limit, executor)
+        diagnosis.unknown = describe(*everything, search.limit, executor)
 
 
 def refit(diagnosis: Diagnosis) -> None:

@@ -33,7 +33,7 @@ class Description:
 
     :param balance, regime, unit: where it shows
     :param term: formula for a person, '' where no simple term shrinks the gap
-    :param gap_left: share of the cost above the floor that is left on runs not fitted [-]
+    :param gap_left: share of the gap above the noise that is left on runs not fitted [-]
     :param hypothesis: with the description as an effect
     :param explanation: what was fitted
     """
@@ -53,7 +53,7 @@ class Description:
 
 
 def describe(
-    known: Hypothesis, fitted: Evidence, held: Evidence, mode: Mode, at_floor: float, limit: float,
+    known: Hypothesis, fitted: Evidence, held: Evidence, mode: Mode, limit: float,
     executor: Executor,
 ) -> Description:  # fmt: skip
     """
@@ -62,34 +62,36 @@ def describe(
     The sensors are blamed only where their errors leave nothing significant: a share of any gap
     can be put on them. One that shrinks nothing on runs not fitted is left out.
 
-    :param at_floor: cost of a true hypothesis [-]
     :param limit: cost below which nothing significant is left [-]
     """
     setting = Setting(known, fitted, held, (mode,))
     grown = growing(setting, limit, executor)
     tried = [one for one in grown if not _of_sensors(one) or one.worst < limit]
-    before = held.cost(known, (mode,)) - at_floor
-    best = shrinking(tried, setting, limit)
+    best, left = shrinking(tried, setting, limit)
     where = _place(best or sparsest(tried, limit), known, fitted, mode)
     if best is None:
-        return Description(*where, '', 1.0, known, Explanation())
-    explanation, after = best.fit.explanation, best.held_out - at_floor
-    left = max(after, 0.0) / max(before, 1e-9)
+        return Description(*where, '', left, known, Explanation())
+    explanation = best.fit.explanation
     return Description(*where, formula(explanation), left, explanation.apply(known), explanation)
 
 
-def shrinking(tried: Sequence[Scored], setting: Setting, limit: float) -> Scored | None:
-    """Return the one to be preferred of those that make the gap smaller on runs not fitted."""
-    given = setting.held.cost(setting.given, setting.modes)
-    left = [one for one in tried if one.held_out < given]
-    while left:
-        one = sparsest(left, limit)
+def shrinking(
+    tried: Sequence[Scored], setting: Setting, limit: float
+) -> tuple[Scored | None, float]:
+    """
+    Return the one to be preferred of those that make the gap smaller on runs not fitted.
+
+    And the share of the gap above the noise that it leaves there; 1 for none.
+    """
+    remaining = list(tried)
+    while remaining:
+        one = sparsest(remaining, limit)
         improved = one.fit.explanation.apply(setting.given)
         before, after = above_floor(setting.given, improved, setting.held)
         if after < before:
-            return one
-        left.remove(one)
-    return None
+            return one, after / before
+        remaining.remove(one)
+    return None, 1.0
 
 
 def sparsest(tried: Sequence[Scored], limit: float) -> Scored:

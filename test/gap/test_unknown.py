@@ -43,7 +43,7 @@ def searched(name: str, mode: Mode, **values: float) -> Search:
 def described(name: str, mode: Mode = Mode.CHAMBERS, **values: float) -> Description:
     """Return how runs of cylinder 2 with a hidden effect are described."""
     one = searched(name, mode, **values)
-    return describe(one.given, one.fitted, one.held, mode, one.level, one.limit, Here())
+    return describe(one.given, one.fitted, one.held, mode, one.limit, Here())
 
 
 def test_slow_position_sensor_is_put_on_the_sensor() -> None:
@@ -95,8 +95,10 @@ def test_description_that_shrinks_nothing_is_left_out() -> None:
     search = searched('chamber_leak', Mode.CHAMBERS, area_1=2e-9)
     leak, source = (explained('described_flow', {'gauge_1': flow}) for flow in (-2e-6, 2e-6))
     good, bad = (score(Fit(one, 0.0, np.ones(1)), search.setting) for one in (leak, source))
-    assert shrinking([bad, good], search.setting, search.limit) is good
-    assert shrinking([bad], search.setting, search.limit) is None
+    best, left = shrinking([bad, good], search.setting, search.limit)
+    assert best is good
+    assert 0.0 <= left < 1.0
+    assert shrinking([bad], search.setting, search.limit) == (None, 1.0)
 
 
 def test_fewest_terms_that_close_the_gap_are_enough() -> None:
