@@ -24,6 +24,8 @@ from pneu_rig_ros.model.effect import READING_BALANCES
 
 LEAST_GAIN = 0.9
 """More terms that leave more than this share of the cost are left out [-]."""
+SHRUNK = 0.95
+"""What leaves more than this share of the gap may owe it to the draw of the noise floors [-]."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ def shrinking(
         one = sparsest(remaining, limit)
         improved = one.fit.explanation.apply(setting.given)
         before, after = above_floor(setting.given, improved, setting.held)
-        if after < before:
+        if after < SHRUNK * before:
             return one, after / before
         remaining.remove(one)
     return None, 1.0
