@@ -226,8 +226,7 @@ are not counted.
 
 {headline}
 {described}
-Of the formulas found first, 36 that cut less than 70 % were sought again with more terms to choose
-from.
+Those that cut less than 70 % were mostly sought again when there were more terms to choose from.
 
 ## How much of the matrix was run
 
