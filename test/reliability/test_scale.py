@@ -171,9 +171,17 @@ def await_workers(pid: int, busy: bool) -> list[psutil.Process]:
     deadline = time.monotonic() + PATIENCE
     while time.monotonic() < deadline:
         children = psutil.Process(pid).children(recursive=True)
-        workers = [one for one in children if 'spawn_main' in ' '.join(one.cmdline())]
-        enough = [one for one in workers if not busy or one.cpu_times().user > WORKED]
-        if len(enough) >= 2:
+        if sum(is_worker(one, busy) for one in children) >= 2:
             return children
         time.sleep(0.05)
     raise AssertionError('no workers came')
+
+
+def is_worker(process: psutil.Process, busy: bool) -> bool:
+    """Tell a worker, busy if wanted, from the short commands that libraries run and forget."""
+    try:
+        if 'spawn_main' not in ' '.join(process.cmdline()):
+            return False
+        return not busy or process.cpu_times().user > WORKED
+    except psutil.NoSuchProcess:  # ended since it was listed, reaped or not yet
+        return False
