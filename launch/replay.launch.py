@@ -65,7 +65,6 @@ def transforms(context: LaunchContext) -> list[Node]:
                 }
             ],
             remappings=[('robot_description', '~/robot_description')],  # the bag has its own
-            condition=IfCondition(LaunchConfiguration('transforms')),
         )
     ]
 
@@ -92,7 +91,10 @@ def generate_launch_description() -> LaunchDescription:
                 on_exit=Shutdown(),
                 **common,
             ),
-            OpaqueFunction(function=transforms),
+            OpaqueFunction(
+                function=transforms,
+                condition=IfCondition(LaunchConfiguration('transforms')),
+            ),
             Node(
                 executable='friction_estimator',
                 name='friction_estimator',
