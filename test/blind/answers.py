@@ -9,6 +9,7 @@ import json
 import shutil
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -81,15 +82,16 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'balance': unknown.get('balance', ''),
         'where': [place['balance'] for place in said.get('where', [])],
         'before': gap.get('before'), 'after': gap.get('after'), 'cut': gap.get('cut'),
-        'errors': _parameter_errors(trial, said),
+        'errors': _errors(trial, said),
+        'covered': _covered(trial, said),
         'baselines': said.get('baselines', {}),
         'seconds': said.get('seconds'),
         'revision': git_revision(),
     }  # fmt: skip
 
 
-def _parameter_errors(trial: Trial, said: Answer) -> dict[str, float]:
-    """Return effect.parameter or section.key -> relative error of what was fitted."""
+def _truth(trial: Trial) -> dict[str, float]:
+    """Return effect.parameter or section.key -> true value [SI] of what was hidden."""
     friction = settings(trial.cylinder)['friction']
     truth: dict[str, float] = {}
     for name in trial.names:
@@ -99,12 +101,29 @@ def _parameter_errors(trial: Trial, said: Answer) -> dict[str, float]:
         else:
             own = true_parameters(name, trial.secret, friction)
             truth |= {f'{name}.{parameter}': value for parameter, value in own.items()}
-    fitted = {p['name']: p['value'] for p in said.get('parameters', [])}
+    return truth
+
+
+def _fitted(trial: Trial, said: Answer) -> Iterator[tuple[str, float, dict[str, Any]]]:
+    """Yield name, true value and what was said of each hidden parameter that was fitted."""
+    told = {p['name']: p for p in said.get('parameters', [])}
     for effect in said.get('effects', []):
-        values = effect['parameters'].items()
-        fitted |= {f'{effect["name"]}.{name}': entry['value'] for name, entry in values}
+        told |= {f'{effect["name"]}.{name}': row for name, row in effect['parameters'].items()}
+    yield from ((name, value, told[name]) for name, value in _truth(trial).items() if name in told)
+
+
+def _errors(trial: Trial, said: Answer) -> dict[str, float]:
+    """Return parameter -> relative error of what was fitted."""
     return {
-        name: abs(fitted[name] - value) / abs(value)
-        for name, value in truth.items()
-        if name in fitted and value != 0.0
+        name: abs(row['value'] - truth) / abs(truth)
+        for name, truth, row in _fitted(trial, said)
+        if truth != 0.0
+    }
+
+
+def _covered(trial: Trial, said: Answer) -> dict[str, bool]:
+    """Return parameter -> whether its true value is within the interval told."""
+    return {
+        name: row['interval'][0] <= truth <= row['interval'][1]
+        for name, truth, row in _fitted(trial, said)
     }

@@ -5,6 +5,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from . import page, scores
 from .answers import KEPT, joined, kept
 from .confusion import confusion
@@ -130,12 +132,16 @@ def test_confusion_puts_each_answer_in_its_cell() -> None:
     assert counts.sum() == 6
 
 
-def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters() -> None:
+@pytest.mark.parametrize(('interval', 'covered'), [([0.05, 0.07], True), ([0.065, 0.07], False)])
+def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters(
+    interval: list[float], covered: bool
+) -> None:
     trial = next(t for t in matrix() if t.key == 'single/inclination/cylinder_1/medium/1')
+    angle = {'value': 0.066, 'interval': interval}
     said = {
         'verdict': 'effect',
         'candidates': [{'names': ['inclination']}, {'names': ['load_spring', 'stribeck']}],
-        'effects': [{'name': 'inclination', 'parameters': {'angle': {'value': 0.066}}}],
+        'effects': [{'name': 'inclination', 'parameters': {'angle': angle}}],
         'gap': {'before': 5.0, 'after': 0.5, 'cut': 0.9},
         'where': [{'balance': 'force'}],
     }
@@ -143,5 +149,6 @@ def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters() -> None
     assert scores.named_first(line)
     assert line['ranking'] == ['inclination', 'load_spring+stribeck']
     assert abs(line['errors']['inclination.angle'] - 0.1) < 1e-9
+    assert line['covered'] == {'inclination.angle': covered}
     assert line['visibility'] > scores.VISIBLE
     assert json.loads(json.dumps(line)) == line
