@@ -124,6 +124,6 @@ def _errors(trial: Trial, said: Answer) -> dict[str, float]:
 def _covered(trial: Trial, said: Answer) -> dict[str, bool]:
     """Return parameter -> whether its true value is within the interval told."""
     return {
-        name: row['interval'][0] <= truth <= row['interval'][1]
+        name: bool(row['interval'][0] <= truth <= row['interval'][1])
         for name, truth, row in _fitted(trial, said)
     }
