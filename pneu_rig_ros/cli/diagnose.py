@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -122,10 +121,12 @@ def _diagnose_rig(
     settings: dict[str, Any], quiet: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """Diagnose a whole rig; return diagnosis.json."""
+    from pneu_rig_ros.records.table import is_bag
+
+    if mapping is not None and all(map(is_bag, (*bags, *verify))):
+        raise RigError(f'--map {mapping}: is for text tables, and there is none')
     whole = {name: value for name, value in settings.items() if name != 'part'}
-    with as_bags([*bags, *verify], mapping) as paths:
-        whole['verify'] = paths[len(bags) :]
-        return _diagnose(paths[: len(bags)], whole, out, quiet)
+    return _diagnose(bags, whole | {'verify': verify, 'mapping': mapping}, out, quiet)
 
 
 @contextlib.contextmanager
@@ -144,38 +145,6 @@ def _directory(out: Path) -> Iterator[None]:
     finally:
         if is_new and not any(out.iterdir()):
             out.rmdir()
-
-
-@contextlib.contextmanager
-def as_bags(paths: Sequence[Path], mapping: Path | None) -> Iterator[list[Path]]:
-    """
-    Yield the bags, with text tables among them turned into bags for the time being.
-
-    :raises RigError: when there is a table but no mapping, or a mapping but no table
-    """
-    from pneu_rig_ros.gap.bags import check_distinct
-
-    check_distinct(paths)
-    tables = [path for path in paths if path.is_file() and path.suffix != '.mcap']
-    if mapping is None and tables:
-        raise RigError(f'{tables[0]}: --map must say which column is what, and its unit')
-    if mapping is not None and not tables:
-        raise RigError(f'--map {mapping}: is for text tables, and there is none')
-    with tempfile.TemporaryDirectory(prefix='pneu-rig-') as folder:
-        bags = {path: Path(folder) / str(n) / path.stem for n, path in enumerate(tables)}
-        for table, bag in bags.items():
-            _convert(table, str(mapping), bag)
-        yield [bags.get(path, path) for path in paths]
-
-
-def _convert(path: Path, mapping: str, bag: Path) -> None:
-    from pneu_rig_ros.records.conditions import read_conditions
-    from pneu_rig_ros.records.importing import write_bag
-    from pneu_rig_ros.records.table import read_table
-
-    beside = path.with_suffix('.conditions.yaml')
-    known = read_conditions(beside) if beside.exists() else {}
-    write_bag(read_table(path, mapping, known.get('atmospheric_pressure')), bag, known)
 
 
 def _diagnose(

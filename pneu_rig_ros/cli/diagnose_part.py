@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pneu_rig_ros.cli import output
-from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
     from pneu_rig_ros.gap.parts.diagnosis import PartDiagnosis
@@ -30,9 +29,6 @@ def diagnose_part(
     """Diagnose a part behind a progress bar and write the files; return diagnosis.json."""
     from pneu_rig_ros.gap.parts import diagnosis as parts
 
-    for path in (*bags, *verify):
-        if mapping is None and path.is_file() and path.suffix != '.mcap':
-            raise RigError(f'{path}: --map must say which column is what, and its unit')
     with output.stage_bar(quiet=quiet) as tell:
         found = parts.diagnose_part(
             bags, settings['model'], mapping, verify, settings['part'], settings['without'],

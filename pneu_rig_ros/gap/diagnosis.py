@@ -117,18 +117,19 @@ class Diagnosis:
 def diagnose(
     bags: Sequence[Path], model: str | Path, verify: Sequence[Path] = (), seed: int = 0,
     without: Sequence[str] = (), executor: Executor | None = None,
-    tell: Tell = lambda text, share: None,
+    tell: Tell = lambda text, share: None, mapping: Path | None = None,
 ) -> Diagnosis:  # fmt: skip
     """
     Diagnose a model with measured bags.
 
-    :param bags: measured runs
+    :param bags: measured runs, in bags or text tables
     :param model: name of a cylinder or a configuration file
     :param verify: runs that are left out of the fits
     :param seed: of the propagated errors
     :param without: effects that the library shall lack
     :param executor: where candidates are screened and fitted; this process if it is not said
     :param tell: told what is done now, and the share of the work done [-]
+    :param mapping: which column of a text table is what, and its unit
     :raises RigError: when a bag or the model cannot be used
     """
     begin = time.perf_counter()
@@ -137,7 +138,7 @@ def diagnose(
     groups = []
     for group in parted(bags, verify):
         tell('reading', 0.02)
-        runs = [read_experiment(bag, configuration) for bag in group]
+        runs = [read_experiment(bag, configuration, mapping) for bag in group]
         groups.append(Evidence(runs, rng))
     diagnosis = Diagnosis(configuration, groups[0], groups[1], seed)
     tell('where the model disagrees', 0.04)

@@ -65,6 +65,15 @@ class Hypothesis:
         nulls = {name: library.load(name).null for name in library.names()}
         return Plant(model, {**nulls, **self.effects}, self.tolerance)
 
+    def under(self, conditions: Mapping[str, float]) -> Hypothesis:
+        """Return the hypothesis under conditions of ``records.conditions`` [SI]."""
+        model, known = self.model, dict(conditions)
+        gas = model.gas
+        if 'atmospheric_pressure' in known:
+            gas = gas._replace(atmospheric_pressure=known.pop('atmospheric_pressure'))
+        operation = model.operation._replace(**known)
+        return replace(self, model=model._replace(gas=gas, operation=operation))
+
     def roughly(self) -> Hypothesis:
         """Return the hypothesis for predictions that only have to be ranked."""
         return replace(self, tolerance=ROUGH)

@@ -8,7 +8,8 @@ held. What lies before the first or after the last message of any signal is left
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
-from pneu_rig_ros.records.bag import find_namespace, first_line
+from pneu_rig_ros.records.bag import custom_data, find_namespace, first_line
 from pneu_rig_ros.records.grid import HELD, resample
 from pneu_rig_ros.records.integrity import check_metadata, check_storage, unprotected_messages
 from pneu_rig_ros.records.mapping import PRESSURES, SIGNALS, Source, TableMapping
@@ -86,13 +87,15 @@ def read_bag_table(path: Path, mapping: TableMapping | None, zero: float) -> Tab
             sources = dict(mapping.signals) if mapping else _own(reader.connections)
             origin = mapping.origin if mapping else str(path)
             streams, gauge = _streams(reader, sources, origin, zero)
+            custom = _custom(reader.readers)
     except RigError:
         raise
     except Exception as error:
         # In damaged data rosbags, and the decompressors and parsers below it, stumble anyhow.
         raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from error
     notes = ['no checksums: changed bits would not be noticed'] if unprotected else []
-    return _table(str(path), streams, zero if gauge else None, notes)
+    table = _table(str(path), streams, zero if gauge else None, notes)
+    return replace(table, metadata=custom)
 
 
 def _unprotected(reader: Reader | Reader1) -> bool:
@@ -101,6 +104,11 @@ def _unprotected(reader: Reader | Reader1) -> bool:
         return True
     check_storage(reader)
     return unprotected_messages(reader)
+
+
+def _custom(readers: Sequence[Reader | Reader1]) -> dict[str, str]:
+    """Return the custom data of a bag; a bag of ROS 1 has none."""
+    return {} if isinstance(readers[0], Reader1) else custom_data(readers[0])
 
 
 def _own(connections: list[Connection]) -> dict[str, Source]:

@@ -3,7 +3,8 @@ The conditions under which a bag was recorded: what its signals do not say.
 
 Supply pressure, load, surroundings and rest before the start. They are looked up one by one,
 first in ``conditions.yaml`` beside the bag's data, then in the bag's metadata ``conditions``, then
-in the rig configuration that the bag holds. What none of them says is left to the model.
+in the rig configuration that the bag holds. Those of a text table ``daq.csv`` are in
+``daq.conditions.yaml`` beside it. What none of them says is left to the model.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import Protocol, cast
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
@@ -20,11 +21,10 @@ from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
 
-if TYPE_CHECKING:
-    from pneu_rig_ros.records.record import Record
-
 FILE_NAME = 'conditions.yaml'
 """In the bag's directory."""
+BAG_FILES = ('.mcap', '.db3')
+"""Endings of files within a bag's directory."""
 
 _ATMOSPHERE = 'atmospheric_pressure'
 
@@ -37,29 +37,63 @@ CONDITIONS: dict[str, Quantity] = {
 """Name -> unit, range and meaning; pressures absolute."""
 
 
-def conditions_of(bag: Path | str, record: Record) -> dict[str, float]:
-    """
-    Return the conditions of a bag that are known, SI units, absolute pressures.
+class Described(Protocol):
+    """A record or a table: what its bag says of the run besides the signals."""
 
-    :param bag: the bag's directory, or a file in it
-    :param record: what `read_record` read from it
+    @property
+    def metadata(self) -> Mapping[str, str]:
+        """Custom data of the bag."""
+
+    @property
+    def configuration(self) -> RigConfiguration | None:
+        """The rig, where the bag holds it."""
+
+
+def conditions_of(path: Path | str, read: Described) -> dict[str, float]:
+    """
+    Return the conditions of a run that are known, SI units, absolute pressures.
+
+    :param path: the bag's directory, a file in it, or a text table
+    :param read: what was read from it
     :return: name of :data:`CONDITIONS` -> value
     :raises RigError: when a source holds anything else
     """
-    found = recorded_conditions(record)
-    text = record.metadata.get('conditions')
+    found = _configured(read.configuration)
+    text = read.metadata.get('conditions')
     if text:
-        found |= parse_conditions(text, f'{bag}: metadata conditions')
-    path = Path(bag)
-    file = (path.parent if path.is_file() else path) / FILE_NAME
-    return found | read_conditions(file) if file.exists() else found
+        found |= parse_conditions(text, f'{path}: metadata conditions')
+    return found | conditions_beside(path)
 
 
-def recorded_conditions(record: Record) -> dict[str, float]:
-    """Return the conditions that the record's rig configuration says, {} without one."""
-    if record.configuration is None:
+def conditions_beside(path: Path | str) -> dict[str, float]:
+    """Return the conditions in the file beside the data, {} without one."""
+    path = Path(path)
+    if path.is_dir() or path.suffix in BAG_FILES:
+        file = (path if path.is_dir() else path.parent) / FILE_NAME
+    else:
+        file = path.with_suffix(f'.{FILE_NAME}')
+    return read_conditions(file) if file.exists() else {}
+
+
+def with_zero(conditions: Mapping[str, float], zero: float | None) -> dict[str, float]:
+    """
+    Return the conditions of a run whose gauge pressures were counted from ``zero`` [Pa].
+
+    :param zero: None where there were none
+    :raises RigError: when the conditions say other surroundings
+    """
+    given = conditions.get(_ATMOSPHERE, zero)
+    if zero is not None and given != zero:
+        raise RigError(f'the gauge pressures were counted from {zero:g} Pa, but the conditions '
+                       f'say atmospheric_pressure: {given:g} Pa; give one of them')  # fmt: skip
+    return dict(conditions) if zero is None else {**conditions, _ATMOSPHERE: zero}
+
+
+def _configured(configuration: RigConfiguration | None) -> dict[str, float]:
+    """Return the conditions that a rig's configuration says, {} without one."""
+    if configuration is None:
         return {}
-    model = record.configuration.model
+    model = configuration.model
     values = {name: getattr(model.operation, name) for name in CONDITIONS if name != _ATMOSPHERE}
     return values | {_ATMOSPHERE: model.gas.atmospheric_pressure}
 

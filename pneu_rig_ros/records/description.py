@@ -11,15 +11,13 @@ from __future__ import annotations
 import functools
 import re
 import subprocess
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
 from pneu_rig_ros.rig.yaml_file import parse_yaml
-
-if TYPE_CHECKING:
-    from pneu_rig_ros.rig import RigConfiguration
 
 UNKNOWN = 'unknown'
 _HEAD = '# pneu_rig_ros {version}, git revision {revision}\n'
@@ -53,6 +51,12 @@ def bag_metadata(description: str) -> dict[str, str]:
         'package_version': head['version'] if head else UNKNOWN,
         'git_revision': head['revision'] if head else UNKNOWN,
     }
+
+
+def configuration_in(custom: Mapping[str, str]) -> RigConfiguration | None:
+    """Return the rig that the custom data of a bag describe, None where they do not."""
+    text = custom.get('configuration')
+    return configuration_from_yaml(text, 'configuration') if text else None
 
 
 def _entry(sections: object, *keys: str) -> str:

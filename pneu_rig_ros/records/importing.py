@@ -18,7 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.conditions import FILE_NAME, apply_conditions, format_conditions
+from pneu_rig_ros.records.conditions import (
+    FILE_NAME,
+    apply_conditions,
+    format_conditions,
+    with_zero,
+)
 from pneu_rig_ros.records.description import (
     bag_metadata,
     describe,
@@ -93,7 +98,7 @@ def write_bag(
     out = Path(out)
     if out.exists():
         raise RigError(f'{out} exists; name a bag that does not, or remove it')
-    told = _with_surroundings(dict(conditions or {}), table)
+    told = with_zero(conditions or {}, table.atmospheric_pressure)
     if configuration is not None:
         configuration = apply_conditions(configuration, told)
         check_plausible(table.source, table.signals, configuration)
@@ -113,15 +118,6 @@ def write_bag(
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return grid
-
-
-def _with_surroundings(conditions: dict[str, float], table: Table) -> dict[str, float]:
-    zero = table.atmospheric_pressure
-    given = conditions.get('atmospheric_pressure', zero)
-    if zero is not None and given != zero:
-        raise RigError(f'the gauge pressures were counted from {zero:g} Pa, but the conditions '
-                       f'say atmospheric_pressure: {given:g} Pa; give one of them')  # fmt: skip
-    return conditions if zero is None else conditions | {'atmospheric_pressure': zero}
 
 
 def _folder_beside(out: Path) -> Path:

@@ -13,6 +13,7 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import wire
 from pneu_rig_ros.records.bag import custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.integrity import unprotected_messages
 from pneu_rig_ros.records.record import (
     NEVER,
@@ -24,7 +25,7 @@ from pneu_rig_ros.records.record import (
     check_stamps,
 )
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
+from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
@@ -141,7 +142,7 @@ def _align(
                 f'no message on {topic}: was the plant running and unpaused, '
                 'or is this a part of a rig?'
             )
-    configuration = _configuration(metadata)
+    configuration = configuration_in(metadata)
     interval = _interval(streams['joint_states'].stamps, configuration)
     start = min(int(streams[topic].stamps.min()) for topic in SAMPLED)
     end = max(int(streams[topic].stamps.max()) for topic in SAMPLED)
@@ -179,11 +180,6 @@ def _align(
         protected=protected,
         **signals,
     )
-
-
-def _configuration(metadata: dict[str, str]) -> RigConfiguration | None:
-    text = metadata.get('configuration')
-    return configuration_from_yaml(text, 'configuration') if text else None
 
 
 def _interval(stamps: Stamps, configuration: RigConfiguration | None) -> int:

@@ -20,7 +20,9 @@ import numpy as np
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
+from pneu_rig_ros.records.conditions import BAG_FILES
 from pneu_rig_ros.records.delimited import Cells, read_cells
+from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import Grid, to_grid
 from pneu_rig_ros.records.mapping import (
     DATETIME,
@@ -32,6 +34,7 @@ from pneu_rig_ros.records.mapping import (
 )
 from pneu_rig_ros.records.record import Floats
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, Unit, convert, parse_unit, scaled
+from pneu_rig_ros.rig import RigConfiguration
 
 LIKELY_GAUGE = 5e4
 """An absolute pressure below this is probably a gauge pressure [Pa]."""
@@ -49,6 +52,7 @@ class Table:
     :param atmospheric_pressure: zero of the gauge pressures that were converted [Pa], None if
         there were none
     :param notes: what a person should know of the reading
+    :param metadata: custom data of the bag, {} of a text table
     :raises RigError: for different lengths, no sample, or times that do not increase
     """
 
@@ -58,6 +62,7 @@ class Table:
     epoch_ns: int = 0
     atmospheric_pressure: float | None = None
     notes: tuple[str, ...] = field(default=())
+    metadata: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the lengths and the order of time."""
@@ -84,6 +89,11 @@ class Table:
     def __contains__(self, name: object) -> bool:
         """Return whether the table has a signal."""
         return name in self.signals
+
+    @property
+    def configuration(self) -> RigConfiguration | None:
+        """The rig, None if the bag does not say, or it is none."""
+        return configuration_in(self.metadata)
 
     @property
     def interval(self) -> float:
@@ -117,13 +127,13 @@ def read_table(
     :raises RigError: in one line with row and column for what is wrong in the file
     """
     path = Path(path)
-    if path.is_dir() or path.suffix in ('.mcap', '.db3', '.bag'):
+    if is_bag(path):
         from pneu_rig_ros.records.bag_table import read_bag_table
 
         read = read_mapping(mapping) if mapping is not None else None
         return read_bag_table(path, read, _zero(read, atmospheric_pressure))
     if mapping is None:
-        raise RigError(f'{path}: a mapping must say which column is what, and its unit')
+        raise RigError(f'{path}: a mapping (--map) must say which column is what, and its unit')
     read = read_mapping(mapping)
     if read.of_bag:
         raise RigError(f'{read.origin}: maps topics of a bag, but {path} is a text table')
@@ -136,6 +146,11 @@ def read_table(
         gauge |= counted
     notes = _plausibility(signals)
     return Table(str(path), time, signals, epoch_ns, zero if gauge else None, tuple(notes))
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path is that of a bag, or of a file in one, and not of a text table."""
+    return path.is_dir() or path.suffix in (*BAG_FILES, '.bag')
 
 
 def uniform(table: Table) -> Table:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.conditions import format_conditions
+from pneu_rig_ros.records.conditions import format_conditions, with_zero
 from pneu_rig_ros.records.importing import COMPLETE, smoothed_velocity
 from pneu_rig_ros.records.record import NEVER, Floats, Record, Stamps
 from pneu_rig_ros.records.table import Table
@@ -22,14 +23,15 @@ STAMPED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
 def record_of(
     table: Table,
     configuration: RigConfiguration | None = None,
-    conditions: dict[str, float] | None = None,
+    conditions: Mapping[str, float] | None = None,
 ) -> Record:
     """
     Return the record that `importing.write_bag` and `read_record` would make of a table.
 
     :param configuration: the rig, if it is known
     :param conditions: SI; go into the metadata, where `conditions_of` finds them
-    :raises RigError: when position or a pressure is missing
+    :raises RigError: when position or a pressure is missing, or the conditions say another zero
+        of gauge pressures than they were counted from
     """
     absent = [name for name in COMPLETE if name not in table]
     if absent:
@@ -43,9 +45,7 @@ def record_of(
     missing = stamps[arrival == NEVER]
     interval = grid.interval_ns * 1e-9
     voltage_1, voltage_2 = _voltages(signals, size)
-    zero = {} if table.atmospheric_pressure is None else {
-        'atmospheric_pressure': table.atmospheric_pressure}  # fmt: skip
-    told = format_conditions({**zero, **(conditions or {})})
+    told = format_conditions(with_zero(conditions or {}, table.atmospheric_pressure))
     return Record(
         start_ns=grid.start_ns,
         interval_ns=grid.interval_ns,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.gap.parts.diagnosis import answer, find_out
+from pneu_rig_ros.gap.parts.diagnosis import answer, diagnose_part, find_out
 from pneu_rig_ros.gap.parts.part import load_part
-from pneu_rig_ros.gap.parts.recording import recording, without_jumps_back
+from pneu_rig_ros.gap.parts.recording import read_recording, recording, without_jumps_back
 from pneu_rig_ros.model import effects as library
 
 from .part_data import (
@@ -24,8 +24,17 @@ from .part_data import (
     part_file,
     valve_run,
 )
+from .runs import measured
 
 FILLS = ((4.5e5, 1.1e6), (5.5e5, 1.2e6))
+GAUGE = """
+time: {column: t, unit: s}
+position: {column: x, unit: m}
+pressure_1: {column: p1, unit: Pa, gauge: true}
+pressure_2: {column: p2, unit: Pa, gauge: true}
+voltage_1: {column: v1, unit: V}
+voltage_2: {column: v2, unit: V}
+"""
 
 
 def test_heat_transfer_is_named_with_its_conductances(tmp_path: Path) -> None:
@@ -83,6 +92,43 @@ def test_bent_opening_of_the_valves_is_named(tmp_path: Path) -> None:
     assert told['verdict'] == 'effect'
     assert told['effects'][0]['name'] == name
     assert told['gap']['cut'] > 0.8
+
+
+def gauge_table(folder: Path, name: str, supply: float, conditions: str) -> Path:
+    """Return a text table of a run at a supply pressure, gauge pressures, with its conditions."""
+    record = measured(timeline=((0.5, 2.0), (-0.5, 2.0)), supply_pressure=supply).record
+    path = folder / f'{name}.csv'
+    gauge = record.pressure_1 - 1e5, record.pressure_2 - 1e5
+    columns = record.time, record.position, *gauge, record.voltage_1, record.voltage_2
+    np.savetxt(path, np.column_stack(columns), '%.9g', ',', header='t,x,p1,p2,v1,v2', comments='')
+    (folder / f'{name}.conditions.yaml').write_text(conditions)
+    return path
+
+
+@pytest.mark.parametrize(('known', 'verdict'), [(True, 'consistent'), (False, 'parameter')])
+def test_runs_of_a_part_count_under_their_own_conditions(
+    tmp_path: Path, known: bool, verdict: str
+) -> None:
+    mapping = tmp_path / 'map.yaml'
+    mapping.write_text(GAUGE)
+    tables = [
+        gauge_table(tmp_path, f'run_{supply:.0f}', supply,
+                    f'supply_pressure: {supply if known else 5e5} Pa')
+        for supply in (6e5, 7e5)
+    ]  # fmt: skip
+    found = diagnose_part(tables[:1], Path('cylinder_1'), mapping, tables[1:], 'valves')
+    assert found.verdict == verdict
+
+
+def test_gauge_pressures_of_a_part_count_from_the_surroundings_of_the_run(tmp_path: Path) -> None:
+    mapping = tmp_path / 'map.yaml'
+    mapping.write_text(GAUGE)
+    runs = [
+        read_recording(gauge_table(tmp_path, 'run', 5e5, text), mapping, 'chambers', 1.1e5)
+        for text in ('atmospheric_pressure: 0.9 bar', 'load_mass: 0 kg')
+    ]
+    np.testing.assert_allclose(runs[0]['pressure_1'] + 2e4, runs[1]['pressure_1'])
+    assert [run.conditions['atmospheric_pressure'] for run in runs] == [0.9e5, 1.1e5]
 
 
 def test_position_does_not_jump_back() -> None:

@@ -34,8 +34,11 @@ def test_file_precedes_metadata_precedes_configuration(bag: Path, tmp_path: Path
     (tmp_path / 'conditions.yaml').write_text('load_mass: 2 kg\n')
     assert conditions_of(tmp_path, told) == OF_CYLINDER_2 | {'load_mass': 2.0, 'rest_time': 60.0}
     bare = replace(record, metadata={}, configuration=None)
-    assert conditions_of(tmp_path / 'any.mcap', bare) == {}
-    assert conditions_of(tmp_path, bare) == {'load_mass': 2.0}
+    for place in (tmp_path, tmp_path / 'any.mcap'):
+        assert conditions_of(place, bare) == {'load_mass': 2.0}
+    assert conditions_of(tmp_path / 'any.csv', bare) == {}
+    (tmp_path / 'any.conditions.yaml').write_text('load_mass: 3 kg\n')
+    assert conditions_of(tmp_path / 'any.csv', bare) == {'load_mass': 3.0}
 
 
 def test_conditions_are_applied_and_nothing_else_changes() -> None:

@@ -68,7 +68,10 @@ class Channel:
 
 
 def compare(part: Part, hypothesis: Hypothesis, recording: Recording) -> list[Channel]:
-    """Return measured less predicted of each signal of a part."""
+    """Return measured less predicted of each signal of a part, under the run's conditions."""
+    known = {name: value for name, value in recording.conditions.items()
+             if f'operation.{name}' not in part.refit}  # fmt: skip
+    hypothesis = hypothesis.under(known)
     if part.kind == CHAMBERS:
         return _chambers(part, hypothesis, recording)
     if part.kind == FRICTION:

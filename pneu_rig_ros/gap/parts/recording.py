@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.gap.bags import run_name
 from pneu_rig_ros.gap.noise import reading_noise
 from pneu_rig_ros.gap.parts.part import CHAMBERS, FRICTION, VALVES
+from pneu_rig_ros.records.conditions import conditions_beside, conditions_of, with_zero
 from pneu_rig_ros.records.table import read_table, uniform
 
 Floats = NDArray[np.float64]
@@ -43,12 +45,14 @@ class Recording:
     :param interval: between samples [s]
     :param signals: name -> values, SI units, absolute pressures, shape (n,) each
     :param noise: name -> standard deviation of a reading
+    :param conditions: that are known, see ``records.conditions`` [SI]
     """
 
     name: str
     interval: float
     signals: Mapping[str, Floats]
     noise: Mapping[str, float]
+    conditions: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Floats:
         """Return a signal, shape (n,)."""
@@ -136,14 +140,17 @@ def without_jumps_back(position: Floats, least: float) -> Floats:
 
 def read_recording(path: Path, mapping: Path | str | None, kind: str, outside: float) -> Recording:
     """
-    Read a run from a text table or a bag.
+    Read a run from a text table or a bag, with its conditions.
 
     :param mapping: where the signals are, and their units; a bag of the project needs none
-    :param outside: zero of gauge pressures [Pa]
+    :param outside: zero of gauge pressures [Pa], where the conditions do not say
     :raises RigError: when the part's signals are not all there
     """
+    outside = conditions_beside(path).get('atmospheric_pressure', outside)
     table = uniform(read_table(path, mapping, outside))
-    return recording(path.stem, table.interval, table.signals, kind)
+    run = recording(run_name(path), table.interval, table.signals, kind)
+    known = with_zero(conditions_of(path, table), table.atmospheric_pressure)
+    return replace(run, conditions=known)
 
 
 def recording(name: str, interval: float, signals: Mapping[str, Floats], kind: str) -> Recording:
