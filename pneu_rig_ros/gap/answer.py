@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import chain, zip_longest
 from typing import Any
 
 import numpy as np
@@ -94,26 +95,33 @@ def disagreement(one: Disagreement) -> dict[str, Any]:
 
 
 def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Return the candidates as plain data, best first: fitted ones, then those screened."""
-    rows, seen = [], set()
-    for mode, search in diagnosis.searches.items():
-        start = diagnosis.costs[mode]
-        for one in search.ranking:
-            explanation = one.fit.explanation
-            names = [part.name for part in explanation.parts if part.name != CALIBRATION]
-            seen.add(tuple(names))
-            values = {
-                f'{part.name}.{coordinate.name}' if part.is_effect else part.name: value
-                for part, values in zip(explanation.parts, explanation.values, strict=True)
-                for coordinate, value in zip(part.coordinates, values, strict=True)
-            }
-            rows.append(_row(names, 'fitted', one.worst, (search.level, start), values))
-        rows += [
-            _row([one.candidate.name], 'screened', one.cost, (search.level, start), {})
-            for one in search.screened
-            if (one.candidate.name,) not in seen
-        ]
-    return rows[:MOST_CANDIDATES]
+    """
+    Return the candidates as plain data, best first: fitted ones, then those screened.
+
+    The searches take turns, as each has a gap of its own to close.
+    """
+    spans = [(one.level, diagnosis.costs[mode]) for mode, one in diagnosis.searches.items()]
+    searches = list(zip(diagnosis.searches.values(), spans, strict=True))
+    fitted = [[_fitted(one, span) for one in search.ranking] for search, span in searches]
+    screened = [
+        [_row([one.candidate.name], 'screened', one.cost, span, {}) for one in search.screened]
+        for search, span in searches
+    ]
+    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    for row in chain(*zip_longest(*fitted), *zip_longest(*screened)):
+        if row is not None:
+            rows.setdefault(tuple(row['names']), row)
+    return list(rows.values())[:MOST_CANDIDATES]
+
+
+def _fitted(one: Scored, span: tuple[float, float]) -> dict[str, Any]:
+    explanation = one.fit.explanation
+    values = {
+        f'{part.name}.{coordinate.name}' if part.is_effect else part.name: value
+        for part, values in zip(explanation.parts, explanation.values, strict=True)
+        for coordinate, value in zip(part.coordinates, values, strict=True)
+    }
+    return _row(explanation.causes, 'fitted', one.worst, span, values)
 
 
 def _row(
@@ -133,7 +141,7 @@ def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
             continue
         alike = [one for one in search.ranking if _alike(one, best)]
         if len(alike) > 1:
-            sets.append(['+'.join(p.name for p in one.fit.explanation.parts) for one in alike])
+            sets.append(['+'.join(one.fit.explanation.causes) for one in alike])
     return sets
 
 

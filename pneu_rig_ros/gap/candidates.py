@@ -181,11 +181,14 @@ def calibration(sensors: Sensors) -> Candidate | None:
 def parameters(given: Hypothesis) -> Iterator[Candidate]:
     """Yield the parameters of the given model that may be wrong."""
     law = given.model.friction.model
-    for name in GAS_PARAMETERS:
-        yield parameter(given, name, 'gas mass', (Mode.CHAMBERS,))
-    for name, first_law in FORCE_PARAMETERS.items():
-        if law >= first_law:
-            yield parameter(given, name, 'force', (Mode.CYCLES,))
+    every = [parameter(given, name, 'gas mass', (Mode.CHAMBERS,)) for name in GAS_PARAMETERS]
+    every += [
+        parameter(given, name, 'force', (Mode.CYCLES,))
+        for name, first_law in FORCE_PARAMETERS.items()
+        if law >= first_law
+    ]
+    # what is zero is switched off: no factor makes it another value
+    yield from (one for one in every if one.coordinates[0].low < one.coordinates[0].high)
 
 
 def parameter(

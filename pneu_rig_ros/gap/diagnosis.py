@@ -17,7 +17,7 @@ import numpy as np
 
 from pneu_rig_ros.executor import Executor, Here
 from pneu_rig_ros.gap.bags import parted, read_experiment
-from pneu_rig_ros.gap.candidates import CALIBRATION, calibration, candidates
+from pneu_rig_ros.gap.candidates import calibration, candidates
 from pneu_rig_ros.gap.discriminate import NextExperiment, next_experiment
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.fitting import FINE_STEP, Explanation, Fit, first_of_each, fit
@@ -25,6 +25,7 @@ from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.selection import LEAST_GAIN, Search
 from pneu_rig_ros.gap.shrink import above_floor
+from pneu_rig_ros.gap.uncertainty import with_spread
 from pneu_rig_ros.gap.unknown import Description, describe
 from pneu_rig_ros.gap.where import Disagreement, disagreements
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -97,20 +98,20 @@ class Diagnosis:
         if not self.searches:
             return {}
         search = list(self.searches.values())[-1]
-        size = len(search.best.fit.explanation.parts) if search.best else 1
+        own = len(search.base.parts)
+        size = len(search.best.fit.explanation.parts) if search.best else own + 1
         alike = [one.fit.explanation for one in search.ranking
                  if len(one.fit.explanation.parts) == size]  # fmt: skip
-        return {one.name: one.apply(search.given) for one in alike[:RIVALS]}
+        return {' + '.join(one.causes): one.apply(search.given) for one in alike[:RIVALS]}
 
     @property
     def verdict(self) -> str:
         """One of consistent, parameter, effect, unknown."""
         if self.unexplained is not None:
             return 'unknown'
-        parts = [part for part in self.explanation.parts if part.name != CALIBRATION]
-        if not parts:
+        if not self.explanation.causes:
             return 'consistent'
-        effects = any(part.is_effect for part in parts)
+        effects = any(part.is_effect for part in self.explanation.parts)
         return 'effect' if effects else 'parameter'
 
 
@@ -246,6 +247,10 @@ def finish(diagnosis: Diagnosis, tell: Callable[[str], None], executor: Executor
         tell('fitting all together')
         refit(diagnosis)
         judge(diagnosis)
+    if (final := diagnosis.final) is not None:
+        tell('how far the values may be off')
+        modes = final.explanation.modes
+        diagnosis.final = with_spread(final, diagnosis.given, diagnosis.fitted, modes, executor)
     if (mode := diagnosis.unexplained) is not None:
         tell('describing what is not known')
         search = diagnosis.searches[mode]

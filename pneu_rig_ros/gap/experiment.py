@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
+from pneu_rig_ros.analysis.friction import CUTOFF
 from pneu_rig_ros.analysis.stick_slip import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.noise import configured_noise, mean_noise, reading_noise
@@ -43,6 +44,8 @@ SATURATED = 2.0
 """A pressure this close to the zero of its sensor may be any below it [noises]."""
 LEAST_DURATION = 1.0
 """A shorter run says nothing [s]."""
+SLOWEST = 0.5 / CUTOFF
+"""Interval of samples from which on they do not show when the piston breaks away [s]."""
 
 
 @dataclass(frozen=True)
@@ -81,15 +84,14 @@ class Experiment:
     atmospheric_pressure: float
     sensors: Sensors
 
-    def __post_init__(self) -> None:
-        if self.record.duration < LEAST_DURATION:
-            raise RigError(
-                f'{self.name}: {self.record.duration:.2f} s, at least {LEAST_DURATION:g} s needed'
-            )
-
     @classmethod
     def of(cls, name: str, record: Record, configuration: RigConfiguration) -> Experiment:
-        """Return the run of a record under a configuration whose conditions are those of it."""
+        """
+        Return the run of a record under a configuration whose conditions are those of it.
+
+        :raises RigError: when it is too short, or sampled too slowly
+        """
+        _check(name, record)
         model, sensors = configuration.model, configuration.sensors
         first = slice(0, max(2, round(FIRST_READING / record.interval)))
         position = _line_at(record.position[first], 0)
@@ -124,7 +126,9 @@ class Experiment:
             initial_pressure_1=zero + (start.initial_pressure_1 - zero) / p1,
             initial_pressure_2=zero + (start.initial_pressure_2 - zero) / p2,
         )
-        return replace(self, record=record, operation=operation)
+        # its end of the span is where the sensor's was
+        sensors = self.sensors._replace(position_span=self.sensors.position_span / x)
+        return replace(self, record=record, operation=operation, sensors=sensors)
 
     @property
     def interval(self) -> float:
@@ -238,7 +242,10 @@ class Experiment:
             _line_at(signal[window], restart - first)
             for signal in (self.record.pressure_1, self.record.pressure_2)
         )
-        known = [p if p > self.zero + SATURATED * self.noise[1] else math.nan for p in pressures]
+        known = [
+            p if p > self.zero + SATURATED * noise else math.nan
+            for p, noise in zip(pressures, self.noise[1:], strict=True)
+        ]
         return Rest(start, end, restart, (position, 0.0, known[0], known[1]))
 
 
@@ -254,6 +261,16 @@ def slow_stretches(speed: Floats, limit: float) -> list[tuple[int, int]]:
     broken = np.concatenate([[0], np.cumsum(speed > 2.0 * limit)])[slow]
     parts = np.split(slow, np.flatnonzero(np.diff(broken)) + 1)
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
+
+
+def _check(name: str, record: Record) -> None:
+    if record.duration < LEAST_DURATION:
+        raise RigError(f'{name}: {record.duration:.2f} s, at least {LEAST_DURATION:g} s needed')
+    if record.interval >= SLOWEST:
+        raise RigError(
+            f'{name}: a sample every {1e3 * record.interval:g} ms, less than {1e3 * SLOWEST:g} ms '
+            'needed to see the piston break away; a part of the rig alone may do (--part)'
+        )
 
 
 def _at_start(readings: Floats, gas: Gas, sensors: Sensors) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from pneu_rig_ros.gap.candidates import Candidate, Coordinate
+from pneu_rig_ros.gap.candidates import CALIBRATION, Candidate, Coordinate
 from pneu_rig_ros.gap.evidence import Evidence
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
@@ -28,7 +28,7 @@ STRENGTHS = (0.3, 0.6, 1.0, 1.7, 3.0)
 """Multiples of a start's strength from which the best is fitted [-]."""
 SCANS = 2
 """The best is looked for again from there as often at most, if it is the first or the last."""
-QUANTILE = 1.96
+NORMAL = 1.96
 """Half-width of an interval of 95 % in standard deviations [-]."""
 
 
@@ -48,6 +48,11 @@ class Explanation:
     def name(self) -> str:
         """The names of all parts."""
         return ' + '.join(part.name for part in self.parts)
+
+    @property
+    def causes(self) -> list[str]:
+        """The names of all parts but the gains of the sensors, which are fitted along."""
+        return [part.name for part in self.parts if part.name != CALIBRATION]
 
     def apply(self, given: Hypothesis) -> Hypothesis:
         """Return the given hypothesis with all explanations."""
@@ -109,19 +114,21 @@ class Fit:
     :param explanation: with the best values
     :param cost: at them, on the experiments of the fit [-]
     :param deviations: standard deviation of what the fit sees, shape (coordinates,)
+    :param quantile: half-width of an interval of 95 % in these [-]
     """
 
     explanation: Explanation
     cost: float
     deviations: Floats
+    quantile: float = NORMAL
 
     def intervals(self) -> list[tuple[float, float]]:
-        """Return an interval of about 95 % for each coordinate [SI]."""
+        """Return an interval of 95 % for each coordinate [SI]."""
         triples = zip(
             self.explanation.coordinates, self.explanation.seen, self.deviations, strict=True
         )
         return [
-            (c.outward(value - QUANTILE * d), c.outward(value + QUANTILE * d))
+            (c.outward(value - self.quantile * d), c.outward(value + self.quantile * d))
             for c, value, d in triples
         ]
 

@@ -13,8 +13,6 @@ KEPT = 0.9
 """Share of the smallest second differences that count: the others may be motion [-]."""
 TRIMMED = 0.79
 """Standard deviation of a normal variable whose largest tenth is left out [-]."""
-SMOOTH = 25
-"""Samples over which a slow signal is taken as straight."""
 
 
 def reading_noise(signal: Floats, configured: float) -> float:

@@ -212,7 +212,7 @@ def _knots(experiment: Experiment) -> NDArray[np.intp]:
     every = np.arange(len(experiment.voltages))
     moving = np.ones(every.size, dtype=np.bool_)
     for rest in experiment.rests:
-        moving[rest.start + HOLD_AT_REST : rest.end - HOLD_AT_REST] = False
+        moving[rest.start + HOLD_AT_REST : max(rest.end - HOLD_AT_REST, 0)] = False
     return np.flatnonzero(every % np.where(moving, HOLD, HOLD_AT_REST) == 0)
 
 

@@ -32,6 +32,7 @@ def twin_of(
     run = predict(hypothesis, experiment, Mode.FREE).run
     start, zero, sensors = experiment.operation, experiment.zero, experiment.sensors
     gains = hypothesis.gains
+    # what it starts from is a reading already
     columns = {
         'position': (start.initial_position, run.position_reading, 0.0, sensors.position_span),
         'pressure_1': (start.initial_pressure_1, run.pressure_1_reading, zero,
@@ -40,7 +41,7 @@ def twin_of(
                        sensors.pressure_span),
     }  # fmt: skip
     readings: dict[str, Any] = {
-        name: read(gain * (np.concatenate([[first], true]) - low), span, noise, code, rng) + low
+        name: read(np.append(first - low, gain * (true - low)), span, noise, code, rng) + low
         for (name, (first, true, low, span)), gain, noise, code in zip(
             columns.items(), gains, experiment.noise, experiment.codes, strict=True
         )

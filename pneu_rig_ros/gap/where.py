@@ -30,7 +30,7 @@ from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode, block_means, gap, predict
 from pneu_rig_ros.gap.regimes import IN, OUT, REGIMES, block_regimes
 from pneu_rig_ros.gap.twin import twin_of
-from pneu_rig_ros.model import chambers
+from pneu_rig_ros.model import chambers, friction
 from pneu_rig_ros.model.compiled import plain
 
 Floats = NDArray[np.float64]
@@ -132,16 +132,12 @@ def _restarted(experiment: Experiment, blocks: int) -> NDArray[np.bool_]:
 def force_residual(hypothesis: Hypothesis, experiment: Experiment) -> Residual:
     """Return the residual of the forces on the sliding piston [N]."""
     run = predict(hypothesis, experiment, Mode.FORCES).run
-    model, load = hypothesis.model, experiment.operation.load_mass
-    mass = model.cylinder.moving_mass + load
-    law = model.friction
-    inertia = mass + law.viscous_coefficient * law.fluid_time_constant
     measured = acceleration_zero_phase(experiment.record.position, experiment.interval)[1:]
-    cylinder = model.cylinder
+    cylinder = hypothesis.model.cylinder
     pressures = (experiment.measured[1:, 2] - run.pressure_1) * cylinder.cap_area - (
         experiment.measured[1:, 3] - run.pressure_2
     ) * cylinder.rod_area
-    force = inertia * run.acceleration - mass * measured + pressures
+    force = inertia(hypothesis, experiment) * (run.acceleration - measured) + pressures
     values = block_means(force[:, np.newaxis], experiment.block)[:, 0]
     regimes = block_regimes(experiment, cylinder.stroke)
     values = np.where(steady(regimes, block_means(measured[:, np.newaxis], experiment.block)),
@@ -149,6 +145,13 @@ def force_residual(hypothesis: Hypothesis, experiment: Experiment) -> Residual:
     return Residual(
         'force', 'N', values, np.full(values.size, force_noise(hypothesis, experiment))
     )
+
+
+def inertia(hypothesis: Hypothesis, experiment: Experiment) -> float:
+    """Return what is accelerated [kg]: the fluid term of Eq. 9 acts like a mass."""
+    model, law = hypothesis.model, hypothesis.model.friction
+    fluid: float = law.viscous_coefficient * plain(friction.fluid_time)(law)
+    return model.cylinder.moving_mass + experiment.operation.load_mass + fluid
 
 
 def steady(regimes: NDArray[np.int8], acceleration: Floats) -> NDArray[np.bool_]:
@@ -171,8 +174,7 @@ def force_noise(hypothesis: Hypothesis, experiment: Experiment) -> float:
     )
     span = experiment.block * experiment.interval
     of_speed = law.viscous_coefficient * 2.0 * experiment.floor[0] / span
-    mass = hypothesis.model.cylinder.moving_mass + experiment.operation.load_mass
-    of_inertia = mass * 4.0 * experiment.floor[0] / span**2
+    of_inertia = inertia(hypothesis, experiment) * 4.0 * experiment.floor[0] / span**2
     return float(np.sqrt(of_pressure**2 + of_speed**2 + of_inertia**2))
 
 

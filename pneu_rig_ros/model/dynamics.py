@@ -29,10 +29,6 @@ RightHandSide = Callable[..., None]
 
 POSITION, VELOCITY, PRESSURE_1, PRESSURE_2, DEFLECTION, FILM, GAS_MASS_1, GAS_MASS_2 = range(8)
 STATE_SIZE = 8
-STATE_NAMES = (
-    'position', 'velocity', 'pressure_1', 'pressure_2', 'deflection', 'film', 'gas_mass_1',
-    'gas_mass_2',
-)  # fmt: skip
 
 STICKING, CONTACT, REST_START, HELD_STATIC, HELD_DWELL, ANCHORS = range(6)
 """

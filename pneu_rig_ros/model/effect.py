@@ -51,6 +51,15 @@ class Balance(Enum):
         return self.value.removesuffix(' (read)')
 
 
+class Need(Enum):
+    """What must be there for an effect to show, where not all of a rig is."""
+
+    VALVES = 'valves that are connected'
+    BOTH_CHAMBERS = 'the pressures of both chambers'
+    FREE_MOTION = 'accelerations, which a motion that is imposed does not have'
+    MILLISECONDS = 'samples milliseconds apart'
+
+
 LEAST_TIME = 1e-3
 """Shortest lag that is integrated [s], or steps would have no lower end."""
 
@@ -166,6 +175,7 @@ class Effect:
     :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
     :param describes: whether it only describes what has no name yet: no candidate for a name
+    :param needs: without any of which it does not show in a part of a rig
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
         compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
     """
@@ -182,3 +192,4 @@ class Effect:
     stage: int = 0
     states: tuple[str, ...] = ()
     describes: bool = False
+    needs: tuple[Need, ...] = ()

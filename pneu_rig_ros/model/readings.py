@@ -26,8 +26,6 @@ from pneu_rig_ros.model.effect import Signals
 
 Readings = Callable[..., None]
 
-READING_NAMES = ('position', 'velocity', 'pressure_1', 'pressure_2')
-
 
 @compiled
 def visible(state: Array, model: CompiledModel) -> Signals:

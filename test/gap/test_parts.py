@@ -48,7 +48,7 @@ def test_heat_transfer_is_named_with_its_conductances(tmp_path: Path) -> None:
     for i in (0, 1):
         estimate = values[f'conductance_{i + 1}']
         assert estimate['value'] == pytest.approx(CONDUCTANCES[i], rel=0.05)
-        assert estimate['interval'][0] < estimate['value'] < estimate['interval'][1]
+        assert estimate['interval'][0] < CONDUCTANCES[i] < estimate['interval'][1]
     assert told['gap']['cut'] > 0.9
     again = load_part(part_file(tmp_path, found.improved.to_yaml()))
     assert again.hypothesis.effects == found.improved.hypothesis.effects
@@ -129,6 +129,40 @@ def test_gauge_pressures_of_a_part_count_from_the_surroundings_of_the_run(tmp_pa
     ]
     np.testing.assert_allclose(runs[0]['pressure_1'] + 2e4, runs[1]['pressure_1'])
     assert [run.conditions['atmospheric_pressure'] for run in runs] == [0.9e5, 1.1e5]
+
+
+@pytest.mark.parametrize('code', [0.5, 1.0])
+def test_readings_of_a_coarse_converter_have_the_noise_of_its_rounding(
+    tmp_path: Path, code: float
+) -> None:
+    part = load_part(part_file(tmp_path, FRICTION))
+    runs = []
+    for bar in (3, 5):
+        run = friction_run('fine', bar, 1e5 * bar, 1.2e-5)
+        signals = {**run.signals, 'force': np.round(run['force'] / code) * code}
+        runs.append(recording(f'{bar} bar', run.interval, signals, 'friction'))
+        assert runs[-1].noise['force'] == pytest.approx(code / np.sqrt(12.0), rel=0.5)
+    told = answer(find_out(part, runs[:1], runs[1:]))
+    assert all(np.isfinite(row['significance']) for row in told['where'])
+
+
+def test_force_that_never_changes_is_refused(tmp_path: Path) -> None:
+    part = load_part(part_file(tmp_path, FRICTION))
+    time = np.arange(0.0, 2.0, 0.01)
+    signals = {'position': time, 'pressure_2': time + 1e5, 'force': np.full(time.size, 3.0)}
+    run = recording('run', 0.01, signals, 'friction')
+    with pytest.raises(RigError, match='run: force never changes'):
+        find_out(part, [run], [run])
+
+
+def test_valves_that_are_switched_all_the_time_are_refused(tmp_path: Path) -> None:
+    part = load_part(part_file(tmp_path, VALVES))
+    run = valve_run(part, 'pulsed', 0, 'nonlinear_opening', library.load('nonlinear_opening').null)
+    pulses = np.where(np.arange(run.size) % 4 < 2, 0.5, -0.5)
+    signals = {k: v for k, v in run.signals.items() if not k.startswith('voltage')} | {'u': pulses}
+    pulsed = recording('pulsed', run.interval, signals, 'valves')
+    with pytest.raises(RigError, match='pulsed: no flow can be told, for the voltages step'):
+        find_out(part, [pulsed], [pulsed])
 
 
 def test_position_does_not_jump_back() -> None:

@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.gap.experiment import Experiment
 from pneu_rig_ros.gap.floors import MODEL_SHARE
 from pneu_rig_ros.gap.hypothesis import Hypothesis
-from pneu_rig_ros.gap.prediction import Mode, guidance, predict
+from pneu_rig_ros.gap.prediction import HOLD, HOLD_AT_REST, Mode, guidance, predict
+from pneu_rig_ros.gap.twin import twin_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import follow
 from pneu_rig_ros.model.dynamics import DEFLECTION, FILM, VELOCITY
@@ -136,3 +139,49 @@ def test_gas_that_is_shut_in_at_the_stop_is_as_warm_as_it_should_be() -> None:
     ).run(experiment.voltages, experiment.interval)  # fmt: skip
     assert np.abs(predicted.pressure_1 - exact.pressure_1).max() < 20.0
     assert np.abs(predicted.pressure_2 - exact.pressure_2).max() < 20.0
+
+
+def test_a_twin_starts_from_the_reading_that_the_run_started_from() -> None:
+    experiment, gain = measured(initial_position=0.1), 1.004
+    hypothesis = Hypothesis(MODEL, gains=(gain, 1.0, 1.0))
+    twin = twin_of(hypothesis, experiment, np.random.default_rng(0))
+    assert twin.record.position[:20] == pytest.approx(0.1, abs=6.0 * experiment.noise[0])
+
+
+@pytest.mark.parametrize('gain', [1.004, 0.996])
+def test_a_reading_at_the_end_of_its_span_is_none_also_when_calibrated(gain: float) -> None:
+    experiment = measured(initial_position=0.2, timeline=((0.9, 2.0), (-0.6, 1.0)))
+    span = experiment.sensors.position_span
+    seen = np.minimum(experiment.record.position * gain, span)
+    scaled = replace(experiment, record=replace(experiment.record, position=seen))
+    calibrated = scaled.calibrated((gain, 1.0, 1.0))
+    assert (calibrated.beyond_span == scaled.beyond_span).all()
+    assert scaled.beyond_span.any() == (gain > 1.0)
+
+
+def test_a_short_rest_at_the_start_leaves_the_motion_after_it_as_it_was() -> None:
+    experiment = measured(timeline=((0.0, 0.1), (0.9, 1.5)), rest_time=1.0)
+    slow = sampled(experiment, 10)
+    assert slow.rests[0].end < HOLD_AT_REST
+    bias = np.zeros((len(slow.voltages) + 1, 4))
+    actions, _, _ = guidance(slow, Mode.CHAMBERS, bias, 0.3)
+    knots = np.flatnonzero(actions & follow.MOTION)
+    assert np.diff(knots).max() <= HOLD
+
+
+def sampled(experiment: Experiment, step: int) -> Experiment:
+    """Return a run as it would have been sampled so many times as slowly."""
+    r = experiment.record
+    names = ('position', 'velocity', 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2',
+             'friction', 'arrival_ns')  # fmt: skip
+    thinned = {name: getattr(r, name)[::step].copy() for name in names}
+    record = replace(r, interval_ns=step * r.interval_ns, **thinned)
+    assert record.configuration is not None
+    return Experiment.of('slow', record, record.configuration)
+
+
+@pytest.mark.parametrize(('step', 'reason'), [(20, 'a sample every 23.2 ms'), (10**4, '0.00 s')])
+def test_runs_that_are_sampled_too_slowly_or_too_short_are_refused(step: int, reason: str) -> None:
+    experiment = measured(timeline=((0.0, 2.0),))
+    with pytest.raises(RigError, match=f'slow: {reason}'):
+        sampled(experiment, step)

@@ -11,7 +11,7 @@ import numpy as np
 from pneu_rig_ros.gap.candidates import Candidate, Coordinate, effect_candidate
 from pneu_rig_ros.gap.parts.part import CHAMBERS, FRICTION, VALVES, Part
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.effect import READING_BALANCES, Balance
+from pneu_rig_ros.model.effect import READING_BALANCES, Balance, Need
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, LUGRE, SECTIONS
 from pneu_rig_ros.model.quantity import Quantity, specifications
 
@@ -21,12 +21,6 @@ BALANCES = {
     VALVES: (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT),
 }
 """Kind of part -> balances whose effects it can show."""
-OF_VALVES = ('valve_null_leak', 'line_lag')
-"""Effects on the gas that need valves."""
-TOO_FAST = ('sensor_delay',)
-"""Delays of milliseconds, which a part that is sampled coarsely does not show."""
-OF_INERTIA = ('fluid_inertia', 'load_compliance')
-"""Effects on the force that show in accelerations only, which an imposed motion does not have."""
 VALVE_PARAMETERS = ('intake_coefficient', 'exhaust_coefficient', 'intake_voltage',
                     'exhaust_voltage')  # fmt: skip
 FACTOR = 5.0
@@ -42,7 +36,10 @@ SMALLEST = 1e-4
 def parameters(part: Part) -> list[Candidate]:
     """Return the parameters that may be wrong: those of the file, else the usual ones."""
     ranges = dict(part.refit) or {name: _range(part, name) for name in _usual(part)}
-    return [_parameter(part, name, *limits) for name, limits in ranges.items()]
+    # what is zero is switched off: no factor makes it another value
+    return [
+        _parameter(part, name, low, high) for name, (low, high) in ranges.items() if low < high
+    ]
 
 
 def _usual(part: Part) -> Iterator[str]:
@@ -98,16 +95,21 @@ def effects(
     :param chambers: those that are measured; nothing is said of the other
     """
     law = FRICTION_MODELS[part.hypothesis.model.friction.model]
-    chosen = []
+    there, chosen = _there(part, chambers), []
     for name in library.names():
         effect = library.load(name)
         fits = effect.balance in BALANCES[part.kind] and not effect.describes
         fits &= not effect.laws or (part.kind == FRICTION and law in effect.laws)
-        fits &= name not in (*OF_INERTIA, *TOO_FAST) and not (part.shut and name in OF_VALVES)
-        fits &= name != 'cross_piston_leak' or len(chambers) == 2
+        fits &= set(effect.needs) <= there
         if fits and name not in part.hypothesis.effects and name not in without:
             chosen.append(_laddered(_measured_only(effect_candidate(name), chambers)))
     return chosen
+
+
+def _there(part: Part, chambers: Sequence[int]) -> set[Need]:
+    """Return what of a rig the part has."""
+    valves = set() if part.shut else {Need.VALVES}
+    return valves | ({Need.BOTH_CHAMBERS} if len(chambers) == 2 else set())
 
 
 def _measured_only(candidate: Candidate, chambers: Sequence[int]) -> Candidate:

@@ -28,7 +28,7 @@ SIGNIFICANT = 3.0
 ALIKE = 0.05
 """Explanations whose gaps left out differ by less cannot be told apart [-]."""
 MOST_CANDIDATES = 20
-"""One of so many recordings is left out of the fits when none is named for it."""
+"""Candidates that are told."""
 MOST_STEPS = 40.0
 """Steps that a diagnosis takes at most, for its progress [-]."""
 

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.fitting import Explanation, Fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.parts.part import Part
 from pneu_rig_ros.gap.parts.prediction import Channel, compare
-from pneu_rig_ros.gap.parts.recording import Recording
+from pneu_rig_ros.gap.parts.recording import COMPARED, Recording
 
 Floats = NDArray[np.float64]
 
@@ -31,10 +32,19 @@ class PartEvidence:
 
     :param part: the given part
     :param recordings: measured runs
+    :raises RigError: when a signal that is compared never changes, so that its noise is unknown
     """
 
     part: Part
     recordings: Sequence[Recording]
+
+    def __post_init__(self) -> None:
+        for one in self.recordings:
+            for name in COMPARED[self.part.kind]:
+                if one.noise.get(name) == 0.0:
+                    raise RigError(
+                        f'{one.name}: {name} never changes: its noise is unknown; leave it out'
+                    )
 
     def channels(self, hypothesis: Hypothesis) -> list[list[Channel]]:
         """Return measured less predicted of every signal of each recording."""

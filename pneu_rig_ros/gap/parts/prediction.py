@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import savgol_filter
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.parts.part import CHAMBERS, FRICTION, Part
 from pneu_rig_ros.gap.parts.recording import Recording
@@ -255,11 +256,18 @@ def _valves(part: Part, hypothesis: Hypothesis, recording: Recording) -> list[Ch
     left = 1.5 * np.sqrt(2.0 / window)
     for i in (0, 1):
         gap[_stepped(recording, f'voltage_{i + 1}', ends, span, window), i] = np.nan
-    return [
+    flows = [
         _flow(f'flow_{i + 1}', name, ends, gap[:, i], change[:, i], left * share[:, i], recording)
         for i, name in enumerate(('pressure_1', 'pressure_2'))
         if name in recording and f'voltage_{i + 1}' in recording
     ]
+    told = [one for one in flows if np.isfinite(one.gap).any()]
+    if not told:
+        raise RigError(
+            f'{recording.name}: no flow can be told, for the voltages step by more than '
+            f'{VOLTAGE_STEP:g} V at least every {FLOW_SPAN:g} s'
+        )
+    return told
 
 
 def _stepped(

@@ -163,10 +163,16 @@ def recording(name: str, interval: float, signals: Mapping[str, Floats], kind: s
     for choice in WANTED[kind]:
         if not any(one in known for one in choice):
             raise RigError(f'{name}: no {" or ".join(choice)}, needed for {kind}')
-    noise = {key: reading_noise(values, 0.0) for key, values in known.items()}
+    noise = {key: reading_noise(values, rounding(values)) for key, values in known.items()}
     step = -(-next(iter(known.values())).size // MOST_SAMPLES[kind])
     thinned = {key: np.ascontiguousarray(values[::step]) for key, values in known.items()}
     return Recording(name, interval * step, thinned, noise)
+
+
+def rounding(values: Floats) -> float:
+    """Return the standard deviation of what a converter rounds off, by its smallest step."""
+    steps = np.abs(np.diff(values))
+    return float(steps[steps > 0.0].min(initial=np.inf) / np.sqrt(12.0)) if steps.any() else 0.0
 
 
 _PRESSURES = ('pressure_1', 'pressure_2')
@@ -176,3 +182,5 @@ WANTED: dict[str, Sequence[Sequence[str]]] = {
     VALVES: (_PRESSURES, ('u', 'voltage_1', 'voltage_2')),
 }
 """Kind of part -> signals, of each group at least one."""
+COMPARED = {CHAMBERS: _PRESSURES, FRICTION: ('force', 'friction'), VALVES: _PRESSURES}
+"""Kind of part -> signals whose noise tells what a gap is."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -41,4 +41,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(0.003), Parameters(0.01), Parameters(0.05), Parameters(0.2)),
+    needs=(Need.FREE_MOTION,),
 )

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals, integrated_lag
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -67,4 +67,5 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(Parameters(0.005), Parameters(0.02), Parameters(0.06)),
     states=('line_flow_1', 'line_flow_2'),
+    needs=(Need.VALVES,),
 )

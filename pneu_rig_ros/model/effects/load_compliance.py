@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 STRETCH_UNIT = 1e-3
@@ -60,4 +60,5 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(Parameters(1e-4, 2.0), Parameters(3e-4, 1.0), Parameters(9e-4, 1.0)),
     states=('stretch', 'load_velocity'),
+    needs=(Need.FREE_MOTION,),
 )

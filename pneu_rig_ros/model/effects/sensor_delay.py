@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals, integrated_lag
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 
 LAG_UNIT = 0.1
@@ -55,4 +55,5 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(Parameters(0.003), Parameters(0.01), Parameters(0.03)),
     states=('behind',),
+    needs=(Need.MILLISECONDS,),
 )

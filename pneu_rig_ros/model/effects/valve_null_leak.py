@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import port_flow
 
@@ -87,4 +87,5 @@ EFFECT = Effect(
         Parameters(3e-9, 3e-9),
         Parameters(6e-9, 6e-9),
     ),
+    needs=(Need.VALVES,),
 )
