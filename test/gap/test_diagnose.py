@@ -302,7 +302,7 @@ def test_browser_shows_the_curves(
         (('BAG', '--model', 'cylinder_2', '--verify', 'FILE'), 'given twice, before as '),
         (('BAG', 'OTHER', '--model', 'short.yaml'), 'short allows -0.0125 to 0.0625 m'),
         (('BAG', 'OTHER', '--model', 'cylinder_2', '--without', 'chamber_leek'), 'chamber_leak'),
-        (('TABLE', 'BAG', '--model', 'cylinder_2'), '--map must say'),
+        (('TABLE', 'BAG', '--model', 'cylinder_2'), '(--map) must say'),
         (('BAG', 'OTHER', '--model', 'cylinder_2', '--map', 'map.yaml'), 'for text tables'),
         (('--model', 'cylinder_2'), "'BAG...'"),
     ],
