@@ -53,7 +53,11 @@ def _print(report: RepairReport) -> None:
         return
     terminal.print(f'{report.path} is repaired: {size}')
     if not report.configuration_found:
-        terminal.print('the rig configuration was not recorded; friction cannot be estimated')
+        lost = (
+            'was lost with a damaged chunk' if report.configuration_lost else 'is not in the bag'
+        )
+        terminal.print(f'the rig configuration {lost}; friction cannot be estimated')
     if report.damaged_chunks:
-        terminal.print(f'{report.damaged_chunks} damaged chunks are left out')
+        chunks = 'chunk is' if report.damaged_chunks == 1 else 'chunks are'
+        terminal.print(f'{report.damaged_chunks} damaged {chunks} left out')
     terminal.print(f'the cut file is kept: {report.cut_file}', style='dim')

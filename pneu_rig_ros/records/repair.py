@@ -4,7 +4,7 @@ Makes a valid bag of one whose recorder was killed.
 Such a file lacks its last chunk, index and metadata, and may end within a record. What a stream
 reader yields of it is written into a new bag beside the old one, read back, and only then put in
 its place; the cut file stays beside it under another name. Chunks that do not fit their checksums
-are left out.
+are left out. The custom data of a metadata.yaml that is intact are kept.
 """
 
 from __future__ import annotations
@@ -16,18 +16,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.records import Channel, Chunk, McapRecord, Message, MessageIndex, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.rosbag2.storage_mcap import decompress
+from yaml import YAMLError
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import wire
 from pneu_rig_ros.records.bag import bag_directory, custom_data, open_bag, storage_files
 from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.integrity import LARGEST_METADATA, check_metadata
 from pneu_rig_ros.records.writer import BagWriter
+from pneu_rig_ros.rig.yaml_file import parse_yaml
 
 CUT_SUFFIX = '.cut'
 """Appended to the name of the file that was repaired."""
+
+DESCRIPTION = '/rig_description'
+"""How the topic ends that says the configuration."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,7 @@ class RepairReport:
     :param configuration_found: whether the rig's configuration could be recovered
     :param cut_file: where the old file is kept, None if nothing was changed
     :param damaged_chunks: chunks that were left out, as they do not fit their checksums
+    :param configuration_lost: whether it was not found, but was in one of these
     """
 
     path: Path
@@ -51,6 +58,7 @@ class RepairReport:
     configuration_found: bool
     cut_file: Path | None
     damaged_chunks: int = 0
+    configuration_lost: bool = False
 
 
 def repair(path: Path | str) -> RepairReport:
@@ -89,16 +97,18 @@ def _rewrite(directory: Path, file: Path) -> RepairReport:
     _make_room(workshop)
     try:
         new = workshop / file.stem
-        damaged = _copy_messages(file, new)
+        damaged = _copy_messages(file, new, _kept(directory))
         report = _healthy(new)
         if report.messages == 0:
             raise RigError(f'{file} was cut off before its first message: nothing to recover')
         cut_file = _swap(new, directory, file)
     finally:
         shutil.rmtree(workshop, ignore_errors=True)
+    was_there = any(topic.endswith(DESCRIPTION) for topics in damaged for topic in topics)
     return replace(
-        report, path=directory, repaired=True, cut_file=cut_file, damaged_chunks=damaged
-    )
+        report, path=directory, repaired=True, cut_file=cut_file, damaged_chunks=len(damaged),
+        configuration_lost=was_there and not report.configuration_found,
+    )  # fmt: skip
 
 
 def _make_room(workshop: Path) -> None:
@@ -109,39 +119,59 @@ def _make_room(workshop: Path) -> None:
         raise RigError(f'cannot write beside the bag, {workshop}: {error.strerror}') from error
 
 
-def _copy_messages(file: Path, new: Path) -> int:
-    """Write all that can be read of a file into a new bag; return how many chunks were damaged."""
+def _kept(directory: Path) -> dict[str, str]:
+    """Return the custom data of the old metadata.yaml, none where it is missing or damaged."""
+    try:
+        check_metadata(directory)
+        text = (directory / 'metadata.yaml').read_text(encoding='utf-8')
+        whole = parse_yaml(text, 'metadata.yaml', LARGEST_METADATA, LARGEST_METADATA)
+        information = whole['rosbag2_bagfile_information']
+        information['version']  # comes last as rosbags writes it: a file cut off lacks it
+        return {str(key): str(value) for key, value in information['custom_data'].items()}
+    except (RigError, OSError, YAMLError, LookupError, TypeError, AttributeError):
+        return {}
+
+
+def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]]:
+    """
+    Write all that can be read of a file into a new bag; return what was in damaged chunks.
+
+    :param kept: custom data of the old bag, which count more than what the messages say
+    """
     metadata: dict[str, str] = {}
-    damaged: list[int] = []
+    damaged: list[set[str]] = []
     with BagWriter(new) as writer:
         for topic, type_name, message in _readable(file, damaged):
             writer.write(topic, type_name, message.log_time, message.data)
-            if topic.endswith('/rig_description'):
+            if topic.endswith(DESCRIPTION):
                 with contextlib.suppress(RigError):  # nobody could read it either
                     metadata = bag_metadata(wire.unpack_string(message.data))
-        writer.close(metadata)
-    return len(damaged)
+        writer.close(metadata | kept)
+    return damaged
 
 
-def _readable(file: Path, damaged: list[int]) -> Iterator[tuple[str, str, Message]]:
+def _readable(file: Path, damaged: list[set[str]]) -> Iterator[tuple[str, str, Message]]:
     """
     Yield topic, type and message up to where the file ends or makes no sense.
 
-    :param damaged: gets the number of each chunk that does not fit its checksum and is left out
+    :param damaged: gets the topics of each chunk that does not fit its checksum and is left out
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
+    inside: list[set[int]] = []
     # The index repeats what stands in the chunks, of which any may be damaged.
     for record in _outer_records(file):
         _note(record, schemas, channels)
+        if isinstance(record, Chunk):
+            inside.append(set())
+        elif isinstance(record, MessageIndex) and inside:
+            inside[-1].add(record.channel_id)
     chunks = (record for record in _outer_records(file) if isinstance(record, Chunk))
-    for number, chunk in enumerate(chunks):
-        try:
-            content = breakup_chunk(_decompressed(chunk))
-        except Exception:
-            damaged.append(number)
-            continue
-        for record in content:
+    for chunk, numbers in zip(chunks, inside, strict=True):
+        content = _content(chunk)
+        if content is None:
+            damaged.append({channels[number].topic for number in numbers & channels.keys()})
+        for record in content or ():
             _note(record, schemas, channels)
             if isinstance(record, Message) and record.channel_id in channels:
                 channel = channels[record.channel_id]
@@ -164,12 +194,15 @@ def _note(record: McapRecord, schemas: dict[int, Schema], channels: dict[int, Ch
         channels[record.id] = record
 
 
-def _decompressed(chunk: Chunk) -> Chunk:
-    """Return a chunk with its content as it is; ReaderError when the checksum does not fit."""
-    content = decompress(
-        chunk.data, chunk.compression, chunk.uncompressed_size, chunk.uncompressed_crc
-    )
-    return replace(chunk, compression='', data=content)
+def _content(chunk: Chunk) -> list[McapRecord] | None:
+    """Return the records in a chunk, None when the checksum does not fit or they make no sense."""
+    try:
+        content = decompress(
+            chunk.data, chunk.compression, chunk.uncompressed_size, chunk.uncompressed_crc
+        )
+        return breakup_chunk(replace(chunk, compression='', data=content))
+    except Exception:
+        return None
 
 
 def _swap(new: Path, directory: Path, file: Path) -> Path:

@@ -60,17 +60,21 @@ def read_text(path: Path | str) -> str:
         raise RigError(f'{path}: cannot be read: {reason}') from None
 
 
-def parse_yaml(text: str, origin: str) -> Any:
+def parse_yaml(
+    text: str, origin: str, largest: int = LARGEST_FILE, longest: int = LONGEST_TEXT
+) -> Any:
     """
     Return the plain data of a YAML text, None if it is empty.
 
     :param origin: what to call the text in an error
+    :param largest: allowed length [character]
+    :param longest: allowed length of one text in it [character]
     :raises RigError: when it is no YAML, or goes beyond the limits
     """
-    if len(text) > LARGEST_FILE:
-        raise RigError(f'{origin}: longer than {LARGEST_FILE} characters')
+    if len(text) > largest:
+        raise RigError(f'{origin}: longer than {largest} characters')
     try:
-        check_yaml(text)
+        check_yaml(text, longest)
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         # dates and numbers that are none are told as ValueError

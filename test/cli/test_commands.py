@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -188,3 +189,17 @@ def test_repair_mends_and_then_has_nothing_to_do(terminal: Terminal, bag: Path) 
     assert sorted(file.name for file in Path('cut').iterdir()) == [
         'cut.mcap', 'cut.mcap.cut', 'metadata.yaml',
     ]  # fmt: skip
+
+
+def test_repair_says_what_it_left_out(terminal: Terminal, bag: Path) -> None:
+    file = Path(shutil.copytree(bag, 'bag')) / 'stroke.mcap'
+    data = bytearray(file.read_bytes())
+    data[data.index(b'cap_dead_volume')] ^= 1
+    file.write_bytes(data)
+    told = terminal.run('repair', 'bag').out
+    assert '\n1 damaged chunk is left out\n' in told
+    assert 'configuration' not in told
+    shutil.copy('bag/stroke.mcap.cut', file)
+    Path('bag/metadata.yaml').unlink()
+    told = terminal.run('repair', 'bag').out
+    assert '\nthe rig configuration was lost with a damaged chunk; friction' in told

@@ -2,6 +2,7 @@
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -152,6 +153,49 @@ def test_damage_in_the_middle_is_found(bag: Path, cut: Callable[[int], Path]) ->
     report = repair(broken)
     assert report.repaired
     assert report.messages < len(content(bag))
+
+
+def first_chunk_damaged(bag: Path, folder: Path) -> Path:
+    """Return a copy of a bag with one bit changed in the chunk that says the configuration."""
+    broken = Path(shutil.copytree(bag, folder / 'broken'))
+    file = broken / f'{bag.name}.mcap'
+    data = bytearray(file.read_bytes())
+    data[data.index(b'cap_dead_volume')] ^= 1
+    file.write_bytes(data)
+    return broken
+
+
+def test_configuration_in_intact_metadata_is_kept(bag: Path, tmp_path: Path) -> None:
+    broken = first_chunk_damaged(bag, tmp_path)
+    report = repair(broken)
+    assert (report.repaired, report.damaged_chunks) == (True, 1)
+    assert (report.configuration_found, report.configuration_lost) == (True, False)
+    assert read_record(broken).metadata == read_record(bag).metadata
+
+
+@pytest.mark.parametrize('damage', ['removed', 'changed', 'cut off'])
+def test_configuration_lost_with_its_chunk_is_told(bag: Path, tmp_path: Path, damage: str) -> None:
+    broken = first_chunk_damaged(bag, tmp_path)
+    metadata = broken / 'metadata.yaml'
+    text = metadata.read_text()
+    changed = {'changed': text.replace('cylinder_2', 'cylinder_3'), 'cut off': text[:1600]}
+    metadata.unlink() if damage == 'removed' else metadata.write_text(changed[damage])
+    report = repair(broken)
+    assert (report.configuration_found, report.configuration_lost) == (False, True)
+    assert read_record(broken).configuration is None
+
+
+def test_configuration_is_not_lost_with_another_chunk(
+    bag: Path, cut: Callable[[int], Path]
+) -> None:
+    size = (bag / 'second.mcap').stat().st_size
+    file = (broken := cut(size)) / f'cut_{size}.mcap'
+    data = bytearray(file.read_bytes())
+    data[size // 2] ^= 1
+    file.write_bytes(data)
+    report = repair(broken)
+    assert report.damaged_chunks == 1
+    assert (report.configuration_found, report.configuration_lost) == (True, False)
 
 
 @pytest.mark.parametrize('stage', ['link', 'replace'])
