@@ -203,7 +203,7 @@ def _effects(data: object, origin: str) -> dict[str, Any]:
         raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
     chosen = {}
     for name, values in (data or {}).items():
-        parameters = library.load(str(name)).parameters
+        parameters = library.load(str(name), f'{origin}: effects').parameters
         chosen[str(name)] = read_section(parameters, values, f'{origin}: effects.{name}')
     return chosen
 

@@ -73,7 +73,6 @@ def drag(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Effect]:
     library.names.cache_clear()
     yield library.load('air_drag')
     library.names.cache_clear()
-    library.load.cache_clear()
     assemble.cache_clear()
     sys.modules.pop(f'{library.__name__}.air_drag')
     delattr(importlib.import_module(library.__name__), 'air_drag')

@@ -95,6 +95,16 @@ def test_overrides_apply() -> None:
         ('element_limit: []', 'element_limit: [1 N]', 'one entry fewer'),
         ('stop_velocity: 0.0', 'stop_velocity: 0.9', 'must not be above start_velocity'),
         ('name: cylinder_2', 'name: [', 'not valid YAML'),
+        (
+            'name: cylinder_2',
+            'effects: {chamber_lek: {}}',
+            "effects: unknown name 'chamber_lek', did you mean 'chamber_leak'",
+        ),
+        (
+            'name: cylinder_2',
+            'effects: {inclination: {angel: 0.1 rad}}',
+            "effects.inclination: unknown name 'angel', did you mean 'angle'",
+        ),
     ],
 )
 def test_bad_files_are_refused_with_file_key_value_and_range(

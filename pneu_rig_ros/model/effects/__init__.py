@@ -20,10 +20,14 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
-@cache
-def load(name: str) -> Effect:
-    """Return the effect of that name; raise :class:`RigError` with the allowed names."""
+def load(name: str, where: str = 'effects') -> Effect:
+    """
+    Return the effect of that name.
+
+    :param where: what an error begins with
+    :raises RigError: when there is none, with the allowed names
+    """
     if name not in names():
-        raise RigError(f'effects: {unknown(name, names())}')
+        raise RigError(f'{where}: {unknown(name, names())}')
     effect: Effect = importlib.import_module(f'{__name__}.{name}').EFFECT
     return effect
