@@ -46,7 +46,8 @@ def demo(
     _load_ros()
     path = options.bag_path(out, cylinder)
     try:
-        _record(path, configuration, cylinder, settings, u, duration, quiet)
+        with options.directory(path.parent):
+            _record(path, configuration, cylinder, settings, u, duration, quiet)
     except KeyboardInterrupt:
         if (path / 'metadata.yaml').exists():
             output.console(stderr=True).print(f'recorded up to here: {path}')

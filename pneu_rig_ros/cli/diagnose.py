@@ -132,19 +132,14 @@ def _diagnose_rig(
 @contextlib.contextmanager
 def _directory(out: Path) -> Iterator[None]:
     """Have the directory of the answer; remove it again if nothing came of it."""
-    is_new = not out.exists()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        empty = not any(out.iterdir())
-    except OSError as error:
-        raise RigError(f'--out {out}: {error.strerror}; name a new directory') from error
-    if not empty:
-        raise RigError(f'--out {out} is not empty; name a new or an empty directory')
-    try:
+    with options.directory(out):
+        try:
+            empty = not any(out.iterdir())
+        except OSError as error:
+            raise RigError(f'--out {out}: {error.strerror}; name a new directory') from error
+        if not empty:
+            raise RigError(f'--out {out} is not empty; name a new or an empty directory')
         yield
-    finally:
-        if is_new and not any(out.iterdir()):
-            out.rmdir()
 
 
 def _diagnose(

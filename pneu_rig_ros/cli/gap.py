@@ -87,15 +87,17 @@ def gap(
 def _whole(path: Path) -> Iterator[Path]:
     """Yield a directory to work in that becomes `path` if all goes well, else vanishes."""
     unfinished = path.with_name(f'.{path.name}.unfinished')
+    shutil.rmtree(unfinished, ignore_errors=True)
     try:
-        shutil.rmtree(unfinished, ignore_errors=True)
-        unfinished.mkdir(parents=True)
-        yield unfinished
-        unfinished.rename(path)
+        with options.directory(path.parent):
+            try:
+                unfinished.mkdir()
+                yield unfinished
+                unfinished.rename(path)
+            finally:
+                shutil.rmtree(unfinished, ignore_errors=True)
     except OSError as error:
         raise RigError(f'--out {path}: {error.strerror}') from error
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:

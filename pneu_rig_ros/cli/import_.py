@@ -84,7 +84,8 @@ def import_(
     known = read_conditions(conditions) if conditions else {}
     configuration = options.load(cylinder, {}) if cylinder else None
     table = read_table(source, mapping, known.get('atmospheric_pressure'))
-    with output.step_bar('samples', table.time.size, quiet=quiet) as progress:
+    bar = output.step_bar('samples', table.time.size, quiet=quiet)
+    with options.directory(out.parent), bar as progress:
         grid = write_bag(table, out, known, configuration, progress)
     if as_json:
         output.print_json(_plain(table, grid, out))

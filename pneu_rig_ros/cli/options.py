@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -149,6 +150,27 @@ def bag_path(out: Path | None, cylinder: str) -> Path:
     while path.exists():
         path, number = Path('runs') / f'{name}_{number}', number + 1
     return path
+
+
+@contextlib.contextmanager
+def directory(path: Path) -> Iterator[None]:
+    """
+    Have a directory while the block runs; afterwards remove what was made for it and is empty.
+
+    :raises RigError: when it cannot be made
+    """
+    made = []
+    try:
+        try:
+            made = [one for one in (path, *path.parents) if not one.exists()]
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RigError(f'--out {path}: {error.strerror}; name a new directory') from error
+        yield
+    finally:
+        for one in made:
+            with contextlib.suppress(OSError):  # what holds something stays
+                one.rmdir()
 
 
 def new_file(path: Path, option: str) -> Path:

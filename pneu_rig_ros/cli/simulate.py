@@ -47,7 +47,8 @@ def simulate(
     from pneu_rig_ros.simulate import simulate as run
 
     title = f'{configuration.name} at u = {u:g} V'
-    with output.progress_bar(title, duration, quiet) as progress:
+    bar = output.progress_bar(title, duration, quiet)
+    with options.directory(path.parent), bar as progress:
         run(configuration, u, duration, path, progress)
     record = read_record(path)
     files = {'bag': path}

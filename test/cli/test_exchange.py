@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from pneu_rig_ros.records import BagWriter
+
 from .conftest import Terminal
 
 MAPPING = """
@@ -58,6 +60,21 @@ def test_wrong_file_is_one_line_and_leaves_nothing(terminal: Terminal) -> None:
         "pneu-rig: error: daq.csv: row 16, column 'x [mm]': 'abc' is not a finite number\n"
     )
     assert not (terminal.directory / 'runs').exists()
+
+
+def test_interrupted_import_leaves_nothing(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepare(terminal)
+    before = set(terminal.directory.iterdir())
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(BagWriter, 'close', interrupted)
+    done = terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--out', 'a/b/bag')
+    assert done.code == 130
+    assert set(terminal.directory.iterdir()) == before
 
 
 def test_import_as_data_and_silent(terminal: Terminal) -> None:

@@ -1,5 +1,6 @@
 """The demonstration of the gap: what is hidden comes out, and nothing is left of a broken run."""
 
+import contextlib
 import json
 import os
 import re
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.analysis.comparison import SignalGap
-from pneu_rig_ros.cli.gap import Outcome, _plain
+from pneu_rig_ros.cli.gap import Outcome, _plain, _whole
 from pneu_rig_ros.gap.bags import read_experiment
 from pneu_rig_ros.hiding.experiments import FITTED
 from pneu_rig_ros.hiding.secret import DRAWN, hide
@@ -80,6 +81,18 @@ def test_interrupted_demonstration_leaves_no_node_and_no_file(terminal: Terminal
     assert numbers
     assert gone(numbers)
     assert list(terminal.directory.iterdir()) == []
+
+
+def test_broken_run_leaves_no_directory(tmp_path: Path) -> None:
+    broken = contextlib.suppress(KeyboardInterrupt)
+    with broken, _whole(tmp_path / 'a' / 'b' / 'gap') as folder:
+        (folder / 'gap.png').touch()
+        raise KeyboardInterrupt
+    assert list(tmp_path.iterdir()) == []
+    with _whole(tmp_path / 'a' / 'gap') as folder:
+        (folder / 'gap.png').touch()
+    assert [path.name for path in tmp_path.glob('a/*')] == ['gap']
+    assert (tmp_path / 'a' / 'gap' / 'gap.png').exists()
 
 
 @pytest.mark.parametrize('name', DRAWN)
