@@ -99,9 +99,13 @@ class Run:
 
     def __post_init__(self) -> None:
         """Check the lengths."""
-        sizes = {self.position.size, self.pressure_1.size, self.pressure_2.size}
-        if len(sizes) != 1 or min(sizes) < 4:
-            raise RigError(f'{self.name}: {sorted(sizes)} samples, needed are 4 or more of each')
+        sizes = [self.position.size, self.pressure_1.size, self.pressure_2.size]
+        if len(set(sizes)) > 1:
+            counts = ', '.join(map(str, sizes))
+            raise RigError(f'{self.name}: {counts} samples of position, pressure_1, pressure_2; '
+                           'must be as many of each')  # fmt: skip
+        if sizes[0] < 4:
+            raise RigError(f'{self.name}: {sizes[0]} samples, at least 4 are needed')
 
     @classmethod
     def of(

@@ -52,16 +52,14 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 @click.option('--markdown', is_flag=True, default=None, help='print a short table in Markdown')
 @click.option(
     '--search',
-    type=click.IntRange(1, 1_000_000),
+    type=options.Whole(1, 1_000_000),
     metavar='N',
     help='instead, try N settings of what the paper does not print and rank them',
 )
-@click.option(
-    '--seed', type=click.IntRange(0, 2**63), metavar='INTEGER', help='of the search  [default: 1]'
-)
+@click.option('--seed', type=options.SEED, metavar='INTEGER', help='of the search  [default: 1]')
 @click.option(
     '--keep',
-    type=click.IntRange(1, 10),
+    type=options.Whole(1, 10),
     metavar='NUMBER',
     help='of a statement that is to hold before all others, in the search',
 )

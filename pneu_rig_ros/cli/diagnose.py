@@ -71,7 +71,7 @@ COMPARING, DRAWING = 0.96, 0.97
     help='gets diagnosis.json, improved.yaml, report.html; new or empty',
 )
 @click.option(
-    '--seed', type=click.IntRange(0, 2**63), default=0, metavar='INTEGER', show_default=True,
+    '--seed', type=options.SEED, default=0, metavar='INTEGER', show_default=True,
     help='of the propagated sensor noise',
 )  # fmt: skip
 @click.option(

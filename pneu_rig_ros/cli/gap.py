@@ -46,7 +46,7 @@ class Outcome(NamedTuple):
     '  pneu-rig gap --effect inclination\n',
 )
 @click.option(
-    '--seed', type=click.IntRange(0, 2**31), metavar='INTEGER',
+    '--seed', type=options.SEED, metavar='INTEGER',
     help='draws the effect and the noise  [default: another one each time]',
 )  # fmt: skip
 @click.option(
@@ -118,7 +118,7 @@ def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:
     model = write_whole(folder / 'model.yaml', secret.model.to_yaml())
     truth = write_whole(folder / 'hidden.yaml', secret.truth.to_yaml())
     measured = [
-        Recording(one, truth, folder / 'measured' / one.name, NOISE_SEED * (seed + 1) + index)
+        Recording(one, truth, folder / 'measured' / one.name, _noise_seed(seed, index))
         for index, one in enumerate((*FITTED, JUDGING))
     ]
     title = f'recording {len(measured)} runs over ROS 2'
@@ -126,7 +126,7 @@ def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:
     bags = [run.bag for run in measured]
     answer = _diagnose(bags, model, folder / 'answer', seed, tell)
     again = [
-        Recording(JUDGING, rig, folder / name / JUDGING.name, NOISE_SEED * (seed + 1) - index)
+        Recording(JUDGING, rig, folder / name / JUDGING.name, _noise_seed(seed, -index))
         for index, (name, rig) in enumerate(
             (('before', model), ('after', folder / 'answer' / 'improved.yaml')), start=1
         )
@@ -135,6 +135,11 @@ def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:
     record(again, lambda share: tell(title, DIAGNOSED + (AGAIN - DIAGNOSED) * share))
     tell('drawing', AGAIN)
     return Outcome(answer, _draw(folder / 'gap.png', bags[-1], [r.bag for r in again], model))
+
+
+def _noise_seed(seed: int, run: int) -> int:
+    """Return the seed of the sensors' noise in a run."""
+    return (NOISE_SEED * (seed + 1) + run) % options.LARGEST_SEED
 
 
 def _diagnose(bags: list[Path], model: Path, out: Path, seed: int, tell: Tell) -> dict[str, Any]:

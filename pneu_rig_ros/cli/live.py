@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pneu_rig_ros.cli import output
+from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ STARTED = ('plant', 'valve_command', 'friction_estimator')
 )
 @click.option(
     '--port',
-    type=click.IntRange(0, 65535),
+    type=options.Whole(0, 65535),
     default=8862,
     show_default=True,
     help='of the page; 0 for any that is free',

@@ -19,8 +19,14 @@ if TYPE_CHECKING:
 Command = TypeVar('Command', bound=Callable[..., Any])
 
 
+LARGEST_SEED = 2**53
+"""Up to here every integer is a number in YAML, JSON and a ROS parameter alike."""
+
+
 class Finite(click.types.FloatParamType):
     """A number that is neither infinite nor 'nan'."""
+
+    name = 'number'
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -32,7 +38,18 @@ class Finite(click.types.FloatParamType):
         return number
 
 
+class Between(Finite, click.FloatRange):
+    """A finite number between two, these included."""
+
+
+class Whole(click.IntRange):
+    """An integer between two, these included."""
+
+    name = 'integer'
+
+
 FINITE = Finite()
+SEED = Whole(0, LARGEST_SEED)
 
 _RIG_OPTIONS = (
     click.option(
@@ -52,7 +69,7 @@ _RIG_OPTIONS = (
     click.option('--initial-position', type=float, metavar='METRE', help='from the cap end [m]'),
     click.option('--rest-time', type=float, metavar='SECOND', help='rest before the start [s]'),
     click.option('--sensors', metavar='KIND', help="'rig' (noise, 12 bit) or 'ideal'"),
-    click.option('--seed', type=int, metavar='INTEGER', help='of the sensor noise'),
+    click.option('--seed', type=SEED, metavar='INTEGER', help='of the sensor noise'),
 )
 
 _STROKE_OPTIONS = (
@@ -95,7 +112,7 @@ def workers_options(
     """Return what adds the options of work that is shared out: processes, or a cluster."""
     workers = click.option(
         '--workers',
-        type=click.IntRange(1, 256),
+        type=Whole(1, 256),
         metavar='INTEGER',
         default=default,
         show_default=default is not None,
@@ -136,7 +153,13 @@ def load(cylinder: str, settings: dict[str, Any]) -> RigConfiguration:
     """Return the configuration that the options describe. RigError if there is none."""
     from pneu_rig_ros.rig import load_configuration
 
-    return load_configuration(cylinder, **settings)
+    try:
+        return load_configuration(cylinder, **settings)
+    except RigError as error:
+        name, colon, rest = str(error).partition(':')
+        if name not in settings:
+            raise
+        raise RigError(f'--{name.replace("_", "-")}{colon}{rest}') from None
 
 
 def bag_path(out: Path | None, cylinder: str) -> Path:

@@ -18,14 +18,17 @@ from pneu_rig_ros.cli import options, output
     '  pneu-rig replay runs/BAG --topic friction --topic joint_states\n',
 )
 @options.bag_argument
-@click.option('--rate', type=float, default=1.0, show_default=True, help='0.01 to 100 times')
+@click.option(
+    '--rate', type=options.Between(0.01, 100.0), default=1.0, show_default=True, metavar='NUMBER',
+    help='times as fast as recorded',
+)  # fmt: skip
 @click.option('--repeat', is_flag=True, help='begin anew at the end, until interrupted')
 @click.option('--clock', is_flag=True, help='publish /clock, from the log times')
 @click.option('--topic', multiple=True, metavar='TOPIC', help='play only this; repeatable')
 @click.option('--exclude', multiple=True, metavar='TOPIC', help='leave this out; repeatable')
 @click.option(
     '--delay',
-    type=float,
+    type=options.Between(0.0, 3600.0),
     default=1.0,
     show_default=True,
     metavar='SECOND',
@@ -33,7 +36,8 @@ from pneu_rig_ros.cli import options, output
 )
 @click.option(
     '--subscribers',
-    type=int,
+    type=options.Whole(0, 100),
+    metavar='INTEGER',
     default=0,
     show_default=True,
     help='wait until each topic played has so many',

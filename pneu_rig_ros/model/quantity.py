@@ -31,9 +31,9 @@ class Quantity:
     def check(self, value: float, where: str) -> float:
         """Return the value as a float; raise :class:`RigError` unless finite and in range."""
         if not (math.isfinite(value) and self.low <= value <= self.high):
+            unit = '' if self.unit == '-' else f' {self.unit}'
             raise RigError(
-                f'{where}: {value:g} {self.unit} is not within '
-                f'{self.low:g} to {self.high:g} {self.unit}'
+                f'{where}: {value:g}{unit} is not within {self.low:g} to {self.high:g}{unit}'
             )
         return float(value)
 

@@ -33,9 +33,7 @@ def write_view(
     """
     span = span_of(record, start, stop)
     if span.end - span.first < 2:
-        last = record.duration
-        asked = f'{start or 0.0:g} to {last if stop is None else stop:g} s'
-        raise RigError(f'no samples from {asked}; the record lasts {last:.3f} s')
+        raise RigError(_nothing_there(start or 0.0, stop, record.duration))
     data = page_data(record, span)
     text = render(
         'view.html',
@@ -51,6 +49,14 @@ def write_view(
         revision=git_revision(),
     )
     return write_whole(path, text)
+
+
+def _nothing_there(start: float, stop: float | None, end: float) -> str:
+    """Say why there is nothing to show from start to stop [s] of a record that ends at `end`."""
+    if start >= end:
+        return f'no samples from {start:g} s on: the record ends at {end:.6g} s'
+    last = end if stop is None else stop
+    return f'under 2 samples from {start:g} to {last:.6g} s: the record goes from 0 to {end:.6g} s'
 
 
 def facts(record: Record) -> list[str]:

@@ -128,7 +128,7 @@ def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> 
     allowed = [*OVERRIDES, 'seed', 'sensors', 'friction']
     for key, value in changes.items():
         if key in OVERRIDES:
-            number = OVERRIDES[key].check(_real(value, key), key)
+            number = _override_range(key, model).check(_real(value, key), key)
             model = model._replace(operation=model.operation._replace(**{key: number}))
         elif key == 'seed':
             seed = cast(Quantity, specifications(Sampling)['seed']).check(_real(value, key), key)
@@ -139,10 +139,19 @@ def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> 
             configuration = replace(configuration, sensors=sensors)
         elif key == 'friction':
             law = cast(Choice, specifications(Friction)['model']).parse(value, key)
+            _rung_is_missing(configuration.effects, law, key)
             model = model._replace(friction=model.friction._replace(model=law))
         else:
             raise RigError(f'override: {unknown(key, allowed)}')
     return _consistent(replace(configuration, model=model), 'override')
+
+
+def _override_range(key: str, model: Model) -> Quantity:
+    """Return what is allowed for one of OVERRIDES: of a position, what is within the stroke."""
+    of_any_rig = OVERRIDES[key]
+    if key != 'initial_position':
+        return of_any_rig
+    return replace(of_any_rig, high=model.cylinder.stroke)
 
 
 def _locate(source: str | Path) -> Path:

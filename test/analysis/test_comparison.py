@@ -65,8 +65,10 @@ def test_what_cannot_be_compared_is_said() -> None:
         compare_signals({'position': np.zeros(3)}, {'position': np.zeros(2)})
     with pytest.raises(RigError, match='share no signal'):
         compare_signals({'position': np.zeros(3)}, {'velocity': np.zeros(3)})
-    with pytest.raises(RigError, match=r'a: \[3\] samples, needed are 4'):
+    with pytest.raises(RigError, match='a: 3 samples, at least 4 are needed'):
         Run('a', INTERVAL, np.zeros(3), np.zeros(3), np.zeros(3))
+    with pytest.raises(RigError, match='a: 5, 4, 5 samples of position, pressure_1, pressure_2'):
+        Run('a', INTERVAL, np.zeros(5), np.zeros(4), np.zeros(5))
 
 
 def test_noise_of_derived_signals() -> None:

@@ -15,7 +15,9 @@ import pytest
 
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.cli import command
+from pneu_rig_ros.model.quantity import specifications
 from pneu_rig_ros.records import read_record
+from pneu_rig_ros.rig.configuration import Sampling
 
 from .conftest import COMMAND, Terminal
 
@@ -44,6 +46,15 @@ def test_options_name_their_units(terminal: Terminal, name: str) -> None:
         assert unit in text
 
 
+@pytest.mark.parametrize('name', ['demo', 'simulate', 'diagnose', 'claims', 'gap'])
+def test_seeds_are_those_of_a_rig(terminal: Terminal, name: str) -> None:
+    largest = specifications(Sampling)['seed'].high
+    assert f'0<=x<={largest:.0f}]' in terminal.run(name, '--help').out
+    outcome = terminal.run(name, '--seed', -1)
+    assert outcome.code == 2
+    assert f"'--seed': -1 is not in the range 0<=x<={largest}; see" in outcome.err
+
+
 def test_without_arguments_the_help_is_shown(terminal: Terminal) -> None:
     assert terminal.run() == terminal.run('--help')
 
@@ -64,16 +75,25 @@ def test_import_is_light() -> None:
         (['simulate', '--duration', '0'], '--duration 0: must be above 0'),
         (['simulate', '--duration', 'inf'], '--duration inf: must be above 0'),
         (['simulate', '--cylinder', 'cylindr_2'], "did you mean 'cylinder_2'"),
-        (['simulate', '--supply-pressure', '4'], 'supply_pressure: 4 Pa is not within'),
-        (['simulate', '--friction', 'coulomb'], 'friction'),
-        (['simulate', '--sensors', 'good'], 'sensors'),
+        (['simulate', '--supply-pressure', '4'], '--supply-pressure: 4 Pa is not within'),
+        (
+            ['simulate', '--initial-position', '0.3'],
+            '--initial-position: 0.3 m is not within 0 to',
+        ),
+        (['simulate', '--friction', 'coulomb'], "--friction: unknown name 'coulomb'"),
+        (['simulate', '--sensors', 'good'], "--sensors: unknown name 'good'"),
+        (['diagnose', 'a', '--model', 'm', '--out', 'o', '--seed', '1.5'], 'not a valid integer;'),
+        (['replay', 'a', '--rate', '0'], "'--rate': 0.0 is not in the range 0.01<=x<=100"),
+        (['replay', 'a', '--rate', 'nan'], "'nan' is not a finite number"),
+        (['replay', 'a', '--delay', '-1'], "'--delay': -1.0 is not in the range 0.0<=x<=3600"),
+        (['replay', 'a', '--subscribers', '-1'], "'--subscribers': -1 is not in the range 0<="),
         (['simulate', '--out', '/proc/bag'], 'cannot write the bag /proc/bag'),
         (['simulate', '--out', f'new/{300 * "x"}'], 'File name too long'),
         (['simulate', '--out', f'{__file__}/bag'], f'--out {__file__}: File exists; name a new'),
         (['diagnose', 'no', '--model', 'cylinder_1', '--out', 'a/b/c'], 'one run alone'),
         (['simulate', '--png', 'no/where.png'], 'there is no directory no; create it first'),
         (['demo', '--u', '-9'], '--u -9: must be between'),
-        (['demo', '--load-mass', '-1'], 'load_mass'),
+        (['demo', '--load-mass', '-1'], '--load-mass: -1 kg'),
         (['info'], "Missing argument 'BAG'; see: pneu-rig info --help"),
         (['info', 'nowhere'], 'nowhere does not exist'),
         (['friction', '.'], 'holds no .mcap file'),

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.analysis.comparison import SignalGap
-from pneu_rig_ros.cli.gap import Outcome, _plain, _whole
+from pneu_rig_ros.cli.gap import Outcome, _noise_seed, _plain, _whole
+from pneu_rig_ros.cli.options import LARGEST_SEED
 from pneu_rig_ros.gap.bags import read_experiment
 from pneu_rig_ros.hiding.experiments import FITTED
 from pneu_rig_ros.hiding.secret import DRAWN, hide
@@ -107,6 +108,11 @@ def test_seed_draws_the_effect() -> None:
     drawn = [hide(seed).effect for seed in range(40)]
     assert drawn == [hide(seed).effect for seed in range(40)]
     assert len(set(drawn)) > len(DRAWN) / 2
+
+
+def test_noise_of_every_run_has_a_seed_that_a_rig_takes() -> None:
+    assert [_noise_seed(7, run) for run in (0, 2, -1)] == [8000, 8002, 7999]
+    load_configuration('cylinder_1', seed=_noise_seed(LARGEST_SEED, 3))
 
 
 @pytest.mark.parametrize('name', ['stribeck', 'described_force', 'no_such_effect'])

@@ -37,7 +37,7 @@ def test_part_goes_into_a_file_of_choice_quietly(bag: Path, terminal: Terminal) 
 @pytest.mark.parametrize(
     ('arguments', 'told'),
     [
-        (['--from', '5'], 'no samples from 5 to'),
+        (['--from', '5'], 'no samples from 5 s on: the record ends at 2.99976 s'),
         (['--out', 'none/page.html'], 'there is no directory none'),
         (['--to', 'end'], 'end'),
         (['--from', 'nan'], "'nan' is not a finite number"),

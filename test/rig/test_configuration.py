@@ -128,7 +128,12 @@ def test_bad_files_are_refused_with_file_key_value_and_range(
         ('cylinder_1', {'load_mass': -1.0}, 'load_mass: -1 kg is not within 0 to 100 kg'),
         ('cylinder_1', {'load_mass': float('nan')}, 'load_mass: nan kg'),
         ('cylinder_1', {'load_mass': '3'}, "load_mass: '3' is not a number"),
-        ('cylinder_1', {'initial_position': 0.31}, 'must be within the stroke, 0 to 0.3 m'),
+        (
+            'cylinder_1',
+            {'initial_position': 0.31},
+            'initial_position: 0.31 m is not within 0 to 0.3 m',
+        ),
+        ('cylinder_1', {'seed': -1}, '^seed: -1 is not within 0 to'),
         ('cylinder_1', {'friction': 'dahl'}, "friction: unknown name 'dahl'"),
         ('cylinder_1', {'sensors': 'perfect'}, 'allowed: rig, ideal'),
         ('cylinder_1', {'colour': 3}, "unknown name 'colour'"),

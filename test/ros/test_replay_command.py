@@ -7,6 +7,9 @@ import sys
 import pytest
 
 from pneu_rig_ros.cli import main
+from pneu_rig_ros.cli.replay import replay
+from pneu_rig_ros.nodes.replay import ReplayNode
+from pneu_rig_ros.nodes.rig_node import COMMON
 from pneu_rig_ros.records.wire import unpack_stamp
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
@@ -61,3 +64,14 @@ def test_what_is_wrong_is_told_in_one_line(bag, capfd, arguments, told):
     lines = [line for line in capfd.readouterr().err.splitlines() if 'error' in line]
     assert len(lines) == 1
     assert told in lines[0]
+
+
+@pytest.mark.parametrize(
+    ('option', 'parameter'),
+    [('rate', 'rate'), ('delay', 'delay'), ('subscribers', 'wait_for_subscribers')],
+)
+def test_options_have_the_ranges_of_the_node(option, parameter):
+    allowed = next(one.type for one in replay.params if one.name == option)
+    table = (*ReplayNode.PARAMETERS, *COMMON)
+    (declared,) = (one for one in table if one.name == parameter)
+    assert (allowed.min, allowed.max) == (declared.low, declared.high)
