@@ -99,7 +99,8 @@ def diagnose(
     from pneu_rig_ros.model import effects
 
     for name in settings['without']:
-        effects.load(name)
+        if name not in effects.names():  # a description is no candidate: nothing to leave out
+            effects.cause(name, '--without')
     from pneu_rig_ros.executor import executor
 
     with (

@@ -27,7 +27,8 @@ def effects(as_json: bool) -> None:
 
     Each effect with the balance it enters, the regimes of motion in which it shows, its source,
     and its parameters: unit, range, and the null value with which it vanishes. A few complete a
-    friction law that lacks them; the laws are named there.
+    friction law that lacks them; the laws are named there. At the end come the terms with which a
+    diagnosis describes what no effect explains: they are no causes.
     """
     from pneu_rig_ros.model import effects as library
 
@@ -57,6 +58,7 @@ def plain(effect: Effect) -> dict[str, Any]:
         'title': effect.title,
         'balance': effect.balance.name.lower(),
         'regimes': list(effect.regimes),
+        'describes': effect.describes,
         'source': effect.source,
         'states': list(effect.states),
         'laws': list(effect.laws),
@@ -66,12 +68,22 @@ def plain(effect: Effect) -> dict[str, Any]:
 
 
 def _print(data: dict[str, dict[str, Any]]) -> None:
+    """Print the effects, and below them what only describes."""
+    terms = {name: effect for name, effect in data.items() if effect['describes']}
+    _print_table('effect', {name: data[name] for name in data if name not in terms})
+    terminal = output.console()
+    terminal.print()
+    terminal.print('Descriptions of what has no name: no causes', style='bold')
+    _print_table('description', terms)
+
+
+def _print_table(head: str, data: dict[str, dict[str, Any]]) -> None:
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_lines=True)
-    table.add_column('effect', no_wrap=True)
+    table.add_column(head, no_wrap=True)
     table.add_column('balance', no_wrap=True)
     table.add_column('what it is')
     for name, effect in data.items():

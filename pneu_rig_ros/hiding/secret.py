@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.hiding.experiments import CYLINDER
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.quantity import unknown, write_section
+from pneu_rig_ros.model.quantity import write_section
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.configuration import configuration_from_yaml
 
@@ -62,7 +61,8 @@ def hide(seed: int, name: str | None = None) -> Secret:
     :param name: of the effect; drawn when not given
     :raises RigError: when there is no such effect, or the rig's friction law has it already
     """
-    chosen = str(np.random.default_rng(seed).choice(DRAWN)) if name is None else _known(name)
+    drawn = str(np.random.default_rng(seed).choice(DRAWN))
+    chosen = drawn if name is None else library.cause(name, '--effect')
     model = plain_model()
     truth = replace(model, effects={chosen: medium(chosen)})
     configuration_from_yaml(truth.to_yaml(), CYLINDER)
@@ -84,10 +84,3 @@ def medium(name: str) -> Any:
     """Return an effect's parameters of medium strength: the middle one of its probes."""
     probes = library.load(name).probes
     return probes[(len(probes) - 1) // 2]
-
-
-def _known(name: str) -> str:
-    named = [one for one in library.names() if not library.load(one).describes]
-    if name not in named:
-        raise RigError(f'--effect: {unknown(name, named)}')
-    return name

@@ -1,6 +1,7 @@
 """`pneu-rig effects` lists the whole library."""
 
 import json
+from pathlib import Path
 
 from pneu_rig_ros.model import effects
 
@@ -30,3 +31,23 @@ def test_json_says_the_same_as_the_library(terminal: Terminal) -> None:
         assert entry['regimes'] == list(effects.load(name).regimes)
         assert entry['probes'] == [probe._asdict() for probe in effects.load(name).probes]
     assert data['stribeck']['laws'] == ['coulomb_viscous']
+
+
+def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:
+    above, below = terminal.run('effects').out.split('\nDescriptions of what has no name')
+    data = json.loads(terminal.run('effects', '--json').out)
+    for name in effects.names():
+        is_cause = not name.startswith('described_')
+        assert (f'\n{name} ' in above, f'\n{name} ' in below) == (is_cause, not is_cause)
+        assert data[name]['describes'] is not is_cause
+        assert (name in effects.causes()) is is_cause
+    readme = (Path(__file__).parents[2] / 'README.md').read_text()
+    assert f'{len(effects.causes())} optional physical effects' in readme
+    assert f'the {len(effects.names()) - len(effects.causes())} descriptions' in readme
+
+
+def test_only_causes_are_offered_to_be_left_out_of_a_diagnosis(terminal: Terminal) -> None:
+    outcome = terminal.run('diagnose', 'a', '--model', 'm', '--out', 'o', '--without', 'stribec')
+    assert outcome.code == 2
+    assert "--without: unknown name 'stribec', did you mean 'stribeck'" in outcome.err
+    assert 'described_' not in outcome.err

@@ -31,3 +31,20 @@ def load(name: str, where: str = 'effects') -> Effect:
         raise RigError(f'{where}: {unknown(name, names())}')
     effect: Effect = importlib.import_module(f'{__name__}.{name}').EFFECT
     return effect
+
+
+def causes() -> tuple[str, ...]:
+    """Return the names of the effects that are causes, no mere descriptions, sorted."""
+    return tuple(name for name in names() if not load(name).describes)
+
+
+def cause(name: str, where: str) -> str:
+    """
+    Return the name of an effect that is a cause.
+
+    :param where: what an error begins with
+    :raises RigError: when it is none, with the allowed names
+    """
+    if name not in causes():
+        raise RigError(f'{where}: {unknown(name, causes())}')
+    return name
