@@ -34,7 +34,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     of cylinder and guide together.
     """
     csv = options.new_file(csv, '--csv') if csv else None
-    png = options.new_file(png, '--png') if png else None
+    png = options.new_picture(png)
 
     from pneu_rig_ros.analysis.friction import friction_of
     from pneu_rig_ros.analysis.stick_slip import find_cycles

@@ -205,3 +205,12 @@ def new_file(path: Path, option: str) -> Path:
     if not path.parent.is_dir():
         raise RigError(f'{option} {path}: there is no directory {path.parent}; create it first')
     return path
+
+
+def new_picture(path: Path | None) -> Path | None:
+    """Return the path of a PNG file to write, if any. RigError as new_file, or unless so named."""
+    if path is None:
+        return None
+    if new_file(path, '--png').suffix.lower() != '.png':
+        raise RigError(f'--png {path}: pictures are PNG files, so the name must end in .png')
+    return path

@@ -39,7 +39,7 @@ def simulate(
     """
     options.check_stroke(u, duration)
     configuration = options.load(cylinder, settings)
-    picture = options.new_file(png, '--png') if png else None
+    picture = options.new_picture(png)
     path = options.bag_path(out, cylinder)
 
     from pneu_rig_ros.analysis.summary import summarise

@@ -92,6 +92,8 @@ def test_import_is_light() -> None:
         (['simulate', '--out', f'{__file__}/bag'], f'--out {__file__}: File exists; name a new'),
         (['diagnose', 'no', '--model', 'cylinder_1', '--out', 'a/b/c'], 'one run alone'),
         (['simulate', '--png', 'no/where.png'], 'there is no directory no; create it first'),
+        (['simulate', '--png', 'p.gif'], '--png p.gif: pictures are PNG files, so the name must'),
+        (['friction', 'nowhere', '--png', 'p'], '--png p: pictures are PNG files'),
         (['demo', '--u', '-9'], '--u -9: must be between'),
         (['demo', '--load-mass', '-1'], '--load-mass: -1 kg'),
         (['info'], "Missing argument 'BAG'; see: pneu-rig info --help"),
