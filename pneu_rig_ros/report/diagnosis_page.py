@@ -93,6 +93,8 @@ def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:
         'tables': {'From rest to rest': rows.gap_rows(answer),
                    'Free run': rows.gap_rows(answer, 'free_run')},
         'events': rows.event_rows(answer),
+        'gap_before': rows.number(answer['gap']['before'], 2),
+        'gap_after': rows.number(answer['gap']['after'], 2),
         'cut': rows.cut_text(answer),
         'next_lines': list(rows.next_lines(answer)),
         'version': version('pneu_rig_ros'),

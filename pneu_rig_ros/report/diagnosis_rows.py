@@ -21,6 +21,9 @@ EVENTS = {'cycles': 'stick-slip cycles', 'dwell': 'mean dwell', 'stroke_time': '
 
 NOT_KNOWN = '-'
 
+PLAIN_BELOW = 10_000
+"""Numbers below it have no exponent."""
+
 
 class Where(NamedTuple):
     """Where a balance disagrees."""
@@ -77,8 +80,13 @@ class Event(NamedTuple):
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Return a value with so many digits that count, zeros at the end too."""
-    return f'{value:#.{digits}g}'.removesuffix('.')
+    """
+    Return a value with so many digits that count, zeros at the end too.
+
+    Below 10 000 the digits before the point are all there, in the place of an exponent.
+    """
+    text = f'{value:#.{digits}g}'.removesuffix('.')
+    return f'{value:.0f}' if 'e+' in text and round(abs(value)) < PLAIN_BELOW else text
 
 
 def where_rows(answer: Answer) -> list[Where]:
@@ -178,7 +186,8 @@ def cut_text(answer: Answer) -> str:
     gap = answer['gap']
     if gap['before'] <= 0.0:
         return 'there is no gap above the noise'
-    return (f'{gap["before"]:.2g} noise floors above the noise before, {gap["after"]:.2g} after: '
+    before, after = (number(gap[key], 2) for key in ('before', 'after'))
+    return (f'{before} noise floors above the noise before, {after} after: '
             f'{gap["cut"]:.0%} of the gap is closed')  # fmt: skip
 
 
