@@ -15,6 +15,7 @@ from pneu_rig_ros.cli.options import LARGEST_SEED
 from pneu_rig_ros.gap.bags import read_experiment
 from pneu_rig_ros.hiding.experiments import FITTED
 from pneu_rig_ros.hiding.secret import DRAWN, hide
+from pneu_rig_ros.model.effects import causes
 from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
 
 from .conftest import Terminal
@@ -102,6 +103,12 @@ def test_every_effect_that_is_drawn_can_be_hidden(name: str) -> None:
     assert list(secret.truth.effects) == [name]
     assert configuration_from_yaml(secret.truth.to_yaml(), 'truth') == secret.truth
     assert secret.model.effects == {}
+
+
+def test_help_tells_from_how_many_effects_is_drawn(terminal: Terminal) -> None:
+    text = ' '.join(terminal.run('gap', '--help').out.split())
+    assert f'one of {len(DRAWN)} of the {len(causes())} effects' in text
+    assert set(DRAWN) < set(causes())
 
 
 def test_seed_draws_the_effect() -> None:
