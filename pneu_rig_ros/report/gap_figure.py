@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.comparison import Run, SignalGap
+from pneu_rig_ros.analysis.friction import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.comparison_figures import DIFFERENCE_UNITS, SHOWN
 from pneu_rig_ros.report.figure import BLUE, GREY, ORANGE, STYLE
@@ -18,6 +20,8 @@ from pneu_rig_ros.report.figure import BLUE, GREY, ORANGE, STYLE
 GREEN = '#2c8a5a'
 SIGNALS = ('position', 'pressure_1', 'friction')
 Gaps = Mapping[str, SignalGap]
+DRAWN_BELOW = 5.0
+"""Cut-off frequency of the friction that is drawn [Hz]: its noise would hide the other curves."""
 
 
 def draw_gap(
@@ -25,6 +29,8 @@ def draw_gap(
 ) -> Path:
     """
     Write a PNG with position, pressure p1 and friction, and beside each the gap in numbers.
+
+    The friction of all runs is drawn low-passed; the numbers are those of the unfiltered signals.
 
     :param measured: the run that no fit has seen
     :param models: the same by the model before, and after
@@ -65,21 +71,44 @@ def _draw_curves(axes: Axes, name: str, measured: Run, models: tuple[Run, Run]) 
         (models[1], GREEN, 1.0, 1.0),
     )
     for run, colour, width, alpha in styles:
-        axes.plot(run.time, scale * run.signals[name], color=colour, linewidth=width, alpha=alpha)
+        values = scale * run.signals[name]
+        if name == 'friction':
+            values = smoothed(values, run.interval)
+        axes.plot(run.time, values, color=colour, linewidth=width, alpha=alpha)
+    if name == 'friction':
+        axes.annotate(f'drawn below {DRAWN_BELOW:g} Hz', (0.992, 0.95), xycoords='axes fraction',
+                      ha='right', va='top', fontsize=8.0, color=GREY)  # fmt: skip
     axes.set_ylabel(f'{label} [{unit}]')
     axes.set_xlim(0.0, measured.time[-1])
     axes.tick_params(length=3)
 
 
+def smoothed(values: Floats, interval: float) -> Floats:
+    """
+    Return equally spaced values low-passed at :data:`DRAWN_BELOW` without phase shift.
+
+    :param values: shape (n,)
+    :param interval: sampling interval [s]
+    """
+    from scipy.signal import butter, filtfilt
+
+    b, a = butter(2, DRAWN_BELOW, fs=1.0 / interval)
+    beyond = min(values.size - 1, round(1.0 / (DRAWN_BELOW * interval)))
+    return np.asarray(filtfilt(b, a, values, padlen=beyond))
+
+
 def _draw_bars(axes: Axes, name: str, gaps: tuple[Gaps, Gaps]) -> None:
-    """Draw the RMSE before and after, and the noise as a line."""
+    """Draw the RMSE before and after, and the noise as a line that crosses no number."""
     unit, scale = DIFFERENCE_UNITS.get(name, SHOWN[name][1:])
     values = [scale * one[name].rmse for one in gaps]
-    bars = axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
-    axes.bar_label(bars, [f'{value:.3g} {unit}' for value in values], fontsize=8.0, padding=1.5)
-    noise = gaps[0][name].noise
+    axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
+    noise = scale * (gaps[0][name].noise or 0.0)
+    for place, value in enumerate(values):
+        axes.annotate(f'{value:.3g} {unit}', (place, max(value, noise)), (0.0, 2.5),
+                      textcoords='offset points', ha='center', va='bottom', fontsize=8.0,
+                      zorder=3)  # fmt: skip
     if noise:
-        axes.axhline(scale * noise, color=GREY, linewidth=0.8, linestyle='--')
+        axes.axhline(noise, color=GREY, linewidth=0.8, linestyle='--')
     axes.margins(y=0.2)
     axes.set_yticks([])
     axes.spines['left'].set_visible(False)
