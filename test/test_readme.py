@@ -43,6 +43,14 @@ def test_links_lead_somewhere(page: str) -> None:
         assert (path.parent / target).exists(), target
 
 
+@pytest.mark.parametrize('page', sorted(ROOT.glob('docs/*.md')), ids=lambda page: page.name)
+def test_links_say_something_without_sphinx(page: Path) -> None:
+    text = page.read_text()
+    assert '[](' not in text
+    if '](reference/' in text:
+        assert '`make docs`' in text, 'a page that is there after `make docs` alone'
+
+
 def test_pictures_stay_small() -> None:
     pictures = list((ROOT / 'docs').rglob('*.png'))
     assert pictures
