@@ -3,6 +3,7 @@ The paper's ten statements, each measured on simulated strokes.
 
 A statement holds when each of its findings does. What the text gives in words ("nearly
 unchanged", "extremely small") is put into a number in the finding itself, so that it can be read.
+Where a finding compares dwells or slips of strokes, these are the medians of each.
 """
 
 from dataclasses import replace
@@ -94,8 +95,16 @@ def cylinder_2(laboratory: Laboratory) -> list[Finding]:
     creep = 1e3 * creep_while_sticking(two)
     return [
         Finding('stick-slip, at least five cycles', f'{two.count}', at_least(two.count, 5)),
-        Finding('dwells shorter than of cylinder 1', numbers(waits) + ' s', at_most(*waits[::-1])),
-        Finding('slips smaller than of cylinder 1', numbers(steps) + ' mm', at_most(*steps[::-1])),
+        Finding(
+            'median dwell shorter than of cylinder 1',
+            numbers(waits) + ' s',
+            at_most(*waits[::-1]),
+        ),
+        Finding(
+            'median slip smaller than of cylinder 1',
+            numbers(steps) + ' mm',
+            at_most(*steps[::-1]),
+        ),
         Finding(
             'creep while sticking, over 0.1 mm', numbers([creep]) + ' mm', at_least(creep, 0.1)
         ),
@@ -114,11 +123,11 @@ def cylinder_3(laboratory: Laboratory) -> list[Finding]:
             numbers(counts, 'd'), at_least(counts[2], 2 * max(1, *counts[:2])),
         ),
         Finding(
-            'dwells very short (under half of cylinder 2)',
+            'median dwell very short (under half of cylinder 2)',
             numbers(waits) + ' s', at_most(waits[1], 0.5 * waits[0]),
         ),
         Finding(
-            'slips extremely small (under a quarter of cylinder 2)',
+            'median slip extremely small (under a quarter of cylinder 2)',
             numbers(steps) + ' mm', at_most(steps[1], 0.25 * steps[0]),
         ),
     ]  # fmt: skip

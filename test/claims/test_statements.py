@@ -1,5 +1,6 @@
 """The statements of the paper that hold under the default reading, each with its margin."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pneu_rig_ros.claims import statements
 from pneu_rig_ros.claims.dwell_law import equation_16, static_peaks
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Laboratory, Reading
 from pneu_rig_ros.claims.findings import (
@@ -64,6 +66,36 @@ def test_default_is_the_known_start_of_the_search() -> None:
         for key, value in known.friction_of(name).items():
             assert getattr(shipped.friction, key) == pytest.approx(value, rel=0.03), key
         assert shipped.operation.rest_time == pytest.approx(known.operation['rest_time'], rel=0.03)
+
+
+def test_by_the_means_of_the_strokes_two_would_not_hold_and_six_hardly(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # docs/decisions.md and the README say so
+    monkeypatch.setattr(
+        statements, 'middle', lambda values: float(np.mean(values)) if len(values) else np.nan
+    )
+    rows = [measure(laboratory, statement) for statement in STATEMENTS if statement.number in HOLD]
+    findings = {row.statement.number: row.findings for row in rows}
+    two, six = findings.pop(2), findings.pop(6)
+    assert all(finding.holds for found in findings.values() for finding in found)
+    assert [f.says for f in two if not f.holds] == ['median dwell shorter than of cylinder 1']
+    (slips,) = (finding for finding in six if finding.says == 'larger slips')
+    assert all(finding.holds for finding in six if finding is not slips)
+    first, *_, last = map(float, re.findall(r'[0-9.]+', slips.measured))
+    assert first == pytest.approx(18.2, abs=0.1)
+    assert last == pytest.approx(18.2, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ('name', 'mean', 'longest'), [('cylinder_1', 0.78, 1.21), ('cylinder_2', 1.23, 3.51)]
+)
+def test_dwells_that_the_decisions_tell(
+    laboratory: Laboratory, name: str, mean: float, longest: float
+) -> None:
+    waits = laboratory.perform(CAPTIONS[name]).column('dwell')
+    assert waits.mean() == pytest.approx(mean, abs=0.02)
+    assert waits.max() == pytest.approx(longest, abs=0.02)
 
 
 def test_equation_16_of_cylinder_1() -> None:
