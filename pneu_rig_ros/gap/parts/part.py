@@ -198,7 +198,9 @@ def _effects(data: object, origin: str) -> dict[str, Any]:
         raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
     return {
         str(name): read_section(
-            library.load(str(name)).parameters, values, f'{origin}: effects.{name}'
+            library.load(str(name), f'{origin}: effects').parameters,
+            values,
+            f'{origin}: effects.{name}',
         )
         for name, values in (data or {}).items()
     }
