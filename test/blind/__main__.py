@@ -6,7 +6,6 @@ already is not run again, on whatever machine. ``--fresh`` forgets them.
 """
 
 import json
-import shutil
 from pathlib import Path
 
 import click
@@ -29,7 +28,6 @@ from .hidden import STRENGTHS
 from .trials import NOISES, PARTS, Trial, matrix
 
 ROOT = Path(__file__).resolve().parents[2]
-SCRATCH = ROOT / 'build' / 'blind'
 
 
 def run(trials: list[Trial], somewhere: Executor, console: Console, store: Path) -> None:
@@ -38,7 +36,7 @@ def run(trials: list[Trial], somewhere: Executor, console: Console, store: Path)
                TimeElapsedColumn(), TimeRemainingColumn())  # fmt: skip
     with Progress(*columns, console=console) as progress, store.open('a') as file:
         task = progress.add_task('blind trials', total=len(trials))
-        for _, answer in somewhere.completed(carry_out, trials, SCRATCH):
+        for _, answer in somewhere.completed(carry_out, trials):
             file.write(json.dumps(answer) + '\n')
             file.flush()
             progress.update(task, advance=1, description=answer['key'])
@@ -86,9 +84,6 @@ def main(
 ) -> None:
     """Run blind trials, then write docs/blind.md, docs/blind.json and the picture."""
     console = Console()
-    SCRATCH.mkdir(parents=True, exist_ok=True)
-    for scratch in SCRATCH.glob('blind_*'):  # of a run that was killed
-        shutil.rmtree(scratch)
     store = docs / KEPT
     if fresh:
         store.unlink(missing_ok=True)

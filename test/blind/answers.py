@@ -1,12 +1,11 @@
 """
 Carrying out a trial: bags and a model file go into the workflow, an answer comes out.
 
-The workflow is handed paths and nothing else; what was hidden is joined to its answer only after
-it has been given.
+The workflow is handed the paths of bags and model, a seed, and what its library is to lack; what
+was hidden is joined to its answer only after it has been given.
 """
 
 import json
-import shutil
 import tempfile
 import time
 from collections.abc import Iterator
@@ -49,17 +48,16 @@ def ask(fit: list[Path], verify: list[Path], model: Path, compare: bool, **optio
     return said
 
 
-def carry_out(trial: Trial, scratch: Path) -> Answer:
+def carry_out(trial: Trial) -> Answer:
     """Return one line of the results: the trial, the answer, and how the two compare."""
-    scratch.mkdir(parents=True, exist_ok=True)  # on another machine
-    folder = Path(tempfile.mkdtemp(prefix='blind_', dir=scratch))
-    try:
-        bags = make_bags(folder / 'bags', trial.cylinder, trial.secret, trial.noise, trial.seed)
-        said = ask(*bags, trial.compared, seed=1, without=trial.without)
-    except Exception as error:  # a crash is a wrong answer, not the end of the matrix
-        said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
-    finally:
-        shutil.rmtree(folder)
+    with tempfile.TemporaryDirectory(prefix='blind_', ignore_cleanup_errors=True) as folder:
+        try:
+            bags = make_bags(
+                Path(folder) / 'bags', trial.cylinder, trial.secret, trial.noise, trial.seed
+            )
+            said = ask(*bags, trial.compared, seed=1, without=trial.without)
+        except Exception as error:  # a crash is a wrong answer, not the end of the matrix
+            said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
     return joined(trial, said)
 
 

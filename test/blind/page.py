@@ -31,6 +31,7 @@ MEANING = {
     'unseen_parameter': 'one parameter wrong: `parameter`, the right one first',
     'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, bags left out',
     'parameter_error': 'median error of the fitted parameters, right name',
+    'interval_coverage': 'the same: intervals of 95 % that hold the truth (of so many)',
 }
 BASELINES = {
     'refit': 'all parameters fitted, nothing added',
@@ -161,14 +162,14 @@ def misses(answers: list[Answer]) -> str:
                 first = ', '.join(a['ranking'][:3])
                 rows.append((
                     f'`{a["key"]}`', f'{a["visibility"]:.0f}', a['verdict'], answer, first,
-                    percent(a['cut']) if a['cut'] is not None else '-', cause(a),
+                    percent(a['cut']) if a['cut'] is not None else '-', kind(a),
                 ))  # fmt: skip
     rows.sort()
-    return table(('trial', 'visibility', 'verdict', 'added', 'ranked', 'cut', 'cause'), rows)
+    return table(('trial', 'visibility', 'verdict', 'added', 'ranked', 'cut', 'kind'), rows)
 
 
-def cause(answer: Answer) -> str:
-    """Return what the answer itself shows of why it is wrong."""
+def kind(answer: Answer) -> str:
+    """Return in which way an answer is wrong."""
     right = set(answer['names'])
     if answer['verdict'] == 'crashed':
         return 'the workflow failed'
@@ -181,7 +182,7 @@ def cause(answer: Answer) -> str:
     if right and right <= {*answer['effects'], *answer['parameters']}:
         return 'found, but not first'
     if answer['verdict'] == 'consistent':
-        return 'not significant on these bags' if right else ''
+        return 'held to be within the noise' if right else ''
     if right & {*answer['effects'], *answer['parameters']}:
         return 'one found, not all'
     if right & {name for row in answer['ranking'] for name in row.split('+')}:
@@ -211,11 +212,12 @@ TEXT = """# Blind trials
 
 Written by `make blind`. The workflow of `pneu-rig diagnose` gets six bags and a model file and
 nothing else; bags come from a second plant (`test/blind/plant.py`: SciPy's LSODA, none of the
-package's model code) through 12-bit sensors with noise. What is hidden where is told in
-`test/blind/hidden.py` and `test/blind/trials.py`. {run} of {whole} trials of the matrix were run,
-{seconds} s each (median, one processor), at git {revisions}. Their order hangs on a hash
-of their names alone, the noise of the rig first: in each part those that were run are a fair
-sample. Every answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
+package's model code) through 12-bit sensors with noise and without errors of gain. What is hidden
+where is told in `test/blind/hidden.py` and `test/blind/trials.py`. {run} of {whole} trials of the
+matrix were run, {seconds} s each (median, one processor), at git {revisions}. Their order hangs on
+a hash of their names alone, the noise of the rig first: in each part those that were run are a
+fair sample. Every answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
+Intervals are counted in answers that have `covered`; those of earlier ones were too narrow.
 What earlier revisions missed was looked into and its cause mended, so those trials are no longer
 blind; they are counted like all others. Those of the part `unseen` were drawn and run once, later:
 nothing was changed for the sake of any of them.

@@ -3,7 +3,7 @@ The experiments of a trial: six bags, the same for every trial of a cylinder.
 
 Four are for the fit and two are kept back. Together they hold slow outstrokes that stick and slip,
 pauses with the valves shut, faster strokes both ways, both end stops under pressure, five supply
-pressures, three loads and four places to start from.
+pressures, three loads and six places to start from.
 """
 
 from typing import NamedTuple

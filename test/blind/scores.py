@@ -10,7 +10,7 @@ VISIBLE = 3.0
 """An effect counts as visible that changes a signal by more than this, in multiples of noise."""
 NEAR = 1.0
 """The noise of the rig."""
-PARAMETER_ERROR, GAP_CUT = 0.10, 0.80
+PARAMETER_ERROR, GAP_CUT, COVERAGE = 0.10, 0.80, 0.90
 
 WANTED: dict[str, tuple[str, float]] = {
     'single_top1': ('at least', 0.95),
@@ -23,8 +23,11 @@ WANTED: dict[str, tuple[str, float]] = {
     'unseen_parameter': ('at least', 0.90),
     'heldout_gap_cut': ('at least', GAP_CUT),
     'parameter_error': ('at most', PARAMETER_ERROR),
+    'interval_coverage': ('at least', COVERAGE),
 }
 """What each figure should be, at the noise of the rig."""
+NAMED = ('single', 'parameter', 'unseen')
+"""Parts in which one thing is to be named."""
 MEDIANS = ('heldout_gap_cut', 'parameter_error')
 """The figures that are no shares of the trials."""
 
@@ -99,7 +102,7 @@ def seen(answers: Iterable[Answer], part: str, noise: float = NEAR) -> list[Answ
     ]  # fmt: skip
 
 
-def share(answers: list[Answer], good: Callable[[Answer], bool]) -> dict[str, Any]:
+def share(answers: list[Any], good: Callable[[Any], bool]) -> dict[str, Any]:
     """Return the share of the trials that are good, and their number."""
     value = sum(map(good, answers)) / len(answers) if answers else None
     return {'value': value, 'trials': len(answers)}
@@ -117,6 +120,8 @@ def figures(answers: list[Answer]) -> dict[str, dict[str, Any]]:
     right = [a for a in single if named_first(a)]
     errors = [error for a in right for error in a['errors'].values()]
     cuts = [a['cut'] for a in single if a['cut'] is not None]
+    named = [a for part in NAMED for a in seen(answers, part) if right_first(a)]
+    covered = [held for a in named for held in a.get('covered', {}).values()]
     return {
         'single_top1': share(single, named_first),
         'false_alarm': share(seen(answers, 'none'), alarm),
@@ -128,6 +133,7 @@ def figures(answers: list[Answer]) -> dict[str, dict[str, Any]]:
         'unseen_parameter': share([a for a in unseen if not a['strength']], right_first),
         'heldout_gap_cut': middle(cuts, len(cuts)),
         'parameter_error': middle(errors, len(right)),
+        'interval_coverage': share(covered, bool),
     }
 
 

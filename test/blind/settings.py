@@ -9,6 +9,7 @@ import yaml
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 Settings = dict[str, dict[str, Any]]
+UNITS_OF_LISTS = {'element_stiffness': 'N/m', 'element_limit': 'N'}
 
 
 @cache
@@ -55,13 +56,13 @@ def model_file(cylinder: str, changes: dict[str, Any]) -> str:
     data = copy.deepcopy(texts(cylinder))
     for name, value in changes.items():
         section, key = name.split('.')
-        data[section][key] = _with_unit(data[section][key], value)
+        data[section][key] = _with_unit(key, data[section][key], value)
     return yaml.safe_dump(data, sort_keys=False)
 
 
-def _with_unit(text: Any, value: Any) -> Any:
+def _with_unit(key: str, text: Any, value: Any) -> Any:
     if isinstance(value, list):
-        unit = 'N/m' if not text else text[0].split()[1]
+        unit = UNITS_OF_LISTS[key]
         return [f'{item!r} {unit}' for item in value]
     if isinstance(value, str):
         return value

@@ -4,7 +4,6 @@ A slice of the matrix: what is hidden must be named from six bags and a model fi
 ``make blind`` runs the rest.
 """
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -67,8 +66,8 @@ def test_cycles_are_put_right_on_bags_left_out(headline: dict[str, Any]) -> None
 
 
 @pytest.mark.xdist_group('blind_2')
-def test_one_hidden_effect_is_named_and_closes_the_gap(tmp_path: Path) -> None:
-    line = carry_out(trial('single/wall_heat_transfer/cylinder_1/strong/1'), tmp_path)
+def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
+    line = carry_out(trial('single/wall_heat_transfer/cylinder_1/strong/1'))
     assert scores.named_first(line), line
     assert line['cut'] > GAP_CUT
     assert max(line['errors'].values()) < 0.1
@@ -78,17 +77,17 @@ def test_one_hidden_effect_is_named_and_closes_the_gap(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     'key', ['none/revised_lugre_dwell/cylinder_2/1/0', 'none/lugre/cylinder_3/3/0']
 )
-def test_nothing_is_said_to_be_missing_where_nothing_is(key: str, tmp_path: Path) -> None:
-    line = carry_out(trial(key), tmp_path)
+def test_nothing_is_said_to_be_missing_where_nothing_is(key: str) -> None:
+    line = carry_out(trial(key))
     assert line['verdict'] == 'consistent', line
 
 
 @pytest.mark.xdist_group('blind_2')
-def test_effect_that_is_not_in_the_library_is_unknown(tmp_path: Path) -> None:
+def test_effect_that_is_not_in_the_library_is_unknown() -> None:
     whole = trial('removed/sensor_delay/cylinder_2/1')
     # without any effect of gas and valves, so that it is a matter of a minute or two
     small = whole._replace(without=tuple(name for name in EFFECTS if name != 'inclination'))
-    line = carry_out(small, tmp_path)
+    line = carry_out(small)
     assert line['verdict'] == 'unknown', line
     assert scores.right_balance(line)
     assert line['cut'] > GAP_CUT

@@ -1,5 +1,7 @@
 """The second plant against the package's: written twice, solved by two methods, one motion."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,13 @@ SETTLED = 1e-6
 """Two tolerances of one method agree so well where the motion is not yet sensitive to them."""
 DRAGGED = {'spool_hysteresis': 3e-3}
 """The library drags a spool in 1 ms, the second plant at once."""
+
+
+@pytest.mark.parametrize(
+    'room', ['plan', 'plant', 'gas', 'motion', 'constants', 'sensors', 'hidden', 'settings']
+)
+def test_second_plant_has_nothing_of_the_package(room: str) -> None:
+    assert 'pneu_rig_ros' not in Path(__file__).with_name(f'{room}.py').read_text()
 
 
 def signals(
@@ -100,3 +109,9 @@ def test_gas_stays_in_shut_chambers() -> None:
     masses = plant.states[:, 6:8]
     assert np.ptp(plant.states[:, 0]) > 1e-6  # it has moved
     assert masses == pytest.approx(np.tile(masses[0], (len(masses), 1)), rel=1e-12)
+
+
+def test_model_file_takes_lists_in_their_units() -> None:
+    changes = {'friction.element_stiffness': [2e4, 1e4], 'friction.element_limit': [2.0]}
+    law = configuration_from_yaml(model_file('cylinder_1', changes), 'model').model.friction
+    assert (law.element_stiffness, law.element_limit) == ((2e4, 1e4), (2.0,))

@@ -31,6 +31,7 @@ def answer(part: str, names: list[str], verdict: str, **more: Any) -> dict[str, 
 ANSWERS = [
     answer('single', ['stribeck'], 'effect', ranking=['stribeck'], effects=['stribeck'], cut=0.9,
            errors={'stribeck.excess': 0.02, 'stribeck.stribeck_velocity': 0.2},
+           covered={'stribeck.excess': True, 'stribeck.stribeck_velocity': False},
            baselines={'refit': 0.3, 'sparse': -0.2, 'black box': 0.1}),
     answer('single', ['valve_lag'], 'effect', ranking=['line_lag', 'valve_lag'],
            effects=['line_lag'], alike=[['line_lag', 'valve_lag']], cut=0.7),
@@ -53,7 +54,7 @@ ANSWERS = [
     answer('unseen', ['stribeck'], 'effect', strength='0.71', effects=['stribeck']),
     answer('unseen', ['load_spring'], 'unknown', strength='1.90'),
     answer('unseen', ['friction.coulomb_force'], 'parameter', strength='',
-           parameters=['friction.coulomb_force']),
+           parameters=['friction.coulomb_force'], covered={'friction.coulomb_force': True}),
 ]  # fmt: skip
 
 
@@ -70,6 +71,7 @@ def test_figures_count_what_is_right_and_visible() -> None:
         'unseen_parameter': (1.0, 1),
         'heldout_gap_cut': (0.7, 3),
         'parameter_error': (0.11, 1),
+        'interval_coverage': (2 / 3, 3),
     }
 
 
@@ -104,7 +106,7 @@ def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
         assert (tmp_path / name).read_text() == (docs / name).read_text()
 
 
-def test_page_lists_every_miss_with_its_cause(tmp_path: Path) -> None:
+def test_page_lists_every_miss_with_its_kind(tmp_path: Path) -> None:
     page.write(ANSWERS, tmp_path)
     text = (tmp_path / 'blind.md').read_text()
     causes = text.split('## Misses')[1]
