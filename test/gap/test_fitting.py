@@ -132,3 +132,10 @@ def test_of_the_same_parts_the_first_values_count_whatever_the_order() -> None:
     worse = Explanation().plus(heat, heat.starts[0]).plus(leak, leak.starts[-1])
     alone = Explanation().plus(leak, leak.starts[0])
     assert first_of_each([best, alone, worse], lambda one: one) == [best, alone]
+
+
+@pytest.mark.parametrize('name', ['viscous_coefficient', 'dwell_coefficient'])
+def test_what_a_law_has_switched_off_is_no_wrong_parameter(name: str) -> None:
+    without = GIVEN.with_parameter('friction', name, 0.0)
+    names = {one.name for one in parameters(GIVEN)} - {one.name for one in parameters(without)}
+    assert names == {f'friction.{name}'}

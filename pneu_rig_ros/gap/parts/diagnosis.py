@@ -145,7 +145,8 @@ def answer(diagnosis: PartDiagnosis) -> dict[str, Any]:
 
 def sentence(diagnosis: PartDiagnosis) -> str:
     """Return the verdict in one sentence."""
-    kind, left = diagnosis.part.kind, f'{diagnosis.best.held:.1f} times the noise'
+    kind = diagnosis.part.kind
+    left = f'{diagnosis.best.held:.1f} times the noise on the runs left out'
     if diagnosis.verdict == 'consistent':
         return f'Measured and modelled {kind} agree within the noise: nothing is missing.'
     if diagnosis.verdict == 'unknown':
@@ -158,7 +159,7 @@ def sentence(diagnosis: PartDiagnosis) -> str:
         if one.is_effect or diagnosis.verdict == 'parameter'
     ]  # fmt: skip
     start = 'The model lacks ' if diagnosis.verdict == 'effect' else 'A parameter is wrong: '
-    rest = f'; {left} are left' if diagnosis.best.worst > CONSISTENT else ''
+    rest = f'; there is a gap of {left} still' if diagnosis.best.worst > CONSISTENT else ''
     return start + ' and '.join(names) + rest + '.'
 
 
