@@ -187,8 +187,10 @@ def cut_text(answer: Answer) -> str:
     if gap['before'] <= 0.0:
         return 'there is no gap above the noise'
     before, after = (number(gap[key], 2) for key in ('before', 'after'))
+    calibrated = answer['verdict'] == 'consistent' and answer.get('calibration')
+    means = ' by the slopes of the sensors' if calibrated else ''
     return (f'{before} noise floors above the noise before, {after} after: '
-            f'{gap["cut"]:.0%} of the gap is closed')  # fmt: skip
+            f'{gap["cut"]:.0%} of the gap is closed{means}')  # fmt: skip
 
 
 def next_lines(answer: Answer) -> Iterator[str]:

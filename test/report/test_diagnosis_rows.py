@@ -23,6 +23,11 @@ def test_numbers_below_ten_thousand_have_no_exponent(value: float, digits: int, 
     assert number(value, digits) == text
 
 
-def test_large_gap_is_told_in_plain_numbers() -> None:
-    text = cut_text({'gap': {'before': 412.3, 'after': 0.184, 'cut': 0.9996}})
-    assert text == '412 noise floors above the noise before, 0.18 after: 100% of the gap is closed'
+def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
+    answer = {'verdict': 'effect', 'gap': {'before': 412.3, 'after': 0.184, 'cut': 0.9996}}
+    text = '412 noise floors above the noise before, 0.18 after: 100% of the gap is closed'
+    assert cut_text(answer) == text
+    slopes = {'calibration': {'position': {}}}
+    assert cut_text(answer | slopes) == text
+    found = cut_text(answer | slopes | {'verdict': 'consistent'})
+    assert found == text + ' by the slopes of the sensors'
