@@ -53,7 +53,12 @@ def carry_out(trial: Trial) -> Answer:
     with tempfile.TemporaryDirectory(prefix='blind_', ignore_cleanup_errors=True) as folder:
         try:
             bags = make_bags(
-                Path(folder) / 'bags', trial.cylinder, trial.secret, trial.noise, trial.seed
+                Path(folder) / 'bags',
+                trial.cylinder,
+                trial.secret,
+                trial.noise,
+                trial.seed,
+                trial.gains,
             )
             said = ask(*bags, trial.compared, seed=1, without=trial.without)
         except Exception as error:  # a crash is a wrong answer, not the end of the matrix

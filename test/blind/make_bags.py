@@ -13,6 +13,7 @@ import yaml
 
 from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
 from .rig import make_bags, visibility
+from .sensors import CALIBRATED, drawn_gains
 from .settings import settings
 
 
@@ -49,8 +50,10 @@ def main(
     secret = join(*(hide(effect, name, strength, friction) for effect in effects))
     secret = join(secret, Secret({}, pairs(truth), pairs(model)))
     seed = zlib.crc32(f'{name} {effects} {strength} {noise} {seed}'.encode())
-    made = make_bags(out, name, secret, noise, seed, gains)
-    answer = {**secret._asdict(), 'visibility': visibility(name, secret, noise)}
+    slopes = drawn_gains(seed) if gains else CALIBRATED
+    made = make_bags(out, name, secret, noise, seed, slopes)
+    seen = visibility(name, secret, noise)
+    answer = {**secret._asdict(), 'gains': list(slopes), 'visibility': seen}
     out.with_name(f'{out.name}.truth.yaml').write_text(yaml.safe_dump(answer, sort_keys=False))
     bags = f'{" ".join(map(str, made.fit))} --verify {" ".join(map(str, made.verify))}'
     click.echo(f'pneu-rig diagnose {bags} --model {made.model} --out {out}/answer')

@@ -13,11 +13,12 @@ from .constants import HIDDEN
 from .hidden import Secret
 from .plan import FIT, VERIFY, Experiment, command, set_up
 from .plant import Motion, Plant, flatten
-from .sensors import LEVELS, SENSOR_ERRORS, Readings, distorted, read
+from .sensors import CALIBRATED, CLASSES, LEVELS, SENSOR_ERRORS, Gains, Readings, distorted, read
 from .settings import Settings, changed, model_file, settings
 
 INTERVAL_NS = 1_160_000
 INTERVAL = INTERVAL_NS * 1e-9
+SHIPPED_CLASSES = {'sensors.position_class': CLASSES[0], 'sensors.pressure_class': CLASSES[1]}
 KEPT = 64
 """Motions that are kept, as bags and visibility need the same, and so do trials of a cylinder."""
 
@@ -53,7 +54,12 @@ def _moved(rig: str, cylinder: str, experiment: Experiment) -> Motion:
 
 
 def measure(
-    motion: Motion, true: Settings, secret: Secret, noise: float, seed: int, gains: bool = False
+    motion: Motion,
+    true: Settings,
+    secret: Secret,
+    noise: float,
+    seed: int,
+    gains: Gains = CALIBRATED,
 ) -> Readings:
     """Return what the sensors make of a motion."""
     atmosphere = true['gas']['atmospheric_pressure']
@@ -61,13 +67,19 @@ def measure(
 
 
 def make_bags(
-    folder: Path, cylinder: str, secret: Secret, noise: float, seed: int, gains: bool = False
+    folder: Path,
+    cylinder: str,
+    secret: Secret,
+    noise: float,
+    seed: int,
+    gains: Gains = CALIBRATED,
 ) -> Bags:
     """
     Record the six experiments of a trial and write the model file beside them.
 
     :param folder: must not hold bags yet
     :param noise: multiple of the rig's noise
+    :param gains: slopes of the sensors; the model of ones that are wrong tells their class only
     """
     true = truth_of(cylinder, secret)
     folder.mkdir(parents=True, exist_ok=True)
@@ -78,7 +90,8 @@ def make_bags(
         readings = measure(motion, true, secret, noise, 100 * seed + index, gains)
         _record(folder / name, readings, true, cylinder, experiment, noise)
     model = folder / 'model.yaml'
-    model.write_text(model_file(cylinder, secret.model))
+    classes = dict(SHIPPED_CLASSES) if gains != CALIBRATED else {}
+    model.write_text(model_file(cylinder, {**classes, **secret.model}))
     paths = [folder / name for name in names]
     return Bags(paths[: len(FIT)], paths[len(FIT) :], model)
 

@@ -21,6 +21,8 @@ WANTED: dict[str, tuple[str, float]] = {
     'unknown_balance': ('at least', 0.95),
     'unseen_effect': ('at least', 0.95),
     'unseen_parameter': ('at least', 0.90),
+    'uncalibrated_top1': ('at least', 0.95),
+    'uncalibrated_alarm': ('at most', 0.05),
     'heldout_gap_cut': ('at least', GAP_CUT),
     'parameter_error': ('at most', PARAMETER_ERROR),
     'interval_coverage': ('at least', COVERAGE),
@@ -79,7 +81,9 @@ def right_balance(answer: Answer) -> bool:
 
 
 def right_first(answer: Answer) -> bool:
-    """Whether what is hidden, an effect or a parameter, is the verdict and stands first."""
+    """Whether what is hidden, an effect, a parameter or nothing, is the verdict."""
+    if not answer['names']:
+        return not alarm(answer)
     return named_first(answer) or parameter_first(answer)
 
 
@@ -98,7 +102,7 @@ def seen(answers: Iterable[Answer], part: str, noise: float = NEAR) -> list[Answ
     return [
         a for a in answers
         if a['part'] == part and a['noise'] == noise
-        and (part == 'none' or a['visibility'] > VISIBLE)
+        and (not a['names'] or a['visibility'] > VISIBLE)
     ]  # fmt: skip
 
 
@@ -115,7 +119,9 @@ def middle(values: list[float], trials: int) -> dict[str, Any]:
 
 def figures(answers: list[Answer]) -> dict[str, dict[str, Any]]:
     """Return the figures at the noise of the rig: key -> value and number of trials."""
-    single, removed, unseen = (seen(answers, part) for part in ('single', 'removed', 'unseen'))
+    single, removed, unseen, uncalibrated = (
+        seen(answers, part) for part in ('single', 'removed', 'unseen', 'uncalibrated')
+    )
     called = [a for a in removed if unknown(a)]
     right = [a for a in single if named_first(a)]
     errors = [error for a in right for error in a['errors'].values()]
@@ -131,6 +137,8 @@ def figures(answers: list[Answer]) -> dict[str, dict[str, Any]]:
         'unknown_balance': share(called, right_balance),
         'unseen_effect': share([a for a in unseen if a['strength']], right_first),
         'unseen_parameter': share([a for a in unseen if not a['strength']], right_first),
+        'uncalibrated_top1': share([a for a in uncalibrated if a['names']], named_first),
+        'uncalibrated_alarm': share([a for a in uncalibrated if not a['names']], alarm),
         'heldout_gap_cut': middle(cuts, len(cuts)),
         'parameter_error': middle(errors, len(right)),
         'interval_coverage': share(covered, bool),

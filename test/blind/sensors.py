@@ -1,8 +1,7 @@
 """
 What the data acquisition reads: noise, 12-bit converter, position differentiated to velocity.
 
-Errors of gain are left out, unless asked for: to a model they are wrong parameters, and the trials
-hide those by name.
+Errors of gain are left out, unless asked for: the model of such a rig says how large they may be.
 """
 
 from collections.abc import Mapping
@@ -23,6 +22,9 @@ SENSOR_ERRORS = (
 
 CLASSES = (0.005, 0.01, 0.01)
 """Accuracy of the sensors of x, p1, p2, share of full scale (section 2.1 of the paper) [-]."""
+CALIBRATED = (1.0, 1.0, 1.0)
+"""Slopes of sensors without errors of gain [-]."""
+Gains = tuple[float, float, float]
 
 
 class Readings(NamedTuple):
@@ -42,7 +44,7 @@ def read(
     noise: float,
     seed: int,
     hidden: Mapping[str, float],
-    gain_errors: bool = False,
+    gains: Gains = CALIBRATED,
 ) -> Readings:
     """
     Return the readings.
@@ -51,15 +53,15 @@ def read(
     :param atmosphere: zero of the pressure sensors [Pa]
     :param noise: multiple of the rig's noise [-]
     :param hidden: effect.parameter -> value; those of the sensors are used
-    :param gain_errors: whether each sensor is wrong within its accuracy class
+    :param gains: slopes of the sensors of x, p1, p2 [-]
     """
     random = np.random.default_rng(seed)
-    gains = 1.0 + gain_errors * np.array(CLASSES) * random.uniform(-1.0, 1.0, 3)
+    random.random(3)  # the answers kept are to this noise, which began after three draws
     zeros = np.array([0.0, atmosphere, atmosphere])
     sizes = np.array([sensors['position_noise'], *[sensors['pressure_noise']] * 2])
     spans = sensors['position_span'], sensors['pressure_span'], sensors['pressure_span']
     true = distorted(motion, hidden)
-    signals = gains[:, None] * (true - zeros[:, None])
+    signals = np.array(gains)[:, None] * (true - zeros[:, None])
     signals += noise * sizes[:, None] * random.standard_normal(signals.shape)
     x, p1, p2 = (
         zero + _converted(signal, span)
@@ -67,6 +69,13 @@ def read(
     )
     velocity = _differentiated(x, float(motion.time[1]), sensors['velocity_cutoff'])
     return Readings(motion.time, x, velocity, p1, p2)
+
+
+def drawn_gains(seed: int) -> Gains:
+    """Return slopes of the sensors of x, p1, p2 within their accuracy classes [-]."""
+    errors = np.array(CLASSES) * np.random.default_rng(seed).uniform(-1.0, 1.0, 3)
+    x, p1, p2 = (1.0 + errors).tolist()
+    return x, p1, p2
 
 
 def distorted(motion: Motion, hidden: Mapping[str, float]) -> np.ndarray:

@@ -14,6 +14,7 @@ from .hidden import EFFECTS, Secret, hide, join
 from .plan import FIT
 from .plant import Motion
 from .rig import INTERVAL, Bags, make_bags, measure, move, truth_of, visibility
+from .sensors import drawn_gains
 from .settings import model_file, settings
 
 NOTHING = Secret({}, {}, {})
@@ -99,7 +100,7 @@ def test_noise_is_that_of_the_rig_times_a_factor(noise: float) -> None:
 def test_class_of_the_sensors_is_left_out_unless_asked_for() -> None:
     motion, true = still(0.2, 5e5), truth_of(CYLINDER, NOTHING)
     exact = measure(motion, true, NOTHING, 1.0, seed=3)
-    wrong = measure(motion, true, NOTHING, 1.0, seed=3, gains=True)
+    wrong = measure(motion, true, NOTHING, 1.0, seed=3, gains=drawn_gains(3))
     assert exact.pressure_1.mean() == pytest.approx(5e5, abs=30.0)
     off = wrong.pressure_1.mean() - 5e5
     assert 100.0 < abs(off) <= 0.01 * 4e5 + 30.0

@@ -55,6 +55,9 @@ ANSWERS = [
     answer('unseen', ['load_spring'], 'unknown', strength='1.90'),
     answer('unseen', ['friction.coulomb_force'], 'parameter', strength='',
            parameters=['friction.coulomb_force'], covered={'friction.coulomb_force': True}),
+    answer('uncalibrated', ['stribeck'], 'effect', effects=['stribeck']),
+    answer('uncalibrated', [], 'consistent'),
+    answer('uncalibrated', [], 'parameter', parameters=['friction.coulomb_force']),
 ]  # fmt: skip
 
 
@@ -69,6 +72,8 @@ def test_figures_count_what_is_right_and_visible() -> None:
         'unknown_balance': (0.5, 2),
         'unseen_effect': (0.5, 2),
         'unseen_parameter': (1.0, 1),
+        'uncalibrated_top1': (1.0, 1),
+        'uncalibrated_alarm': (0.5, 2),
         'heldout_gap_cut': (0.7, 3),
         'parameter_error': (0.11, 1),
         'interval_coverage': (2 / 3, 3),
@@ -110,7 +115,7 @@ def test_page_lists_every_miss_with_its_kind(tmp_path: Path) -> None:
     page.write(ANSWERS, tmp_path)
     text = (tmp_path / 'blind.md').read_text()
     causes = text.split('## Misses')[1]
-    assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 2 + 1
+    assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 2 + 1 + 1
     assert 'said to be inseparable from the right one' in causes
     assert 'one found, not all' in causes
     assert 'put on another balance: gas mass 2' in causes

@@ -1,12 +1,13 @@
 """
 The matrix: which trial hides what, on which cylinder, under how much noise.
 
-Six parts: ``single`` (each effect, three cylinders, three strengths, three levels of noise),
+Seven parts: ``single`` (each effect, three cylinders, three strengths, three levels of noise),
 ``none`` (nothing hidden, all friction laws), ``parameter`` (1 to 3 parameters wrong by up to
 30 %), ``pair`` (two effects), ``removed`` (an effect that the library is made to lack), ``unseen``
 (each effect at a strength drawn between weak and strong, each parameter wrong by another amount:
-trials to be run once, with rules that are settled). All draws follow from fixed seeds, so a trial
-is the same whenever and in whatever order it is run.
+trials to be run once, with rules that are settled), ``uncalibrated`` (an effect or nothing hidden,
+sensors wrong within their accuracy classes, of which the model tells). All draws follow from fixed
+seeds, so a trial is the same whenever and in whatever order it is run.
 """
 
 import zlib
@@ -17,9 +18,10 @@ import numpy as np
 
 from .constants import LAWS
 from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
+from .sensors import CALIBRATED, Gains, drawn_gains
 from .settings import settings
 
-PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'unseen')
+PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'unseen', 'uncalibrated')
 NOISES = (1.0, 3.0, 10.0)
 
 PARAMETERS = (
@@ -74,6 +76,8 @@ class Trial(NamedTuple):
     """One of ``STRENGTHS``, or the grade that was drawn."""
     without: tuple[str, ...] = ()
     """Effects that the library is made to lack."""
+    gains: Gains = CALIBRATED
+    """Slopes of the sensors."""
 
     @property
     def compared(self) -> bool:
@@ -95,7 +99,7 @@ def matrix(parts: tuple[str, ...] = PARTS) -> list[Trial]:
     """
     makers = {
         'single': _single, 'none': _none, 'parameter': _parameter, 'pair': _pair,
-        'removed': _removed, 'unseen': _unseen,
+        'removed': _removed, 'unseen': _unseen, 'uncalibrated': _uncalibrated,
     }  # fmt: skip
     trials = [trial for part in parts for trial in makers[part]()]
     return sorted(trials, key=lambda trial: (trial.noise, zlib.crc32(trial.key[::-1].encode())))
@@ -167,6 +171,20 @@ def _unseen() -> Iterator[Trial]:
             key = f'unseen/{name}/{cylinder}/1'
             secret = Secret({}, {name: _wrong(name, cylinder, key)}, {})
             yield Trial(key, 'unseen', cylinder, 1.0, secret, (name,))
+
+
+def _uncalibrated() -> Iterator[Trial]:
+    # to sensors whose slopes are open anyway, position_scale is nothing else
+    for index, effect in enumerate(name for name in EFFECTS if name != 'position_scale'):
+        cylinder = CYLINDERS[index % len(CYLINDERS)]
+        key = f'uncalibrated/{effect}/{cylinder}/1'
+        secret, gains = _hide(effect, cylinder, 'medium'), drawn_gains(zlib.crc32(key.encode()))
+        yield Trial(key, 'uncalibrated', cylinder, 1.0, secret, (effect,), 'medium', gains=gains)
+    for cylinder in CYLINDERS:
+        for repeat in range(4):
+            key = f'uncalibrated/nothing/{cylinder}/1/{repeat}'
+            gains = drawn_gains(zlib.crc32(key.encode()))
+            yield Trial(key, 'uncalibrated', cylinder, 1.0, Secret({}, {}, {}), (), gains=gains)
 
 
 def _wrong(name: str, cylinder: str, key: str) -> Any:
