@@ -143,7 +143,7 @@ def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> 
             model = model._replace(friction=model.friction._replace(model=law))
         else:
             raise RigError(f'override: {unknown(key, allowed)}')
-    return _consistent(replace(configuration, model=model), 'override')
+    return _consistent(replace(configuration, model=model), configuration.name)
 
 
 def _override_range(key: str, model: Model) -> Quantity:

@@ -68,6 +68,9 @@ def _specification(name: str) -> Quantity | Choice:
         if name not in allowed:
             raise RigError(f'{unknown(name, allowed)}, section.key or effect.parameter')
         return allowed[name]
+    groups = (*SECTIONS, *library.names())
+    if section not in groups:
+        raise RigError(f'{name}: {unknown(section, groups)}')
     owner = SECTIONS[section] if section in SECTIONS else library.load(section).parameters
     known = {key: one for key, one in specifications(owner).items()
              if isinstance(one, Quantity | Choice)}  # fmt: skip

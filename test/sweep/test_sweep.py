@@ -45,7 +45,7 @@ def test_a_point_is_the_rig_with_its_values() -> None:
     [
         ('voltage', '1', "unknown name 'voltage'"),
         ('friction.coulomb', '1', "did you mean 'coulomb_force'"),
-        ('leak.area', '1', "unknown name 'leak'"),
+        ('leak.area', '1', "leak.area: unknown name 'leak', allowed: cylinder, friction"),
         ('u', '3', 'not within -2.5 to 2.5'),
         ('u', '0.1:0.2', 'LOW:HIGH:COUNT'),
         ('u', '0.1:0.2:1', 'LOW:HIGH:COUNT'),
