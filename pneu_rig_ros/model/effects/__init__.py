@@ -20,6 +20,7 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
+@cache
 def load(name: str, where: str = 'effects') -> Effect:
     """
     Return the effect of that name.
