@@ -15,7 +15,7 @@ from pneu_rig_ros.analysis.friction import CUTOFF
 from pneu_rig_ros.analysis.stick_slip import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.noise import configured_noise, mean_noise, reading_noise
-from pneu_rig_ros.model.parameters import Gas, Operation
+from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.records import Record
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import Sensors
@@ -93,14 +93,19 @@ class Experiment:
         """
         _check(name, record)
         model, sensors = configuration.model, configuration.sensors
-        first = slice(0, max(2, round(FIRST_READING / record.interval)))
-        position = _line_at(record.position[first], 0)
-        operation = model.operation._replace(
-            initial_position=min(max(position, 0.0), model.cylinder.stroke),
-            initial_pressure_1=_at_start(record.pressure_1[first], model.gas, sensors),
-            initial_pressure_2=_at_start(record.pressure_2[first], model.gas, sensors),
+        zero = model.gas.atmospheric_pressure
+        return cls(name, record, model.operation, zero, sensors).started(model.cylinder.stroke)
+
+    def started(self, stroke: float) -> Experiment:
+        """Return the run from the start that its first readings say, within the stroke [m]."""
+        r, zero, sensors = self.record, self.zero, self.sensors
+        first = slice(0, max(2, round(FIRST_READING / r.interval)))
+        operation = self.operation._replace(
+            initial_position=min(max(_line_at(r.position[first], 0), 0.0), stroke),
+            initial_pressure_1=_at_start(r.pressure_1[first], zero, sensors),
+            initial_pressure_2=_at_start(r.pressure_2[first], zero, sensors),
         )
-        return cls(name, record, operation, model.gas.atmospheric_pressure, sensors)
+        return replace(self, operation=operation)
 
     def calibrated(self, gains: tuple[float, float, float]) -> Experiment:
         """Return the run as sensors without errors of gain would have read it."""
@@ -273,11 +278,10 @@ def _check(name: str, record: Record) -> None:
         )
 
 
-def _at_start(readings: Floats, gas: Gas, sensors: Sensors) -> float:
+def _at_start(readings: Floats, outside: float, sensors: Sensors) -> float:
     """Return the pressure of the first reading [Pa]; next to that outside it is that."""
     pressure, noise = _line_at(readings, 0), configured_noise(sensors)[1]
-    vented = abs(pressure - gas.atmospheric_pressure) < SATURATED * noise
-    return gas.atmospheric_pressure if vented else pressure
+    return outside if abs(pressure - outside) < SATURATED * noise else pressure
 
 
 def _line_at(values: Floats, sample: int) -> float:

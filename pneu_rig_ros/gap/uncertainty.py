@@ -5,6 +5,9 @@ The curvature of a fit promises too much: the errors of the readings from which 
 again are common to a whole cycle, so that its residuals are not independent. Every twin has errors
 of its own, and what one step of the fit makes of them is what it would have made of those of the
 measured runs.
+
+The spread is that about one minimum. Slips that come at the wrong time make several side by side,
+and a fit that has ended in another than the truth's is off by more than its interval.
 """
 
 from __future__ import annotations
@@ -45,16 +48,17 @@ def with_spread(
     edges = np.array([c.bounds[1] for c in fit.explanation.coordinates])
     steps = np.where(seen + FINE_STEP < edges, 1.0, -1.0) * FINE_STEP
     moved = [fit.explanation.moved(one) for one in seen + np.diag(steps)]
-    here, *there = map_tasks(
-        executor, _residual, [fit.explanation, *moved], given, evidence, modes
-    )
-    inverse = np.linalg.pinv(np.column_stack(there) - here[:, np.newaxis]) * steps[:, np.newaxis]
+    settled = given, evidence, modes
+    here, *there = map_tasks(executor, _residual, [fit.explanation, *moved], *settled)
+    slopes = (np.column_stack(there) - here[:, np.newaxis]) / steps
+    inverse = np.linalg.pinv(slopes)
     seeds = evidence.rng.integers(2**63, size=TWINS).tolist()
     twins = map_tasks(executor, _residual_of_twin, seeds, best, evidence, modes)
     expected = float(np.mean([residual @ residual for residual in twins]))
     excess = max(float(here @ here) / expected, 1.0)
-    spread = np.sqrt(excess * np.mean([(inverse @ one) ** 2 for one in twins], axis=0))
+    changes = np.array([inverse @ one for one in twins])
     quantile = float(t.ppf(0.5 + 0.5 * CONFIDENCE, TWINS))
+    spread = np.sqrt(excess * np.mean(changes**2, axis=0))
     return replace(fit, deviations=spread, quantile=quantile)
 
 
@@ -67,7 +71,12 @@ def _residual(
 def _residual_of_twin(
     seed: int, best: Hypothesis, evidence: Evidence, modes: Sequence[Mode]
 ) -> Floats:
-    """Return the residual of a hypothesis on a twin of every experiment, under the same floors."""
+    """
+    Return the residual of a hypothesis on a twin of every experiment, under the same floors.
+
+    A twin, too, is predicted from the start that its readings say.
+    """
     rng = np.random.default_rng(seed)
-    twins = [twin_of(best, one, rng) for one in evidence.experiments]
+    stroke = best.model.cylinder.stroke
+    twins = [twin_of(best, one, rng).started(stroke) for one in evidence.experiments]
     return Evidence(twins, rng, evidence.floors).residual(best, modes)
