@@ -33,7 +33,7 @@ MEANING = {
     'uncalibrated_alarm': 'sensors with errors of gain, nothing hidden: something is said',
     'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, bags left out',
     'parameter_error': 'median error of the fitted parameters, right name',
-    'interval_coverage': 'the same: intervals of 95 % that hold the truth (of so many)',
+    'interval_coverage': 'right name: intervals of 95 % that hold the truth (of so many)',
 }
 BASELINES = {
     'refit': 'all parameters fitted, nothing added',
@@ -224,7 +224,7 @@ answer is a line of `docs/blind_answers.jsonl`; `make blind` goes on from there.
 counted in answers that have `covered`; those of earlier ones were too narrow.
 What earlier revisions missed was looked into and its cause mended, so those trials are no longer
 blind; they are counted like all others. Those of the part `unseen` were drawn and run once, later:
-nothing was changed for the sake of any of them.
+nothing was changed for the sake of what they name.
 
 Figures are for the noise of the rig and for trials in which what is hidden changes a signal by
 more than {visible:g} times the noise (root mean square over the bags); {dim} trials show less and

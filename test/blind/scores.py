@@ -28,7 +28,7 @@ WANTED: dict[str, tuple[str, float]] = {
     'interval_coverage': ('at least', COVERAGE),
 }
 """What each figure should be, at the noise of the rig."""
-NAMED = ('single', 'parameter', 'unseen')
+NAMED = ('single', 'parameter', 'unseen', 'uncalibrated')
 """Parts in which one thing is to be named."""
 MEDIANS = ('heldout_gap_cut', 'parameter_error')
 """The figures that are no shares of the trials."""

@@ -98,10 +98,17 @@ def test_readme_tells_the_figures_of_the_page() -> None:
         assert f': {page.percent(figure["value"])} | {figure["trials"]} | {low_high} |' in row
     assert f'cut by {page.percent(figures["heldout_gap_cut"]["value"])}' in section
     assert f'{page.percent(figures["parameter_error"]["value"], 1)} off' in section
+    for name, text in (
+        ('uncalibrated_top1', 'stands first in {} of {} trials'),
+        ('uncalibrated_alarm', 'missing in {} of {} with nothing hidden'),
+        ('interval_coverage', 'hold the truth in {} of {} '),
+    ):
+        value, count = figures[name]['value'], figures[name]['trials']
+        assert text.format(round(value * count), count) in section.replace('\n', ' ')
     (refit,) = re.findall(
         rf'{page.BASELINES["refit"]} \| (\d+ %)', (ROOT / 'docs' / 'blind.md').read_text()
     )
-    assert f'instead cuts it by {refit}.' in section
+    assert f'instead cuts the gap by {refit}.' in section
 
 
 def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
