@@ -29,7 +29,7 @@ class Distributed:
 
     A worker keeps its results until they are fetched, and they are lost with it. So there are
     never more tasks under way than workers: the next is begun when a result has been fetched, and
-    a worker that is killed costs one task.
+    a worker that is killed costs its task, and a result at most that was about to be fetched.
     """
 
     def __init__(self, client: Client) -> None:

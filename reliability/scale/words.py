@@ -22,7 +22,7 @@ def _table(found: dict[str, Any]) -> list[str]:
         (f'a worker of two killed halfway through {killed["tasks"]} tasks: results the same',
          _yes(killed['same_bits']), 'yes'),
         ('tasks that were begun once more', f'{again or "none"} (it was doing '
-         f'{killed["killed_while_doing"][0]})', 'only its own'),
+         f'{killed["killed_while_doing"][0]})', 'with what it had not handed over, 2 at most'),
         ('batch on 2 threads, times 1 thread (median, least to most)',
          _ratio(found['batch']), 'at least 1.8'),
         ('2 processes, times 1 (median, least to most)', _ratio(found['processes']), 'near 2'),

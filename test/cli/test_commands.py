@@ -90,7 +90,7 @@ def test_import_is_light() -> None:
         (['simulate', '--out', '/proc/bag'], 'cannot write the bag /proc/bag'),
         (['simulate', '--out', f'new/{300 * "x"}'], 'File name too long'),
         (['simulate', '--out', f'{__file__}/bag'], f'--out {__file__}: File exists; name a new'),
-        (['diagnose', 'no', '--model', 'cylinder_1', '--out', 'a/b/c'], 'one run alone'),
+        (['diagnose', 'no', '--model', 'cylinder_1', '--out', 'a/b/c'], 'no does not exist'),
         (['simulate', '--png', 'no/where.png'], 'there is no directory no; create it first'),
         (['simulate', '--png', 'p.gif'], '--png p.gif: pictures are PNG files, so the name must'),
         (['friction', 'nowhere', '--png', 'p'], '--png p: pictures are PNG files'),

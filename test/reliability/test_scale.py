@@ -55,11 +55,12 @@ def test_error_of_a_task_is_raised_as_it_is_here(processes: Executor) -> None:
             map_tasks(place, float, ['1', 'x', '2'])
 
 
-def test_killed_worker_costs_its_own_task_only(processes: Executor) -> None:
+def test_killed_worker_costs_no_more_than_was_under_way(processes: Executor) -> None:
     found = killed_worker(10, processes, lambda _: None)
     assert found['same_bits']
-    assert found['done_again'] == found['killed_while_doing']
-    assert found['begun'] == 11
+    assert set(found['killed_while_doing']) <= set(found['done_again'])
+    assert len(found['done_again']) <= 2  # a task for each of two processes
+    assert found['begun'] == 10 + len(found['done_again'])
 
 
 def test_a_task_that_ends_its_workers_is_told(processes: Executor) -> None:
