@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag import open_bag
 from reliability.live_rig import ProcessRig
 from reliability.witness import Witness
@@ -67,8 +68,11 @@ class Stage:
         bag = self.newest_bag()
 
         def there() -> bool:
-            with open_bag(bag) as reader:
-                return int(reader.end_time) > until_ns
+            try:
+                with open_bag(bag) as reader:
+                    return int(reader.end_time) > until_ns
+            except RigError:  # a busy machine may stop the recorder within a piece for seconds
+                return False
 
         self.witness.until(there, f'{bag} is written')
         return bag
