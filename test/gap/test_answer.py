@@ -6,7 +6,7 @@ from pneu_rig_ros.gap.answer import MOST_CANDIDATES, indistinguishable, ranked
 from pneu_rig_ros.gap.candidates import effect_candidate
 from pneu_rig_ros.gap.diagnosis import Diagnosis
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit
+from pneu_rig_ros.gap.fitting import Fit
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.scoring import Scored
 from pneu_rig_ros.gap.screening import Screened
@@ -63,10 +63,3 @@ def test_gains_of_the_sensors_are_no_rival_and_hide_none() -> None:
     search.best = search.scored[0]
     assert list(explained.rivals) == list(CYCLES)
     assert indistinguishable(explained) == [list(CYCLES)]
-
-
-def test_nothing_fitted_has_no_rival() -> None:
-    found = diagnosis()
-    found.searches = {}
-    assert found.rivals == {}
-    assert found.explanation == Explanation()
