@@ -3,7 +3,8 @@ General-purpose solvers on the plant's own compiled right-hand side.
 
 SciPy's LSODA and Radau and SUNDIALS CVODE integrate the smooth stretches; between them the events
 are located by the solver's own root finding and carried out here, independently of the package's
-integrator. Radau at 1e-10 is the reference of the accuracy figures and of the tests.
+integrator; only what the seal remembers is noted by the model's own functions. Radau at 1e-10 is
+the reference of the accuracy figures and of the tests.
 """
 
 from collections.abc import Callable
@@ -15,15 +16,13 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from sksundae.cvode import CVODE
 
-from pneu_rig_ros.model import dynamics
+from pneu_rig_ros.model import dynamics, events
 from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
     FREE_ACCELERATION,
     GROWN_STATIC,
-    HELD_STATIC,
     POSITION,
-    REST_START,
     STICKING,
     VELOCITY,
 )
@@ -116,10 +115,10 @@ def carry_out(event: int, t: float, y: Array, task: Problem) -> None:
     memory = task.memory
     resting = memory[STICKING] != 0.0
     if event == BREAKAWAY:
-        memory[HELD_STATIC] = task.auxiliary(t, y)[GROWN_STATIC]
-        memory[STICKING] = 0.0
+        grown = float(task.auxiliary(t, y)[GROWN_STATIC])
+        events.break_away(t, memory, grown, task.model.friction)
     elif event == ARREST or (event == TOUCH and not resting):
-        memory[STICKING], memory[REST_START] = 1.0, t
+        events.rest(t, memory, task.model.friction)
     if event == TOUCH:
         outer = y[POSITION] > 0.5 * task.model.cylinder.stroke
         y[POSITION], y[VELOCITY] = (task.model.cylinder.stroke if outer else 0.0), 0.0

@@ -24,6 +24,8 @@ SPREAD = 1.0
 DECADES = 6.0
 """The others have values from anywhere in their ranges, by order of magnitude; of a range from
 zero, the uppermost decades."""
+LATER = ('memory_time', 'exhaust_zero_voltage')
+"""Parameters that came later: drawn apart, so that the numbers of known cases stay theirs."""
 
 
 class Case(NamedTuple):
@@ -39,10 +41,10 @@ class Case(NamedTuple):
 
 def case(seed: int) -> Case:
     """Return the case of a number; the same one always."""
-    random = np.random.default_rng([seed, 6])
+    random, later = (np.random.default_rng([seed, stream]) for stream in (6, 7))
     while True:
         try:
-            configuration = _rig(random)
+            configuration = _rig(random, later)
             configuration_from_yaml(configuration.to_yaml(), f'rig {seed}')
         except RigError:
             continue  # such as a friction law that an effect is not for
@@ -60,17 +62,19 @@ def _voltages(random: np.random.Generator) -> NDArray[np.float64]:
     return np.column_stack([2.5 + u, 2.5 - u])
 
 
-def _rig(random: np.random.Generator) -> RigConfiguration:
+def _rig(random: np.random.Generator, later: np.random.Generator) -> RigConfiguration:
     configuration = load_configuration(f'cylinder_{random.integers(1, 4)}')
     wide = bool(random.random() < 0.5)
     model = configuration.model
     for name, kind in SECTIONS.items():
-        values = {key: _value(spec, getattr(getattr(model, name), key), wide, random)
-                  for key, spec in specifications(kind).items()}  # fmt: skip
+        shipped = getattr(model, name)
+        values = {
+            key: _value(spec, getattr(shipped, key), wide, later if key in LATER else random)
+            for key, spec in specifications(kind).items()
+        }
         model = model._replace(**{name: kind(**values)})
-    return replace(
-        configuration, model=_agreeing(model, random), effects=_effects(model, wide, random)
-    )
+    agreeing = _agreeing(model, random, later)
+    return replace(configuration, model=agreeing, effects=_effects(model, wide, random))
 
 
 def _value(spec: Any, shipped: Any, wide: bool, random: np.random.Generator) -> Any:
@@ -93,7 +97,7 @@ def _number(spec: Quantity, shipped: float, wide: bool, random: np.random.Genera
     return spec.within(10.0 ** random.uniform(low, math.log10(spec.high)))
 
 
-def _agreeing(model: Any, random: np.random.Generator) -> Any:
+def _agreeing(model: Any, random: np.random.Generator, later: np.random.Generator) -> Any:
     """Return a model whose values do not contradict each other."""
     cylinder, law = model.cylinder, model.friction
     bore = min(max(cylinder.bore, 2e-3), 0.35)
@@ -111,11 +115,16 @@ def _agreeing(model: Any, random: np.random.Generator) -> Any:
     exhaust, intake = sorted(random.uniform(0.0, FULL_VOLTAGE, 2))
     if random.random() < 0.7:
         exhaust, intake = model.valve.exhaust_voltage, model.valve.intake_voltage
+    zero = later.choice([exhaust, intake, later.uniform(exhaust, FULL_VOLTAGE)])
+    valve = model.valve._replace(
+        exhaust_voltage=float(exhaust), intake_voltage=float(intake),
+        exhaust_zero_voltage=float(zero),
+    )  # fmt: skip
     start = cylinder.stroke * random.choice([0.0, random.random(), 1.0])
     return model._replace(
         cylinder=cylinder,
         friction=law,
-        valve=model.valve._replace(exhaust_voltage=float(exhaust), intake_voltage=float(intake)),
+        valve=valve,
         operation=model.operation._replace(initial_position=float(start)),
     )
 

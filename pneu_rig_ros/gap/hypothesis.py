@@ -89,6 +89,15 @@ class Hypothesis:
         return replace(self, effects={**self.effects, name: parameters})
 
     def with_parameter(self, section: str, name: str, value: object) -> Hypothesis:
-        """Return the hypothesis that a parameter of the model has another value [SI]."""
-        changed = getattr(self.model, section)._replace(**{name: value})
+        """
+        Return the hypothesis that a parameter of the model has another value [SI].
+
+        With the edge of the exhaust all of its opening moves: a land is displaced as a whole.
+        """
+        old = getattr(self.model, section)
+        changed = old._replace(**{name: value})
+        if name == 'exhaust_voltage':
+            jump = old.exhaust_zero_voltage - old.exhaust_voltage
+            zero = changed.exhaust_voltage + jump
+            changed = changed._replace(exhaust_zero_voltage=zero)
         return replace(self, model=self.model._replace(**{section: changed}))

@@ -18,6 +18,7 @@ from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
 from pneu_rig_ros.model.effect import Signals, at_ports, with_bristles
 from pneu_rig_ros.model.parameters import (
+    FADES_WHILE_SLIDING,
     HELD_TO_NEXT_BREAKAWAY,
     LATCHED_AT_BREAKAWAY,
     REVISED_LUGRE_DWELL,
@@ -30,10 +31,13 @@ RightHandSide = Callable[..., None]
 POSITION, VELOCITY, PRESSURE_1, PRESSURE_2, DEFLECTION, FILM, GAS_MASS_1, GAS_MASS_2 = range(8)
 STATE_SIZE = 8
 
-STICKING, CONTACT, REST_START, HELD_STATIC, HELD_DWELL, ANCHORS = range(6)
+(
+    STICKING, CONTACT, REST_START, REST_AGE, SLIDE_START, HELD_STATIC, HELD_DWELL, ANCHORS
+) = range(8)  # fmt: skip
 """
-Memory: at rest (0, 1), end stop touched (-1 at 0, +1 at L), time rest began [s]; F_s [N] and dwell
-[s] at the last breakaway; the anchors of F(z) [m].
+Memory: at rest (0, 1), end stop touched (-1 at 0, +1 at L), time rest began [s] and the dwell that
+F_s stood for then [s]; time sliding began [s]; F_s [N] and dwell [s] at the last breakaway; the
+anchors of F(z) [m].
 """
 HELD = 2.0
 """In place of a contact: the motion is imposed from outside, see ``follow``."""
@@ -51,6 +55,21 @@ LEAST_SHARE = 0.01
 
 
 @compiled
+def clock(time: float, memory: Array, law: Friction) -> float:
+    """
+    Return the dwell [s] at which the clock of Eq. 16 stands at ``time`` [s].
+
+    It runs while the piston rests. Sliding sets it back: to zero at once, or, where F_s fades,
+    to the dwell that has given what is left of F_s.
+    """
+    if memory[STICKING] != 0.0:
+        return max(float(memory[REST_AGE] + (time - memory[REST_START])), 0.0)
+    if law.static_friction_reading == FADES_WHILE_SLIDING:
+        return friction.faded_dwell(memory[HELD_DWELL], time - memory[SLIDE_START], law)
+    return 0.0
+
+
+@compiled
 def static_forces(
     time: float, memory: Array, breakaway: float, coulomb: float, law: Friction
 ) -> tuple[float, float]:
@@ -63,8 +82,7 @@ def static_forces(
     """
     if law.model != REVISED_LUGRE_DWELL:
         return breakaway, breakaway
-    dwell = time - memory[REST_START] if memory[STICKING] != 0.0 else 0.0
-    grown = friction.static_friction(dwell, breakaway, coulomb, law)
+    grown = friction.static_friction(clock(time, memory, law), breakaway, coulomb, law)
     if law.static_friction_reading == HELD_TO_NEXT_BREAKAWAY:
         return memory[HELD_STATIC], grown
     if law.static_friction_reading == LATCHED_AT_BREAKAWAY and memory[STICKING] == 0.0:
@@ -77,10 +95,9 @@ def counted_dwell(time: float, memory: Array, law: Friction) -> float:
     """Return the dwell [s] that F_s stands for at ``time`` [s], under the reading of Eq. 16."""
     if law.static_friction_reading == HELD_TO_NEXT_BREAKAWAY:
         return float(memory[HELD_DWELL])
-    if memory[STICKING] != 0.0:
-        return time - float(memory[REST_START])
-    latched = law.static_friction_reading == LATCHED_AT_BREAKAWAY
-    return float(memory[HELD_DWELL]) if latched else 0.0
+    if memory[STICKING] == 0.0 and law.static_friction_reading == LATCHED_AT_BREAKAWAY:
+        return float(memory[HELD_DWELL])
+    return clock(time, memory, law)
 
 
 @compiled

@@ -78,7 +78,8 @@ class Signals(NamedTuple):
     (``SUPPLY`` sees the voltages at the ports). ``bristle_force`` is F(z), for ``LEVEL`` and
     later ones with the contributions to ``BRISTLE``. ``dwell_time`` is the dwell that static
     friction stands for under the reading of Eq. 16; latched at breakaway, it is the time at rest
-    so far while the piston sticks, and the dwell before the last breakaway while it slides.
+    so far while the piston sticks, and the dwell before the last breakaway while it slides; fading
+    while sliding, it is the dwell that would give what is left of F_s.
     ``coulomb_force`` and ``static_force`` are F_c and F_smax of the law; for ``LEVEL`` with what
     the earlier stages add. Readings see only the state: for them time, voltages, bristle force,
     dwell and these two are NaN.
@@ -172,6 +173,7 @@ class Effect:
     :param null: the parameters with which the effect vanishes exactly
     :param probes: a few plausible strengths, weak to strong, from which a fit starts
     :param laws: names of the friction laws that lack it; none named: it adds to any law
+    :param clock: names of parameters by which the dwell clock runs in place of the law's
     :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
     :param describes: whether it only describes what has no name yet: no candidate for a name
@@ -189,6 +191,7 @@ class Effect:
     contribution: Callable[..., tuple[float, float]]
     probes: tuple[Any, ...]
     laws: tuple[str, ...] = ()
+    clock: tuple[str, ...] = ()
     stage: int = 0
     states: tuple[str, ...] = ()
     describes: bool = False

@@ -19,10 +19,13 @@ from pneu_rig_ros.model.dynamics import (
     HELD_DWELL,
     HELD_STATIC,
     POSITION,
+    REST_AGE,
     REST_START,
+    SLIDE_START,
     STICKING,
     VELOCITY,
     Array,
+    clock,
 )
 from pneu_rig_ros.model.parameters import Friction
 
@@ -166,24 +169,29 @@ def apply(
 ) -> None:
     """Carry out an event: changes ``state`` and ``memory``."""
     if code == BREAKAWAY:
-        memory[HELD_STATIC] = arrow[GROWN_STATIC]
-        memory[HELD_DWELL] = time - memory[REST_START]
-        memory[STICKING] = 0.0
+        break_away(time, memory, arrow[GROWN_STATIC], model.friction)
     elif code == ARREST:
-        rest(time, memory)
+        rest(time, memory, model.friction)
     elif code == TOUCH:
         outer = state[POSITION] > 0.5 * model.cylinder.stroke
         memory[CONTACT] = 1.0 if outer else -1.0
         state[POSITION] = model.cylinder.stroke if outer else 0.0
         state[VELOCITY] = 0.0
         if memory[STICKING] == 0.0:
-            rest(time, memory)
+            rest(time, memory, model.friction)
     elif code == RELEASE:
         memory[CONTACT] = 0.0
 
 
 @compiled
-def rest(time: float, memory: Array) -> None:
-    """Start the dwell clock of Eq. 16; changes ``memory``."""
-    memory[STICKING] = 1.0
-    memory[REST_START] = time
+def break_away(time: float, memory: Array, grown: float, law: Friction) -> None:
+    """Begin to slide at ``time`` [s], with Eq. 16 ``grown`` [N]; changes ``memory``."""
+    memory[HELD_STATIC], memory[HELD_DWELL] = grown, clock(time, memory, law)
+    memory[SLIDE_START], memory[STICKING] = time, 0.0
+
+
+@compiled
+def rest(time: float, memory: Array, law: Friction) -> None:
+    """Let the dwell clock of Eq. 16 run from ``time`` [s] on; changes ``memory``."""
+    memory[REST_AGE] = clock(time, memory, law)
+    memory[REST_START], memory[STICKING] = time, 1.0

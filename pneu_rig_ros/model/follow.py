@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model import chambers, piston
+from pneu_rig_ros.model import chambers, events, piston
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
@@ -22,25 +22,24 @@ from pneu_rig_ros.model.dynamics import (
     GAS_MASS_2,
     GROWN_STATIC,
     HELD,
-    HELD_DWELL,
-    HELD_STATIC,
     POSITION,
     PRESSURE_1,
     PRESSURE_2,
-    REST_START,
     STICKING,
     V_Z,
     VELOCITY,
     Array,
 )
 from pneu_rig_ros.model.integrator import ACCELERATION, END, NOW, Carry
+from pneu_rig_ros.model.parameters import Friction
 
 RESTART, MOTION, PRESSURES, REST, BREAK, HOLD, RELEASE = 1, 2, 4, 8, 16, 32, 64
 """
 What to do at a sample, to be added up: restart from the measured position and pressures at rest;
 impose the measured motion, or the measured pressures, until the next sample; the piston has come
 to rest; the piston has broken away; go on from the measured position, creep and pressures, the
-bristle holding the piston, whatever the model makes of it; no longer impose anything.
+bristle holding the piston, whatever the model makes of it (if it has broken away meanwhile, some
+time ago); no longer impose anything.
 """
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
@@ -140,7 +139,7 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
         if slow and stop == 0.0 and memory[CONTACT] == 0.0:
             return  # the model slows down too: when it rests is for it to say
         if memory[STICKING] == 0.0:
-            memory[STICKING], memory[REST_START] = 1.0, rest
+            events.rest(rest, memory, model.friction)
         memory[CONTACT], carry.y1[VELOCITY] = stop, 0.0
         if stop == 0.0:
             balance(carry, model, effects)
@@ -149,13 +148,20 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
 
 
 @compiled
-def switch(time: float, memory: Array, action: int, grown: float, rest: float) -> None:
-    """Let the piston break away or come to rest, with Eq. 16 ``grown`` [N]; changes ``memory``."""
+def switch(
+    time: float, memory: Array, action: int, grown: float, rest: float, law: Friction
+) -> None:
+    """
+    Let the piston break away or come to rest; changes ``memory``.
+
+    :param time: now [s]
+    :param grown: Eq. 16 for the dwell so far [N]
+    :param rest: when the rest began [s], or the slide where the piston is held again
+    """
     if action & BREAK and memory[STICKING] != 0.0:
-        memory[HELD_STATIC], memory[STICKING] = grown, 0.0
-        memory[HELD_DWELL] = time - memory[REST_START]
+        events.break_away(rest if action & HOLD else time, memory, grown, law)
     if action & REST and memory[STICKING] == 0.0:
-        memory[STICKING], memory[REST_START] = 1.0, rest
+        events.rest(rest, memory, law)
 
 
 def build_act(start: Callable[..., None]) -> Callable[..., None]:
@@ -168,7 +174,8 @@ def build_act(start: Callable[..., None]) -> Callable[..., None]:
         carry: Carry, action: int, measured: Array, rest: float, model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:  # fmt: skip
-        switch(carry.clock[END], carry.memory, action, carry.arrow[GROWN_STATIC], rest)
+        grown = carry.arrow[GROWN_STATIC]
+        switch(carry.clock[END], carry.memory, action, grown, rest, model.friction)
         if action & RESTART:
             restart(carry, measured, rest, model, effects)
         if action & HOLD:
@@ -195,8 +202,9 @@ def build_follow(
     ``follow(carry, interval, first, voltages, actions, measured, rests, states, extras,
     tolerance, longest, model, effects)`` is ``run`` with, for the interval after sample i,
     ``actions[i]`` done with ``measured[i]``, (x, v, p1, p2) in SI units and corrected for the
-    sensors, and ``rests[i]``, the time at which the rest began [s]. Where the motion is imposed,
-    the acceleration in ``extras`` is the one that the forces would give a free piston.
+    sensors, and ``rests[i]``, the time at which the rest began [s], or with HOLD and BREAK the
+    slide before it. Where the motion is imposed, the acceleration in ``extras`` is the one that
+    the forces would give a free piston.
     """
     act = build_act(start)
 

@@ -179,6 +179,30 @@ def static_friction(
 
 
 @compiled
+def faded_dwell(dwell_time: float, sliding_time: float, friction: Friction) -> float:
+    """
+    Return the dwell [s] after which Eq. 16 gives what sliding has left of F_s - F_c.
+
+    Sliding lets F_s - F_c decay with the memory time tau::
+
+        1 - exp(-gamma t'^alpha) = (1 - exp(-gamma t^alpha)) exp(-s / tau)
+
+    :param dwell_time: t >= 0, at breakaway [s]
+    :param sliding_time: s, since breakaway [s]; negative for a time before it
+    """
+    if sliding_time <= 0.0:
+        return max(dwell_time + sliding_time, 0.0)
+    gamma, alpha = friction.dwell_coefficient, friction.dwell_exponent
+    grown = -math.expm1(-gamma * math.pow(dwell_time, alpha))
+    left = grown * math.exp(-sliding_time / friction.memory_time)
+    if left <= 0.0:
+        return 0.0
+    if left >= 1.0:  # to all digits: no dwell is long enough, and none tells it apart
+        return dwell_time
+    return math.pow(-math.log1p(-left) / gamma, 1.0 / alpha)
+
+
+@compiled
 def grown_static_friction(
     dwell_time: float, breakaway: float, coulomb: float, coefficient: float, exponent: float
 ) -> float:

@@ -13,8 +13,10 @@ from pneu_rig_ros.model.quantity import Choice, Quantity, QuantityList
 COULOMB_VISCOUS, LUGRE, REVISED_LUGRE, REVISED_LUGRE_DWELL = range(4)
 FRICTION_MODELS = ('coulomb_viscous', 'lugre', 'revised_lugre', 'revised_lugre_dwell')
 
-FOLLOWS_CLOCK, LATCHED_AT_BREAKAWAY, HELD_TO_NEXT_BREAKAWAY = range(3)
-STATIC_FRICTION_READINGS = ('follows_clock', 'latched_at_breakaway', 'held_to_next_breakaway')
+FOLLOWS_CLOCK, LATCHED_AT_BREAKAWAY, HELD_TO_NEXT_BREAKAWAY, FADES_WHILE_SLIDING = range(4)
+STATIC_FRICTION_READINGS = (
+    'follows_clock', 'latched_at_breakaway', 'held_to_next_breakaway', 'fades_while_sliding',
+)  # fmt: skip
 
 FILM_PRINTED, FILM_NORMALISED = range(2)
 FILM_READINGS = ('printed', 'normalised')
@@ -76,6 +78,9 @@ class Friction(NamedTuple):
     static_friction_reading: Annotated[
         int, Choice(STATIC_FRICTION_READINGS, 'what F_s of Eq. 16 does during the slip')
     ]
+    memory_time: Annotated[
+        float, Quantity('s', 1e-3, 1e6, 'sliding fades F_s - F_c so fast, if fades_while_sliding')
+    ]
     film_reading: Annotated[int, Choice(FILM_READINGS, 'h of Eq. 12-15 with a varying F_s')]
     film_rest_velocity: Annotated[
         float, Quantity('m/s', 0.0, 1.0, 'speed below which v = 0 in Eq. 13, when by speed')
@@ -90,6 +95,9 @@ class Valve(NamedTuple):
     exhaust_coefficient: Annotated[float, Quantity('m^2/V', 1e-12, 1e-4, 'K_V2')]
     intake_voltage: Annotated[float, Quantity('V', 0.0, 5.0, 'intake opens above it, u_m')]
     exhaust_voltage: Annotated[float, Quantity('V', 0.0, 5.0, 'exhaust opens below it, u_n')]
+    exhaust_zero_voltage: Annotated[
+        float, Quantity('V', 0.0, 5.0, 'exhaust opening counts from it: u_m as printed, or u_n')
+    ]
     laminar_pressure_ratio: Annotated[
         float, Quantity('-', 0.9, 1.0 - 1e-9, 'flow is linear in the difference above this ratio')
     ]

@@ -16,7 +16,7 @@ from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.follow import Actions
-from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
 
 TOLERANCE = 1e-6
@@ -121,7 +121,7 @@ class Plant:
         self.tolerance, self.longest_step = tolerance, longest_step
         chosen = dict(sorted((effects or {}).items()))
         self.effects = tuple(chosen.values())
-        loaded = [library.load(name) for name in chosen]
+        self._library = loaded = [library.load(name) for name in chosen]
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
         self.right_hand_side, self._solver, self._read = assemble(tuple(chosen))
@@ -129,7 +129,7 @@ class Plant:
 
     def reset(self) -> PlantState:
         """Go back to rest at the initial position; return the state there."""
-        self._arguments = compiled_model(self.model)
+        self._arguments = self._compiled_model()
         self._carry = self.initial_carry()
         self._solver.start(self._carry, self._arguments, self.effects)
         self._index = 0
@@ -139,6 +139,14 @@ class Plant:
         self._one_extra = np.array([[acceleration, *self._carry.memory[:3]]])
         return self.state
 
+    def _compiled_model(self) -> CompiledModel:
+        """Return the model; the dwell clock is that of an effect which the law is completed by."""
+        law = self.model.friction
+        for effect, own in zip(self._library, self.effects, strict=True):
+            if own != effect.null and FRICTION_MODELS[law.model] in effect.laws:
+                law = law._replace(**{name: getattr(own, name) for name in effect.clock})
+        return compiled_model(self.model._replace(friction=law))
+
     def initial_carry(self) -> integrator.Carry:
         """Return the integration of the model at rest, before its first step."""
         return _at_rest(self.model, self._arguments, self.state_size)
@@ -147,7 +155,7 @@ class Plant:
         """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""
         operation = self.model.operation._replace(**changes)
         self.model = self.model._replace(operation=operation)
-        self._arguments = compiled_model(self.model)
+        self._arguments = self._compiled_model()
         self._carry.voltages[:] = np.nan  # the next run cuts the step under way
 
     def follow_roughly(self, *states: int) -> None:
@@ -208,7 +216,8 @@ class Plant:
         :param interval: [s]
         :param actions: what to do before each interval, see ``follow``, shape (m,)
         :param measured: x, v, p1, p2 [SI] that the actions use, shape (m, 4)
-        :param rests: when the rest began [s since the reset], shape (m,)
+        :param rests: when the rest, or a slide that was missed, began [s since the reset],
+            shape (m,)
         """
         states = np.empty((len(voltages), self.state_size))
         extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
@@ -293,7 +302,9 @@ def _at_rest(model: Model, arguments: CompiledModel, size: int) -> integrator.Ca
         operation.rest_time, law.breakaway_force, law.coulomb_force, arguments.friction
     )
     memory = np.zeros(dynamics.ANCHORS + len(law.element_stiffness))
-    memory[: dynamics.ANCHORS] = 1.0, 0.0, -operation.rest_time, held, operation.rest_time
+    memory[: dynamics.ANCHORS] = (
+        1.0, 0.0, -operation.rest_time, 0.0, 0.0, held, operation.rest_time,
+    )  # fmt: skip
     clock = np.array([0.0, 0.0, integrator.AFTER_EVENT, 0.0])
     return integrator.Carry(
         clock=clock, counts=np.zeros(5, dtype=np.int64),

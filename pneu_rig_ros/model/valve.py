@@ -70,7 +70,8 @@ def mass_flow(
     """
     Return the mass flow [kg/s] into a chamber (Eq. 3), negative when it is exhausted.
 
-    The exhaust opens with u_n - u (printed u_m), so that the flow is continuous at u_n.
+    The exhaust is open below u_n. Its opening counts from ``exhaust_zero_voltage``: with u_m, as
+    printed, it jumps at u_n; with u_n the flow is continuous.
 
     :param voltage: control voltage u_i [V], 0 to 5
     :param pressure: chamber pressure p_i, absolute [Pa]
@@ -80,6 +81,6 @@ def mass_flow(
         opening = valve.intake_coefficient * (voltage - valve.intake_voltage)
         return port_flow(supply_pressure, pressure, opening, valve, gas)
     if voltage < valve.exhaust_voltage:
-        opening = valve.exhaust_coefficient * (valve.exhaust_voltage - voltage)
+        opening = valve.exhaust_coefficient * (valve.exhaust_zero_voltage - voltage)
         return -port_flow(pressure, gas.atmospheric_pressure, opening, valve, gas)
     return 0.0

@@ -256,6 +256,8 @@ def _consistent(configuration: RigConfiguration, origin: str) -> RigConfiguratio
         == elements - 1,
         'valve.exhaust_voltage must be below intake_voltage': valve.exhaust_voltage
         < valve.intake_voltage,
+        'valve.exhaust_zero_voltage must be at least exhaust_voltage': valve.exhaust_zero_voltage
+        >= valve.exhaust_voltage,
         f'operation.initial_position {operation.initial_position:g} m must be within the stroke,'
         f' 0 to {cylinder.stroke:g} m': operation.initial_position <= cylinder.stroke,
     }

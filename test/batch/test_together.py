@@ -9,6 +9,7 @@ from pneu_rig_ros.batch.layout import take_apart
 from pneu_rig_ros.batch.strokes import END_SHARE, strokes
 from pneu_rig_ros.batch.together import run_together
 from pneu_rig_ros.model import effects
+from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -19,14 +20,17 @@ LEAK = {'chamber_leak': effects.load('chamber_leak').probes[0]}
 
 
 def plants() -> Iterator[Plant]:
-    """Yield plants of three cylinders, two laws, several loads, and with an effect."""
+    """Yield plants of three cylinders, two laws and readings, several loads, with an effect."""
     for number, u in enumerate(COMMANDS):
         name = f'cylinder_{number % 3 + 1}'
         law = 'lugre' if number == 3 else 'revised_lugre_dwell'
         rig = load_configuration(
             name, load_mass=0.2 + number, friction=law, initial_position=0.05 if u > 0 else 0.1
         )
-        yield Plant(rig.model, LEAK if number == 4 else None)
+        seal = rig.model.friction
+        if number == 1:
+            seal = seal._replace(static_friction_reading=FADES_WHILE_SLIDING, memory_time=0.3)
+        yield Plant(rig.model._replace(friction=seal), LEAK if number == 4 else None)
 
 
 def voltages(samples: int) -> np.ndarray:

@@ -128,6 +128,49 @@ def test_nonlinear_opening_is_a_power_of_the_way() -> None:
     assert contribute('nonlinear_opening', (0.5,))[:2] == (0.0, 0.0)
 
 
+@pytest.mark.parametrize('exponent', [0.5, 1.0, 2.0])
+def test_nonlinear_opening_keeps_the_exhaust_at_its_edge_and_fully_open(exponent: float) -> None:
+    counted = VALVE._replace(exhaust_zero_voltage=VALVE.intake_voltage)
+
+    def opening(voltage: float) -> float:
+        """In volts, from the flow."""
+        bend = contribute('nonlinear_opening', (exponent,), voltage_1=voltage)[0]
+        assert (bend == 0.0) == (exponent == 1.0 or voltage in (0.0, edge))
+        out = -valve.mass_flow(voltage + bend, 3e5, SUPPLY, counted, GAS)
+        unit = counted.exhaust_coefficient * GAS.choked_coefficient * 3e5 * GAS.flow_scale
+        return out / unit
+
+    edge = counted.exhaust_voltage
+    jump = counted.exhaust_zero_voltage - edge
+    assert opening(edge) == 0.0
+    assert opening(edge - 1e-4) == pytest.approx(jump, abs=edge * (1e-4 / edge) ** exponent * 2.0)
+    assert opening(0.75 * edge) == pytest.approx(jump + edge * 0.25**exponent)
+    assert opening(0.0) == pytest.approx(counted.exhaust_zero_voltage)
+
+
+@pytest.mark.parametrize(
+    ('name', 'values'),
+    [('valve_lag', (0.05,)), ('spool_hysteresis', (0.1,)), ('nonlinear_opening', (1.5,)),
+     ('valve_null_leak', (1e-9, 1e-9)), ('line_lag', (0.03,))],
+)  # fmt: skip
+def test_spools_that_pass_the_jump_of_the_exhaust_cost_neither_accuracy_nor_steps(
+    name: str, values: tuple[float, ...]
+) -> None:
+    def there_and_back(zero: float, tolerance: float) -> tuple[Plant, NDArray[np.float64]]:
+        plant = plant_with(name, *values, valve={'exhaust_zero_voltage': zero})
+        plant.tolerance = tolerance
+        u = np.repeat([0.5, 0.0, -0.5], 500)
+        run = plant.run(np.stack([2.5 + u, 2.5 - u], axis=1), 1e-3)
+        return plant, np.stack([run.position / STROKE, run.velocity, run.pressure_2 / SUPPLY])
+
+    continuous, without = there_and_back(VALVE.exhaust_voltage, 1e-6)
+    jumps, rough = there_and_back(VALVE.intake_voltage, 1e-6)
+    _, fine = there_and_back(VALVE.intake_voltage, 1e-8)
+    assert np.abs(rough - fine).max() < 1e-4 < np.abs(rough - without).max()
+    tried = [plant.counts['steps'] + plant.counts['rejected'] for plant in (continuous, jumps)]
+    assert tried[1] < 2 * tried[0]
+
+
 def test_spool_hysteresis_is_a_loop_of_its_width() -> None:
     width, spools, loop = 0.1, np.zeros(2), []
     for voltage in (3.0, 2.95, 2.5, 2.0, 2.05):

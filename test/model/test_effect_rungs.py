@@ -8,6 +8,7 @@ import pytest
 
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.parameters import (
+    FADES_WHILE_SLIDING,
     FILM_RESTS_BY_SPEED,
     STATIC_FRICTION_READINGS,
     Friction,
@@ -105,6 +106,19 @@ def test_dwell_and_film_keep_to_the_readings_of_the_law(reading: int) -> None:
     wanted, found, without = runs(rung, 'cylinder_1')
     assert worst(wanted.position, found.position, 0.3) < AGREE
     assert worst(wanted.position, without.position, 0.3) > 100.0 * AGREE
+
+
+@pytest.mark.parametrize('cylinder', CYLINDERS)
+def test_static_friction_fades_by_the_equation_of_the_effect_not_of_the_law(cylinder: str) -> None:
+    fades = {'static_friction_reading': FADES_WHILE_SLIDING, 'memory_time': 0.3}
+    other = {'dwell_coefficient': 2.0, 'dwell_exponent': 1.0}
+    rung = Rung(
+        lambda _: {'model': DWELL, **fades}, lambda _: {'model': REVISED, **fades, **other}, dwell
+    )
+    wanted, found, without = runs(rung, cylinder)
+    stroke = changed(cylinder).cylinder.stroke
+    assert worst(wanted.position, found.position, stroke) < AGREE
+    assert worst(wanted.position, without.position, stroke) > 100.0 * AGREE
 
 
 @pytest.mark.parametrize('cylinder', CYLINDERS)

@@ -1,6 +1,7 @@
 """Order, accuracy against an independent integrator, and independence of the calling pattern."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,12 @@ from benchmarks import peers
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import rosenbrock
-from pneu_rig_ros.model.parameters import FRICTION_MODELS
+from pneu_rig_ros.model.parameters import (
+    FADES_WHILE_SLIDING,
+    FRICTION_MODELS,
+    REVISED_LUGRE,
+    REVISED_LUGRE_DWELL,
+)
 from pneu_rig_ros.model.plant import Plant
 
 from .rigs import CAPTION_COMMANDS, CYLINDERS, INTERVAL, changed, drive, stroke, worst
@@ -17,6 +23,11 @@ from .rigs import CAPTION_COMMANDS, CYLINDERS, INTERVAL, changed, drive, stroke,
 SENSOR_RANGE = 1e6
 ANY_ERROR = 1e30
 """A tolerance that accepts every step: the steps are then of the longest allowed length."""
+LAWS: dict[str, dict[str, Any]] = {
+    'without dwell': {'model': REVISED_LUGRE},
+    'with dwell': {'model': REVISED_LUGRE_DWELL},
+    'fading': {'static_friction_reading': FADES_WHILE_SLIDING, 'memory_time': 0.2},
+}
 
 
 def end_of_slide(step: float) -> np.ndarray:
@@ -44,11 +55,11 @@ def test_observed_order_is_the_declared_one() -> None:
     assert slope == pytest.approx(rosenbrock.ORDER, abs=0.15), errors
 
 
-@pytest.mark.parametrize('law', ['revised_lugre', 'revised_lugre_dwell'])
+@pytest.mark.parametrize('law', LAWS)
 @pytest.mark.parametrize('cylinder', CYLINDERS)
 def test_run_agrees_with_radau_at_1e_10(cylinder: str, law: str) -> None:
     duration, u = 3.0, CAPTION_COMMANDS[cylinder]
-    model = changed(cylinder, friction={'model': FRICTION_MODELS.index(law)})
+    model = changed(cylinder, friction=LAWS[law])
     plant = Plant(model, tolerance=1e-9)
     fine = stroke(plant, u, duration)
     task = peers.problem(plant, (2.5 + u, 2.5 - u))

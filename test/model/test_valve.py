@@ -52,11 +52,36 @@ def test_flow_falls_to_zero_at_equal_pressures_without_a_jump() -> None:
     assert np.abs(np.diff(flow)).max() < 2e-4
 
 
-def test_valve_opens_without_a_jump_on_both_sides_of_the_overlap() -> None:
-    for voltage in (VALVE.intake_voltage, VALVE.exhaust_voltage):
-        near = [valve.mass_flow(voltage + d, 2e5, SUPPLY, VALVE, GAS) for d in (-1e-9, 1e-9)]
+def flow(voltage: float, zero: float) -> float:
+    """Return the mass flow [kg/s] into a chamber, the exhaust's opening counted from ``zero``."""
+    counted = VALVE._replace(exhaust_zero_voltage=zero)
+    return valve.mass_flow(voltage, 2e5, SUPPLY, counted, GAS)
+
+
+def sonic_exhaust(opening_voltage: float) -> float:
+    """Return the mass flow [kg/s] out of the chamber by hand; 2 bar are choked."""
+    opening = VALVE.exhaust_coefficient * opening_voltage
+    return GAS.choked_coefficient * 2e5 * GAS.flow_scale * opening
+
+
+def test_valve_opens_without_a_jump_if_the_exhaust_is_counted_from_its_edge() -> None:
+    for edge in (VALVE.intake_voltage, VALVE.exhaust_voltage):
+        near = [flow(edge + d, VALVE.exhaust_voltage) for d in (-1e-9, 1e-9)]
         assert np.abs(near).max() < 1e-12
-    assert valve.mass_flow(2.5, 2e5, SUPPLY, VALVE, GAS) == 0.0
+    assert flow(2.5, VALVE.exhaust_voltage) == 0.0
+
+
+def test_exhaust_jumps_at_its_edge_as_equation_3_is_printed() -> None:
+    edge, zero = VALVE.exhaust_voltage, VALVE.intake_voltage
+    assert flow(edge, zero) == flow(2.5, zero) == flow(zero, zero) == 0.0
+    assert flow(edge - 1e-9, zero) == pytest.approx(-sonic_exhaust(zero - edge), rel=1e-8)
+
+
+@pytest.mark.parametrize('zero', [VALVE.exhaust_voltage, 2.5, VALVE.intake_voltage])
+def test_exhaust_opens_with_the_voltage_below_its_zero(zero: float) -> None:
+    for voltage in (0.0, 1.0, 2.2):
+        assert flow(voltage, zero) == pytest.approx(-sonic_exhaust(zero - voltage), rel=1e-12)
+    assert flow(3.0, zero) == flow(3.0, VALVE.exhaust_voltage) > 0.0
 
 
 def test_flow_reverses_with_the_pressure_difference() -> None:
@@ -75,7 +100,7 @@ def test_choked_blow_down_is_exponential() -> None:
     model = changed('cylinder_1', operation=operation)
     run = drive(Plant(model), (2.5, 2.0), 0.2, 1e-3)
     choked = run.pressure_2 > GAS.atmospheric_pressure / GAS.critical_ratio
-    opening = VALVE.exhaust_coefficient * (VALVE.exhaust_voltage - 2.0)
+    opening = VALVE.exhaust_coefficient * (VALVE.exhaust_zero_voltage - 2.0)
     sonic = GAS.gas_constant * GAS.supply_temperature * GAS.flow_scale
     rate = K * sonic * GAS.choked_coefficient * opening / model.cylinder.rod_dead_volume
     expected = start * np.exp(-rate * run.time)

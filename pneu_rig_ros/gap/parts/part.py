@@ -169,7 +169,7 @@ def _read(data: dict[str, Any], origin: str) -> Part:
         where = f'{origin}: {name}'
         values = _section(section, given, NEEDED[kind].get(name, ()), where)
         said[name] = tuple(values)
-        changed = {**UNSAID[kind].get(name, {}), **values}
+        changed = {**_unsaid(kind, name, values), **values}
         model = model._replace(**{name: getattr(model, name)._replace(**changed)})
     return Part(
         kind, str(data.get('name', Path(origin).stem)),
@@ -177,6 +177,14 @@ def _read(data: dict[str, Any], origin: str) -> Part:
         _nuisances(data.get('each_recording'), kind, origin),
         _refit(data.get('refit'), model, origin), said,
     )  # fmt: skip
+
+
+def _unsaid(kind: str, name: str, said: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what holds of a section where its file says nothing [SI]."""
+    unsaid = dict(UNSAID[kind].get(name, {}))
+    if 'exhaust_voltage' in said:  # a port that opens from there, not with a jump
+        unsaid['exhaust_zero_voltage'] = said['exhaust_voltage']
+    return unsaid
 
 
 def _section(

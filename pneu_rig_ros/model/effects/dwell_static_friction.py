@@ -62,5 +62,6 @@ EFFECT = Effect(
         Parameters(35.0, 0.5, 0.3),
     ),
     laws=('lugre', 'revised_lugre'),
+    clock=('dwell_coefficient', 'dwell_exponent'),
     stage=1,
 )

@@ -26,8 +26,8 @@ def bend(voltage: float, exponent: float, model: CompiledModel) -> float:
     """
     Return the voltage [V] that a linear opening would need in addition.
 
-    Way w of the spool from the edge and its full way W give the opening K_V W (w / W)^n: the
-    fully open port is that of Eq. 3.
+    Way w of the spool from the edge and its full way W give the opening K_V W (w / W)^n on top of
+    what the exhaust has at its edge: there and fully open, the port is that of Eq. 3.
     """
     valve = model.valve
     if voltage > valve.intake_voltage:
