@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles, velocity_of
+from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Record
 from pneu_rig_ros.rig import RigConfiguration

@@ -1,9 +1,10 @@
 """
 The mode of motion of every sample, from measured position and pressures alone.
 
-V is the feed of a record, its mean speed under way, see ``stick_slip``: the air raises the driving
-force on a piston slower than V, and lowers it on a faster one. With |v| and the friction force F_r
-of Eq. 2, in the order in which a stick-slip cycle goes through them:
+Modes divide the motion by its feed V, the mean speed under way: the air raises the driving force
+on a piston slower than V, and lowers it on a faster one. So ``STICK`` here is wider than a rest of
+``stick_slip``: a piston that creeps at a third of the feed sticks, but does not rest. With |v|
+and the friction force F_r of Eq. 2, in the order in which a stick-slip cycle goes through them:
 
 - ``STICK``: the dwell between slides, |v| <= V/2. The bristles carry the rising force. What they
   deflect, the presliding displacement proper of 0.1-0.4 mm, is a few steps of the position
@@ -26,14 +27,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.stick_slip import (
+from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles, stretches
+from pneu_rig_ros.analysis.velocity import (
     RESOLUTION,
-    Cycle,
-    Motion,
-    Slide,
-    analyse_motion,
-    cycles_of,
+    WINDOW,
+    adaptive_velocity,
+    feed,
     running_mean,
+    speed_noise,
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Record
@@ -52,6 +53,36 @@ AT_STOP = 1.5 * RESOLUTION
 
 LEAST_PUSH = 1.0
 """A driving force below this is none, by the noise of the pressure sensors [N]."""
+
+
+LEAST_SPEED_TO_NOISE = 6.6
+"""Slower motion than so many standard deviations of the speed gets longer fits [-]."""
+
+DIP = 0.004
+"""A dip of the speed as short as this is noise [s]."""
+
+STICK_SHARE = 0.5
+"""A piston slower than this share of the feed sticks [-]."""
+
+SLIP_SHARE = 1.4
+"""A slide that gets faster than this multiple of the feed is a slip [-]."""
+
+
+class Slide(NamedTuple):
+    """
+    A stretch of motion faster than V/2 that gets as fast as V, in samples.
+
+    :param start: first sample faster than V/2, but for short dips
+    :param onset: where gross sliding begins: first sample faster than 1.4 V; equal to ``start``
+        when the piston glides off without overshoot, or glides further than it slips
+    :param end: one after the last sample
+    :param slips: whether it gets faster than 1.4 V
+    """
+
+    start: int
+    onset: int
+    end: int
+    slips: bool
 
 
 class Mode(IntEnum):
@@ -98,10 +129,11 @@ def segment(
     """
     friction = friction_zero_phase(position, pressure_1, pressure_2, interval, balance)
     push = balance.pressure_force(pressure_1, pressure_2)
-    motion = analyse_motion(position, interval)
-    mode = _modes(motion, np.abs(running_mean(friction, interval, MEAN_WINDOW)))
+    force = np.abs(running_mean(friction, interval, MEAN_WINDOW))
+    mean = feed(position, interval)
+    mode = _modes(find_slides(position, mean, interval), force)
     mode[_held_by_stop(position, push, interval, stroke)] = Mode.END_STOP
-    return Segmentation(mode, cycles_of(motion, position, interval, friction), motion.feed)
+    return Segmentation(mode, find_cycles(position, interval, friction), mean)
 
 
 def segment_record(record: Record) -> Segmentation:
@@ -121,9 +153,42 @@ def segment_record(record: Record) -> Segmentation:
     )  # fmt: skip
 
 
-def _modes(motion: Motion, friction: Floats) -> Modes:
-    mode = np.full(motion.speed.size, Mode.STICK, dtype=np.int8)
-    for slide in motion.slides:
+def find_slides(position: Floats, mean: float, interval: float) -> list[Slide]:
+    """
+    Return the slides of a record.
+
+    A dip in the creep before a slide that is shorter than a line fit is noise, not a stick.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param mean: feed V [m/s], see ``velocity.feed``
+    :param interval: sampling interval [s]
+    """
+    if mean == 0.0:
+        return []
+    longer = (LEAST_SPEED_TO_NOISE * speed_noise(WINDOW, interval) / mean) ** (2 / 3)
+    speed = np.abs(adaptive_velocity(position, interval, WINDOW * max(1.0, longer)))
+    slides: list[Slide] = []
+    creep_start, creep_end = 0, -speed.size
+    for first, end in stretches(speed > STICK_SHARE * mean, DIP / interval):
+        start = creep_start if first - creep_end < WINDOW / 2 / interval else first
+        if speed[first:end].max() > mean:
+            slides.append(_slide(speed, mean, start, end))
+            creep_start, creep_end = 0, -speed.size
+        else:
+            creep_start, creep_end = start, end
+    return slides
+
+
+def _slide(speed: Floats, mean: float, start: int, end: int) -> Slide:
+    fast = speed[start:end] > SLIP_SHARE * mean
+    onset = start + int(fast.argmax())
+    glides = speed[start:onset].sum() > speed[onset:end].sum()
+    return Slide(start, start if glides else onset, end, bool(fast.any()))
+
+
+def _modes(slides: list[Slide], friction: Floats) -> Modes:
+    mode = np.full(friction.size, Mode.STICK, dtype=np.int8)
+    for slide in slides:
         peak = _peak(slide, friction)
         mode[slide.start : peak] = Mode.PRESLIDING
         mode[peak : slide.onset] = Mode.BREAKAWAY

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from pneu_rig_ros.analysis.friction import CUTOFF
-from pneu_rig_ros.analysis.stick_slip import velocity_of
+from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.noise import configured_noise, mean_noise, reading_noise
 from pneu_rig_ros.model.parameters import Operation

@@ -12,7 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.friction import Floats, friction_of
-from pneu_rig_ros.analysis.stick_slip import find_cycles, velocity_of
+from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Record
 
@@ -66,16 +67,16 @@ def draw_stroke(record: Record, path: Path | str) -> Path:
 
 
 def title_of(record: Record) -> str:
-    """Return the operating point as the captions of Fig. 4-6 give it, supply pressure gauge."""
+    """Return the operating point as the captions of Fig. 4-6 give it, supply pressure absolute."""
     configuration = record.configuration
     assert configuration is not None
     operation = configuration.model.operation
-    supply = (operation.supply_pressure - configuration.model.gas.atmospheric_pressure) / BAR
+    supply = operation.supply_pressure / BAR
     drive = (record.voltage_1 - record.voltage_2) / 2
     u = float(drive[np.abs(drive).argmax()])
     name = configuration.name.replace('_', ' ').capitalize()
     model = record.metadata.get('friction_model', '')
-    values = f'u = {u:.2f} V, $p_s$ = {supply:g} bar gauge, load {operation.load_mass:g} kg'
+    values = f'u = {u:.2f} V, $p_s$ = {supply:g} bar abs, load {operation.load_mass:g} kg'
     return f'{name}: {values}' + (f' ({model})' if model else '')
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from pneu_rig_ros.analysis.friction import Floats, friction_of
 from pneu_rig_ros.analysis.segmentation import Mode, segment_record
-from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles, velocity_of
+from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.records import Record
 from pneu_rig_ros.rig import RigConfiguration
 

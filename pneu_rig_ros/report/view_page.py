@@ -69,9 +69,11 @@ def facts(record: Record) -> list[str]:
     if record.configuration is None:
         return told
     model = record.configuration.model
-    gauge = (model.operation.supply_pressure - model.gas.atmospheric_pressure) / BAR
     rig = [record.configuration.name.replace('_', ' ')]
     law = record.metadata.get('friction_model')
     rig += [law.replace('_', ' ')] if law else []
-    rig += [f'supply {gauge:g} bar gauge', f'load {model.operation.load_mass:g} kg']
+    rig += [
+        f'supply {model.operation.supply_pressure / BAR:g} bar abs',
+        f'load {model.operation.load_mass:g} kg',
+    ]
     return rig + told

@@ -17,7 +17,7 @@ from pneu_rig_ros.analysis.comparison import (
 )
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.rerun import rerun
-from pneu_rig_ros.analysis.stick_slip import WINDOW
+from pneu_rig_ros.analysis.velocity import WINDOW
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Record, read_record
 from pneu_rig_ros.rig import RigConfiguration, load_configuration

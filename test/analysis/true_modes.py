@@ -16,9 +16,29 @@ from pneu_rig_ros.model.plant import Trajectory
 STICK, PRESLIDING, BREAKAWAY, SLIP, END_STOP = range(5)
 
 
+REST_SPEED, LEAST_REST, INTERVAL = 1e-3, 0.06, 1.16e-3
+
+
 class Truth(NamedTuple):
     mode: NDArray[np.int64]
     slips: int
+
+
+def true_cycles(run: Trajectory) -> list[float]:
+    """Return the dwell [s] of each stick-slip cycle, from the plant's own velocity."""
+    feed, dwell, dwells = true_feed(run), 0.0, []
+    for rests, samples in groupby(range(run.time.size), key=lambda i: _rests(run, i)):
+        stretch = np.array(list(samples))
+        if rests and stretch.size * INTERVAL >= LEAST_REST:
+            dwell += stretch.size * INTERVAL
+        elif dwell and np.abs(run.velocity[stretch]).max() > max(feed, REST_SPEED):
+            dwells.append(dwell)
+            dwell = 0.0
+    return dwells
+
+
+def _rests(run: Trajectory, index: int) -> bool:
+    return bool(abs(run.velocity[index]) < REST_SPEED)
 
 
 def true_feed(run: Trajectory) -> float:

@@ -106,8 +106,8 @@ function showState() {
     drawing = new CylinderDrawing(document.querySelector('svg.cylinder'), rig);
     drawnRig = key;
     element('name').textContent = rig.name.replaceAll('_', ' ');
-    const gauge = (rig.supply_pressure - rig.atmospheric_pressure) / 1e5;
-    element('facts').textContent = `supply ${gauge.toFixed(2)} bar gauge · load ${rig.load_mass} kg · stroke ${1000 * rig.stroke} mm`;
+    const supply = rig.supply_pressure / 1e5;
+    element('facts').textContent = `supply ${supply.toFixed(2)} bar abs · load ${rig.load_mass} kg · stroke ${1000 * rig.stroke} mm`;
     follow(rig);
   }
   drawing?.show(latest);

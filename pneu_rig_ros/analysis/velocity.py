@@ -1,0 +1,97 @@
+"""
+The speed of the piston, from the measured position alone.
+
+One window cannot serve creep of 1 mm/s and slips of 50 ms: the speed is the slope of a straight
+line through as many positions as are consistent with one (Lepski's method), at first ``WINDOW``,
+which leaves 0.4 mm/s of the noise and the 73 um steps of the rig's position sensor.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import savgol_filter
+
+from pneu_rig_ros.analysis.friction import Floats
+
+WINDOW = 0.046
+"""Length of the shortest line fits that give the speed [s]."""
+
+WIDENING = (1.0, 2.0**0.5, 2.0, 2.0**1.5)
+"""Lengths of the line fits that are tried in this order, in shortest ones [-]."""
+
+FEED_WINDOW = 0.3
+"""Length of the line fits that give the mean speed [s], whose noise must not add up."""
+
+RESOLUTION = 0.3 / 4096
+"""Smallest step of the rig's position sensor, 300 mm in 12 bits [m]."""
+
+NOISE = 29e-6
+"""Standard deviation of a measured position [m]: quantisation, and noise of 20 um."""
+
+CONSISTENT = 2.4
+"""Two fits of the speed agree within so many standard deviations [-]."""
+
+LEAST_TRAVEL = 1e-3
+"""A piston that went less far has not moved [m]."""
+
+
+def velocity_of(position: Floats, interval: float, window: float = WINDOW) -> Floats:
+    """Return the velocity [m/s] of equally spaced positions [m] by line fits, shape (n,)."""
+    size = min(_odd(window / interval), position.size - 1 + position.size % 2)
+    if size < 3:
+        return np.zeros_like(position)
+    slope: Floats = savgol_filter(position, size, 1, deriv=1, delta=interval)
+    return slope
+
+
+def adaptive_velocity(position: Floats, interval: float, shortest: float = WINDOW) -> Floats:
+    """
+    Return the velocity [m/s] by the longest line fits that all shorter ones agree with.
+
+    Lepski's method: each fit has an interval of confidence, and a longer fit is taken as long as
+    it lies within those of all the shorter ones.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param shortest: length of the shortest line fit [s]
+    """
+    velocity = velocity_of(position, interval, shortest)
+    low, high = np.full_like(velocity, -np.inf), np.full_like(velocity, np.inf)
+    agrees = np.ones(velocity.size, dtype=np.bool_)
+    for factor in WIDENING:
+        slope = velocity_of(position, interval, factor * shortest)
+        margin = CONSISTENT * speed_noise(factor * shortest, interval)
+        agrees &= (slope >= low) & (slope <= high)
+        velocity = np.where(agrees, slope, velocity)
+        low, high = np.maximum(low, slope - margin), np.minimum(high, slope + margin)
+    return velocity
+
+
+def feed(position: Floats, interval: float) -> float:
+    """
+    Return the mean speed V between the ends of the travel [m/s], 0 for a piston at rest.
+
+    It is the speed at which the air feeds the piston.
+    """
+    margin = LEAST_TRAVEL / 2
+    under_way = (position > position.min() + margin) & (position < position.max() - margin)
+    if np.ptp(position) < LEAST_TRAVEL or not under_way.any():
+        return 0.0
+    return float(np.abs(velocity_of(position, interval, FEED_WINDOW))[under_way].mean())
+
+
+def speed_noise(window: float, interval: float) -> float:
+    """Return the standard deviation [m/s] of the slope of a line through a window [s]."""
+    samples = _odd(window / interval)
+    return NOISE / interval * float(np.sqrt(12.0 / samples**3))
+
+
+def running_mean(signal: Floats, interval: float, window: float) -> Floats:
+    """Return the mean of a signal over a window [s] around each sample, shape (n,)."""
+    mean: Floats = uniform_filter1d(signal, max(1, round(window / interval)))
+    return mean
+
+
+def _odd(samples: float) -> int:
+    return 2 * round(samples / 2) + 1
