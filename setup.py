@@ -74,7 +74,7 @@ setup(
         'diagnosis': ['pysindy'],
         # For more than one process or machine. An extra for the same reason.
         'scale': ['distributed'],
-        'bench': ['scikit-sundae'],
+        'bench': ['cma', 'scikit-sundae'],
         'fuzz': ['atheris; python_version >= "3.11" and sys_platform == "linux"'],
         'docs': ['furo', 'myst-parser', 'sphinx'],
     },
