@@ -6,25 +6,32 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, INTERVAL, Laboratory, Stroke
+from pneu_rig_ros.claims.experiments import CAPTIONS, INTERVAL, Laboratory, Stroke
 from pneu_rig_ros.claims.findings import Finding, at_most, numbers, rises_throughout
 from pneu_rig_ros.model.parameters import Friction
 from pneu_rig_ros.model.plant import Plant, PlantState
-from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 
 def dwell_law(laboratory: Laboratory) -> list[Finding]:
     """Statement 9 (Fig. 3): Eq. 16 recovered from the strokes, and from rests of chosen length."""
-    findings = []
-    for name in CYLINDERS:
-        own = laboratory.perform(CAPTIONS[name])
-        waits, peaks = own.column('dwell', 1), static_peaks(own)[1:]
-        findings.append(along_equation_16(own, f'{name}, in the stroke', waits, peaks))
-        waits, peaks = pauses(laboratory, name)
+    findings = in_strokes(laboratory)
+    for name in laboratory.cylinders:
+        own, (waits, peaks) = laboratory.perform(CAPTIONS[name]), pauses(laboratory, name)
         findings.append(along_equation_16(own, f'{name}, after pauses', waits, peaks))
         says = f'{name}, after pauses: peaks grow with the dwell'
-        told = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
-        findings.append(Finding(says, told, rises_throughout([float(peak) for peak in peaks])))
+        text = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
+        findings.append(Finding(says, text, rises_throughout([float(peak) for peak in peaks])))
+    return findings
+
+
+def in_strokes(laboratory: Laboratory) -> list[Finding]:
+    """Return what the strokes of the captions say of Eq. 16, as in Fig. 3."""
+    findings = []
+    for own in laboratory.captions():
+        waits, peaks = own.column('dwell', 1), static_peaks(own)[1:]
+        where = f'{own.experiment.cylinder}, in the stroke'
+        findings.append(along_equation_16(own, where, waits, peaks))
     return findings
 
 
@@ -65,13 +72,22 @@ def equation_16(waits: np.ndarray[Any, Any], law: Friction) -> np.ndarray[Any, A
 
 PAUSES = (1.0, 3.0, 10.0, 30.0)
 """Rests between pushes in the experiment with pauses [s]."""
+RUN_IN = 3
+"""Strokes to and fro before a pause, so that the rest before them no longer counts."""
+RUN_IN_COMMAND = 0.5
+"""[V]"""
 
 
 def pauses(laboratory: Laboratory, name: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return dwell times [s] and the friction peaks [N] that end them: push, shut, wait, push."""
+    """
+    Return dwell times [s] and the friction peaks [N] that end them.
+
+    As friction is measured against dwell time elsewhere: run in, stop, wait, push.
+    """
     waits, peaks = [], []
+    plant = laboratory.plant(replace(CAPTIONS[name], u=0.0))
     for pause in PAUSES:
-        wait, peak = push_after(laboratory.plant(replace(CAPTIONS[name], u=0.0)), pause)
+        wait, peak = push_after(plant, pause)
         waits.append(wait)
         peaks.append(peak)
     return np.array(waits), np.array(peaks)
@@ -79,14 +95,25 @@ def pauses(laboratory: Laboratory, name: str) -> tuple[np.ndarray[Any, Any], np.
 
 def push_after(plant: Plant, pause: float) -> tuple[float, float]:
     """Return the dwell [s] and the friction peak [N] of a breakaway after a pause [s]."""
-    far = 0.25 * plant.model.cylinder.stroke
-    push, shut = (CENTRE_VOLTAGE + 0.35, CENTRE_VOLTAGE - 0.35), (CENTRE_VOLTAGE,) * 2
-    advance(plant, push, 30.0, lambda state: state.position > far)
+    stroke = plant.model.cylinder.stroke
+    push, shut = valve_voltages(0.35), valve_voltages(0.0)
+    for _ in range(RUN_IN):
+        advance(plant, valve_voltages(RUN_IN_COMMAND), 30.0, _beyond(0.9 * stroke))
+        advance(plant, valve_voltages(-RUN_IN_COMMAND), 30.0, _below(0.1 * stroke))
+    advance(plant, push, 30.0, _beyond(0.25 * stroke))
     advance(plant, shut, 10.0, lambda state: abs(state.velocity) < RESTING_SPEED)
     rest_begins, here = plant.state.time, plant.state.position
     advance(plant, shut, pause)
-    peak = advance(plant, push, 30.0, lambda state: state.position > here + SLID)
+    peak = advance(plant, push, 30.0, _beyond(here + SLID))
     return plant.state.time - rest_begins, peak
+
+
+def _beyond(place: float) -> Callable[[PlantState], bool]:
+    return lambda state: state.position > place
+
+
+def _below(place: float) -> Callable[[PlantState], bool]:
+    return lambda state: state.position < place
 
 
 RESTING_SPEED = 2e-4

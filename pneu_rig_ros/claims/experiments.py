@@ -1,6 +1,6 @@
 """Outstrokes under the conditions of the paper's figures, simulated under one reading of it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
@@ -17,29 +17,54 @@ from pneu_rig_ros.rig.valve_drive import valve_voltages
 CYLINDERS = ('cylinder_1', 'cylinder_2', 'cylinder_3')
 INTERVAL = 1.16e-3
 """Sampling interval [s], section 2.1 of the paper."""
-LONGEST_STROKE = 100.0
+LONGEST_STROKE = 200.0
 """A stroke is given up after this time [s]."""
+CAPTION_SUPPLY = 4.0
+"""Supply pressure in the captions of Fig. 4-6 and 9 [bar]."""
+BAR = 1e5
+"""[Pa]"""
+
+Changes = Mapping[str, Mapping[str, Any]]
+"""Section of the model -> field -> value."""
 
 
 @dataclass(frozen=True)
 class Reading:
     """
-    One choice of everything that the paper does not print.
+    One choice of everything that the paper does not print, and possibly of printed values.
 
     :param name: of the reading
-    :param friction: fields of ``Friction`` that differ from the shipped files
-    :param operation: ``rest_time`` [s] and ``initial_position`` [m] that differ
-    :param single: name of a cylinder -> fields of ``Friction`` that differ for it alone
+    :param common: what differs from the shipped files, for all cylinders
+    :param single: name of a cylinder -> what differs for it alone
     """
 
     name: str = 'default'
-    friction: Mapping[str, Any] = field(default_factory=dict)
-    operation: Mapping[str, float] = field(default_factory=dict)
-    single: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    common: Changes = field(default_factory=dict)
+    single: Mapping[str, Changes] = field(default_factory=dict)
 
-    def friction_of(self, cylinder: str) -> dict[str, Any]:
-        """Return the fields of ``Friction`` that differ for a cylinder."""
-        return {**self.friction, **self.single.get(cylinder, {})}
+    def model(self, cylinder: str) -> Model:
+        """Return the model of a shipped cylinder under this reading."""
+        model = shipped(cylinder)
+        for changes in (self.common, self.single.get(cylinder, {})):
+            for section, values in changes.items():
+                changed = getattr(model, section)._replace(**values)
+                model = model._replace(**{section: changed})
+        return model
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """
+    How an experiment is carried out, compared with what the paper prints.
+
+    :param command: factor on u [-]
+    :param supply: factor on the absolute supply pressure [-]
+    :param start: initial position as a share of the stroke [-]; None for that of the reading
+    """
+
+    command: float = 1.0
+    supply: float = 1.0
+    start: float | None = None
 
 
 @dataclass(frozen=True)
@@ -49,17 +74,18 @@ class Experiment:
 
     :param cylinder: name of a shipped cylinder
     :param u: command of Eq. 1 [V]
-    :param supply_pressure: absolute [Pa]
+    :param supply: supply pressure as the paper prints it [bar]; the reading says whether that is
+        absolute, by its ``supply_pressure`` for the 4 bar of the captions
     :param load_mass: external load [kg]
-    :param initial_position: [m], None for that of the reading
+    :param start: initial position as a share of the stroke [-], None for that of the conditions
     :param law: name of the friction law
     """
 
     cylinder: str
     u: float
-    supply_pressure: float = 5e5
+    supply: float = CAPTION_SUPPLY
     load_mass: float = 0.2
-    initial_position: float | None = None
+    start: float | None = None
     law: str = 'revised_lugre_dwell'
 
 
@@ -81,7 +107,7 @@ class Stroke:
 
     @cached_property
     def cycles(self) -> list[Cycle]:
-        """Stick-slip cycles, from the position as the segmentation of a record finds them."""
+        """Stick-slip cycles, from the position alone."""
         return find_cycles(self.run.position, INTERVAL, self.run.friction_force)
 
     @property
@@ -107,7 +133,7 @@ class Stroke:
 
     def column(self, name: str, first: int = 0) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return a field of all cycles from number ``first`` on, shape (n,)."""
-        return np.array([getattr(cycle, name) for cycle in self.cycles[first:]])
+        return np.array([getattr(cycle, name) for cycle in self.cycles[first:]], dtype=float)
 
 
 class Laboratory:
@@ -115,12 +141,21 @@ class Laboratory:
     Carries out experiments under one reading, each only once.
 
     :param reading: what the paper does not print
+    :param conditions: how the experiments are carried out
     :param tolerance: of the integration [-]
+    :param threads: at most, None for all processors
+    :param cylinders: measured where a statement is about all of them
     """
 
-    def __init__(self, reading: Reading | None = None, tolerance: float = 1e-5) -> None:
+    def __init__(
+        self, reading: Reading | None = None, conditions: Conditions | None = None,
+        tolerance: float = 1e-5, threads: int | None = None,
+        cylinders: Sequence[str] = CYLINDERS,
+    ) -> None:  # fmt: skip
         self.reading = reading or Reading()
-        self._tolerance = tolerance
+        self.conditions = conditions or Conditions()
+        self.cylinders = tuple(cylinders)
+        self._tolerance, self._threads = tolerance, threads
         self._strokes: dict[Experiment, Stroke] = {}
 
     def perform(self, experiment: Experiment) -> Stroke:
@@ -130,35 +165,40 @@ class Laboratory:
     def perform_all(self, experiments: Iterable[Experiment]) -> list[Stroke]:
         """Return the strokes of experiments; those not yet carried out share the processors."""
         wanted = list(experiments)
-        new = [one for one in dict.fromkeys(wanted) if one not in self._strokes]
-        plants = [self.plant(one) for one in new]
-        voltages = np.array([valve_voltages(one.u) for one in new]).reshape(-1, 2)
-        runs = strokes(plants, voltages, INTERVAL, LONGEST_STROKE)
+        new = [each for each in dict.fromkeys(wanted) if each not in self._strokes]
+        plants = [self.plant(each) for each in new]
+        voltages = np.array([self.voltages(each.u) for each in new]).reshape(-1, 2)
+        runs = strokes(plants, voltages, INTERVAL, LONGEST_STROKE, self._threads)
         self._strokes |= dict(zip(new, map(Stroke, new, runs, plants), strict=True))
-        return [self._strokes[one] for one in wanted]
+        return [self._strokes[each] for each in wanted]
 
     def captions(self, law: str = 'revised_lugre_dwell') -> list[Stroke]:
-        """Return the strokes of Fig. 4-6 under a friction law."""
-        return self.perform_all(replace(point, law=law) for point in CAPTIONS.values())
+        """Return the strokes of Fig. 4-6 of its cylinders under a friction law."""
+        return self.perform_all(replace(CAPTIONS[name], law=law) for name in self.cylinders)
+
+    def voltages(self, u: float) -> tuple[float, float]:
+        """Return the valve voltages [V] of a printed command u [V]."""
+        return valve_voltages(self.conditions.command * u)
 
     def plant(self, experiment: Experiment) -> Plant:
         """Return the plant of an experiment, at rest at its start."""
-        model = _shipped(experiment.cylinder)
-        conditions = {
-            **self.reading.operation,
-            'supply_pressure': experiment.supply_pressure,
+        model = self.reading.model(experiment.cylinder)
+        above = BAR * (experiment.supply - CAPTION_SUPPLY)
+        start = self.conditions.start if experiment.start is None else experiment.start
+        changes = {
+            'supply_pressure': self.conditions.supply * (model.operation.supply_pressure + above),
             'load_mass': experiment.load_mass,
         }
-        if experiment.initial_position is not None:
-            conditions['initial_position'] = experiment.initial_position
-        operation = model.operation._replace(**conditions)
-        law = FRICTION_MODELS.index(experiment.law)
-        changes = self.reading.friction_of(experiment.cylinder)
-        friction = model.friction._replace(**changes, model=law)
-        changed = model._replace(operation=operation, friction=friction)
-        return Plant(changed, tolerance=self._tolerance)
+        if start is not None:
+            changes['initial_position'] = start * model.cylinder.stroke
+        friction = model.friction._replace(model=FRICTION_MODELS.index(experiment.law))
+        operation = model.operation._replace(**changes)
+        return Plant(
+            model._replace(friction=friction, operation=operation), tolerance=self._tolerance
+        )
 
 
 @cache
-def _shipped(cylinder: str) -> Model:
+def shipped(cylinder: str) -> Model:
+    """Return the model of a shipped cylinder."""
     return load_configuration(cylinder).model

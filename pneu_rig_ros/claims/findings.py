@@ -64,18 +64,13 @@ class Row:
         return all(finding.holds for finding in self.findings)
 
     @property
-    def margin(self) -> float:
-        """Least clipped margin of the findings [-]."""
-        return min(finding.clipped_margin for finding in self.findings)
-
-    @property
-    def shortfall(self) -> float:
-        """Mean over the findings of how far each is outside, 0 when all hold, 1 at most [-]."""
-        return sum(max(-f.clipped_margin, 0.0) for f in self.findings) / len(self.findings)
+    def tightest(self) -> Finding:
+        """The finding with the least margin."""
+        return min(self.findings, key=lambda finding: finding.clipped_margin)
 
 
 LONGEST_LINE = 8
-"""So many values are told in a line."""
+"""Values in a line of text; further ones are left to the page."""
 
 
 def numbers(values: Sequence[float] | np.ndarray[Any, Any], pattern: str = '.2f') -> str:

@@ -1,25 +1,25 @@
 """
 Readings of the paper by name or from a file: read strictly, written back.
 
-A file says only what differs from the shipped cylinders, for all of them or for a single one::
+A file says only what differs from the shipped cylinders, section by section as in their files,
+for all of them or for a single one::
 
     friction:
       stop_velocity: 0.001 m/s
       static_friction_reading: follows_clock
-    rest_time: 900.0 s
-    initial_position: 0.05 m
+    operation: {rest_time: 900.0 s}
     cylinder_1:
-      dwell_coefficient: 0.3 s^-alpha
+      friction: {dwell_coefficient: 0.3 s^-alpha}
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pneu_rig_ros.claims.experiments import CYLINDERS, Reading
+from pneu_rig_ros.claims.experiments import CYLINDERS, Changes, Reading, shipped
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.parameters import SECTIONS
 from pneu_rig_ros.model.quantity import (
     Quantity,
     QuantityList,
@@ -28,31 +28,40 @@ from pneu_rig_ros.model.quantity import (
     unknown,
 )
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import (
-    OVERRIDES,
-    configuration_folder,
-    configuration_from_yaml,
-)
+from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
 DEFAULT = 'default'
 """The reading of the shipped cylinder files, and its name."""
-NOT_PRINTED = (
-    'element_stiffness',
-    'element_limit',
-    'fluid_time_constant',
-    'stop_velocity',
-    'start_velocity',
-    'static_friction_reading',
-    'film_reading',
-    'film_rest_velocity',
-    'film_rest_reading',
-)
-"""Fields of ``Friction`` that the paper leaves open; Table 2 prints the others."""
-CONDITIONS = ('rest_time', 'initial_position')
-"""Conditions of an experiment that the captions do not give."""
-SPECIFICATIONS = {k: v for k, v in specifications(Friction).items() if k != 'model'}
-"""Fields that a reading may give: all but the friction law, which each experiment chooses."""
+NOT_PRINTED = {
+    'friction': (
+        'element_stiffness', 'element_limit', 'fluid_time_constant', 'stop_velocity',
+        'start_velocity', 'static_friction_reading', 'memory_time', 'film_reading',
+        'film_rest_velocity', 'film_rest_reading',
+    ),
+    'valve': ('laminar_pressure_ratio',),
+    'gas': ('gas_constant',),
+    'operation': (
+        'initial_position', 'initial_pressure_1', 'initial_pressure_2', 'rest_time',
+    ),
+}  # fmt: skip
+"""Section -> fields that the paper leaves open."""
+AS_PRINTED: dict[str, dict[str, tuple[float, ...]]] = {
+    'valve': {'exhaust_zero_voltage': (2.65,)},
+    'operation': {'supply_pressure': (4e5, 5e5)},
+}
+"""Section -> fields that can be read in more ways than one -> values that are no change of it."""
+EXPERIMENT = {'friction': ('model',), 'operation': ('load_mass',)}
+"""Section -> fields that each experiment chooses."""
+SPECIFICATIONS: dict[str, dict[str, Specification]] = {
+    section: {
+        key: value
+        for key, value in specifications(fields).items()
+        if key not in EXPERIMENT.get(section, ())
+    }
+    for section, fields in SECTIONS.items()
+}
+"""Section -> field -> what a reading may give for it."""
 LONGEST_NAME = 60
 """[character]"""
 
@@ -82,14 +91,16 @@ def reading_values(reading: Reading) -> dict[str, Any]:
     """Return the mapping that, as YAML or JSON, reads back to the same reading."""
     return {
         'name': reading.name,
-        'friction': _formatted(reading.friction),
-        **{key: OVERRIDES[key].format(value) for key, value in reading.operation.items()},
-        **{name: _formatted(friction) for name, friction in reading.single.items()},
+        **_formatted(reading.common),
+        **{name: _formatted(changes) for name, changes in reading.single.items()},
     }
 
 
-def _formatted(friction: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: SPECIFICATIONS[key].format(value) for key, value in friction.items()}
+def _formatted(changes: Changes) -> dict[str, dict[str, Any]]:
+    return {
+        section: {key: SPECIFICATIONS[section][key].format(v) for key, v in values.items()}
+        for section, values in changes.items()
+    }
 
 
 def short_text(specification: Specification, value: Any) -> str:
@@ -101,22 +112,33 @@ def short_text(specification: Specification, value: Any) -> str:
     return specification.format(value).replace('_', ' ')
 
 
+def open_quantities() -> Iterator[tuple[str, str]]:
+    """Yield section and field of all that the paper leaves open or that can be read twice."""
+    for section in SPECIFICATIONS:
+        for key in (*NOT_PRINTED.get(section, ()), *AS_PRINTED.get(section, ())):
+            yield section, key
+
+
 def printed_values_changed(reading: Reading) -> list[str]:
-    """Return the fields in which the reading departs from what Table 2 prints."""
-    return [
-        key
-        for key in SPECIFICATIONS
-        if key not in NOT_PRINTED
-        and any(
-            getattr(_friction(name), key) != value
+    """Return section.field of what the reading gives another value than the paper prints."""
+    return sorted(
+        {
+            f'{section}.{key}'
             for name in CYLINDERS
-            if (value := reading.friction_of(name).get(key)) is not None
-        )
-    ]
+            for changes in (reading.common, reading.single.get(name, {}))
+            for section, values in changes.items()
+            for key, value in values.items()
+            if _departs(name, section, key, value)
+        }
+    )
 
 
-def _friction(cylinder: str) -> Friction:
-    return load_configuration(cylinder).model.friction
+def _departs(cylinder: str, section: str, key: str, value: Any) -> bool:
+    if key in NOT_PRINTED.get(section, ()):
+        return False
+    if key in AS_PRINTED.get(section, ()):
+        return value not in AS_PRINTED[section][key]
+    return bool(getattr(getattr(shipped(cylinder), section), key) != value)
 
 
 def _locate(source: str | Path) -> Path:
@@ -131,26 +153,26 @@ def _locate(source: str | Path) -> Path:
 
 
 def _read(data: object, origin: str, stem: str) -> Reading:
-    values = _mapping(data, ('name', 'friction', *CONDITIONS, *CYLINDERS), origin)
+    values = _mapping(data, ('name', *SPECIFICATIONS, *CYLINDERS), origin)
     return Reading(
         _name(values.get('name', stem), origin),
-        _parsed_friction(values.get('friction', {}), f'{origin}: friction'),
+        _changes({key: values[key] for key in SPECIFICATIONS if key in values}, origin),
         {
-            key: OVERRIDES[key].parse(values[key], f'{origin}: {key}')
-            for key in CONDITIONS
-            if key in values
-        },
-        {
-            name: _parsed_friction(values[name], f'{origin}: {name}')
+            name: _changes(values[name], f'{origin}: {name}')
             for name in CYLINDERS
             if name in values
         },
     )
 
 
-def _parsed_friction(data: object, where: str) -> dict[str, Any]:
-    values = _mapping(data, SPECIFICATIONS, where)
-    return {k: SPECIFICATIONS[k].parse(value, f'{where}.{k}') for k, value in values.items()}
+def _changes(data: object, where: str) -> dict[str, dict[str, Any]]:
+    """Return sections with their fields in SI units."""
+    changes = {}
+    for section, fields in _mapping(data, SPECIFICATIONS, where).items():
+        allowed, place = SPECIFICATIONS[section], f'{where}: {section}'
+        values = _mapping(fields, allowed, place)
+        changes[section] = {k: allowed[k].parse(v, f'{place}.{k}') for k, v in values.items()}
+    return changes
 
 
 def _mapping(data: object, allowed: Iterable[str], where: str) -> dict[str, Any]:
@@ -173,9 +195,5 @@ def _name(name: object, origin: str) -> str:
 def _check_with_cylinders(reading: Reading, origin: str) -> None:
     """Refuse what contradicts itself once it is put into the shipped cylinders."""
     for name in CYLINDERS:
-        shipped = load_configuration(name)
-        friction = shipped.model.friction._replace(**reading.friction_of(name))
-        operation = shipped.model.operation._replace(**reading.operation)
-        model = shipped.model._replace(friction=friction, operation=operation)
-        changed = replace(shipped, model=model)
+        changed = replace(load_configuration(name), model=reading.model(name))
         configuration_from_yaml(changed.to_yaml(), f'{origin}: with {name}')

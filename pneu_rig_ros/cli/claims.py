@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +13,11 @@ from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
+    from pneu_rig_ros.claims.captions import Summary
     from pneu_rig_ros.claims.experiments import Laboratory, Reading
     from pneu_rig_ros.claims.findings import Row
 
 STDOUT = '-'
-SEARCH_OPTIONS = ('seed', 'workers', 'scheduler', 'out', 'keep')
-OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 
 
 @click.command(
@@ -27,11 +25,11 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
     epilog='\b\nExamples:\n'
     '  pneu-rig claims\n'
     '  pneu-rig claims --html claims.html\n'
+    '  pneu-rig claims --reading plainest --no-neighbours\n'
     '  pneu-rig claims --reading my_reading.yaml --json | jq .[].holds\n'
-    '  pneu-rig claims --search 500 --seed 1 --workers 2 --out search.json\n'
     '\b\nA reading is a YAML file with what differs from the shipped cylinders:\n'
     '  friction: {stop_velocity: 0.001 m/s, static_friction_reading: follows_clock}\n'
-    '  rest_time: 900.0 s\n',
+    '  operation: {rest_time: 900.0 s}\n',
 )
 @click.option(
     '--reading',
@@ -51,107 +49,85 @@ OTHER_OPTIONS = ('reading', 'html', 'as_json', 'markdown')
 )
 @click.option('--markdown', is_flag=True, default=None, help='print a short table in Markdown')
 @click.option(
-    '--search',
-    type=options.Whole(1, 1_000_000),
-    metavar='N',
-    help='instead, try N settings of what the paper does not print and rank them',
-)
-@click.option('--seed', type=options.SEED, metavar='INTEGER', help='of the search  [default: 1]')
-@click.option(
-    '--keep',
-    type=options.Whole(1, 10),
-    metavar='NUMBER',
-    help='of a statement that is to hold before all others, in the search',
-)
-@options.workers_options()
-@click.option(
-    '--out', type=click.Path(path_type=Path), metavar='FILE', help='write the search as JSON'
+    '--neighbours/--no-neighbours',
+    default=True,
+    help='measure each statement under neighbouring settings too  [default: yes, about a minute]',
 )
 @options.quiet_option
-def claims(search: int | None, quiet: bool, **given: Any) -> None:
+def claims(
+    reading: str | None, html: Path | None, as_json: str | None, markdown: bool | None,
+    neighbours: bool, quiet: bool,
+) -> None:  # fmt: skip
     """
     Measure every statement of the paper on simulated strokes.
 
-    Prints a row for each: what the paper says, what was measured, whether it holds. The exit code
-    is 0 whatever holds.
+    Prints a row for each: what the paper says, what was measured, whether it holds, and the share
+    of neighbouring settings under which it holds: u, supply pressure and each unprinted quantity
+    5 % off, starts along the stroke. The exit code is 0 whatever holds.
     """
-    _check_together(search is not None, given)
-    for option in ('html', 'out'):
-        if given[option]:
-            given[option] = options.new_file(given[option], f'--{option}')
-    if search is not None:
-        from pneu_rig_ros.cli.search import run_search
-
-        run_search(
-            search, given['seed'], given['workers'], given['scheduler'], given['out'],
-            given['keep'], quiet,
-        )  # fmt: skip
-    else:
-        source = given['reading'] or 'default'
-        _measure(source, given['html'], given['as_json'], given['markdown'], quiet)
-
-
-def _check_together(searching: bool, given: dict[str, Any]) -> None:
-    """Refuse options that would do nothing."""
-    for name in OTHER_OPTIONS if searching else SEARCH_OPTIONS:
-        if given[name] is not None:
-            option = '--json' if name == 'as_json' else f'--{name}'
-            verb = 'does not go with' if searching else 'needs'
-            raise RigError(f'{option} {verb} --search')
-
-
-def _measure(
-    source: str, page: Path | None, as_json: str | None, markdown: bool | None, quiet: bool
-) -> None:
+    page = options.new_file(html, '--html') if html else None
     file = None if as_json in (None, STDOUT) else options.new_file(Path(str(as_json)), '--json')
     if markdown and as_json == STDOUT:
         raise RigError('--markdown does not go with --json without FILE: both print')
     if page and file and page.resolve() == file.resolve():
         raise RigError(f'--html and --json both name {page}; give each a file of its own')
 
+    from pneu_rig_ros.claims.captions import summary
     from pneu_rig_ros.claims.experiments import Laboratory
     from pneu_rig_ros.claims.readings import load_reading
 
-    laboratory = Laboratory(load_reading(source))
-    rows = _carry_out(laboratory, page, quiet)
-    files = {'page': page} if page else {}
+    laboratory = Laboratory(load_reading(reading or 'default'))
+    rows = _measure(laboratory, quiet)
+    shares = _neighbour_shares(laboratory.reading, quiet) if neighbours else {}
+    files = {'page': _page(page, rows, laboratory, shares, quiet)} if page else {}
+    text = json.dumps([plain(row, shares) for row in rows], indent=2, allow_nan=False) + '\n'
     if file:
-        files['data'] = write_text(file, _text(rows))
+        files['data'] = write_text(file, text)
     if as_json == STDOUT:
-        click.echo(_text(rows), nl=False)
+        click.echo(text, nl=False)
     elif markdown:
         from pneu_rig_ros.report.claims_table import markdown as table
 
-        click.echo(table(rows))
+        click.echo(table(rows, shares))
     elif not quiet:
-        _print(rows, laboratory.reading)
+        _print(rows, laboratory.reading, shares, summary(laboratory))
         output.print_values({name: str(path) for name, path in files.items()})
 
 
-def _carry_out(laboratory: Laboratory, page: Path | None, quiet: bool) -> list[Row]:
-    """Measure all statements and write the page, if one is asked for, behind a progress bar."""
+def _measure(laboratory: Laboratory, quiet: bool) -> list[Row]:
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
 
     rows = []
     with output.step_bar('statements', len(STATEMENTS), quiet) as progress:
-        for number, statement in enumerate(STATEMENTS, start=1):
+        for done, statement in enumerate(STATEMENTS, start=1):
             rows.append(measure(laboratory, statement))
-            progress(number)
-    if page:
-        from pneu_rig_ros.report.claims_figures import pictures
-        from pneu_rig_ros.report.claims_page import write_page
-
-        with output.step_bar('figures', len(list(pictures())), quiet) as progress:
-            write_page(page, rows, laboratory, progress)
+            progress(done)
     return rows
 
 
-def _text(rows: Sequence[Row]) -> str:
-    return json.dumps([plain(row) for row in rows], indent=2, allow_nan=False) + '\n'
+def _neighbour_shares(reading: Reading, quiet: bool) -> dict[int, float]:
+    from pneu_rig_ros.claims.neighbours import failures, neighbours
+    from pneu_rig_ros.executor import executor
+
+    total = len(list(neighbours(reading)))
+    with executor(None) as processes, output.step_bar('neighbours', total, quiet) as progress:
+        fails = failures(reading, processes, progress)
+    return {number: 1.0 - len(names) / total for number, names in fails.items()}
 
 
-def plain(row: Row) -> dict[str, Any]:
-    """Return a row as plain data: statement, expected, measured, holds."""
+def _page(
+    page: Path, rows: Sequence[Row], laboratory: Laboratory, shares: Mapping[int, float],
+    quiet: bool,
+) -> Path:  # fmt: skip
+    from pneu_rig_ros.report.claims_figures import pictures
+    from pneu_rig_ros.report.claims_page import write_page
+
+    with output.step_bar('figures', len(list(pictures())), quiet) as progress:
+        return write_page(page, rows, laboratory, shares, progress)
+
+
+def plain(row: Row, shares: Mapping[int, float]) -> dict[str, Any]:
+    """Return a row as plain data; ``neighbours`` is a share [-], None if not measured."""
     return {
         'statement': row.statement.number,
         'expected': row.statement.text,
@@ -160,6 +136,7 @@ def plain(row: Row) -> dict[str, Any]:
             for finding in row.findings
         ],
         'holds': bool(row.holds),
+        'neighbours': shares.get(row.statement.number),
     }
 
 
@@ -172,38 +149,41 @@ def write_text(path: Path, text: str) -> Path:
     return path
 
 
-def _print(rows: Sequence[Row], reading: Reading) -> None:
+def _print(
+    rows: Sequence[Row], reading: Reading, shares: Mapping[int, float],
+    strokes: Sequence[Summary],
+) -> None:  # fmt: skip
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
+    from pneu_rig_ros.claims.captions import stroke_text
     from pneu_rig_ros.claims.readings import printed_values_changed
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_lines=True)
     table.add_column('no.', justify='right')
-    table.add_column('the paper says', max_width=34)
-    table.add_column('measured (in full: what does not hold)')
+    table.add_column('the paper says', max_width=30)
+    table.add_column('wanted: measured (the tightest, or all that fail)')
     table.add_column('verdict', no_wrap=True)
+    if shares:
+        table.add_column('neighbours', justify='right')
     for row in rows:
-        statement, style = row.statement, 'green' if row.holds else 'red'
-        verdict = Text('holds' if row.holds else 'does not', style)
-        table.add_row(str(statement.number), statement.text, _measured(row), verdict)
+        verdict = Text(*(('holds', 'green') if row.holds else ('does not', 'red')))
+        share = [f'{shares[row.statement.number]:.0%}'] if shares else []
+        cells = str(row.statement.number), row.statement.text, _measured(row)
+        table.add_row(*cells, verdict, *share)
     output.print_table(table)
     terminal = output.console()
     held = sum(row.holds for row in rows)
     terminal.print()
+    for line in strokes:
+        terminal.print(stroke_text(line))
     terminal.print(f'{held} of {len(rows)} statements hold under the reading {reading.name!r}')
     if changed := printed_values_changed(reading):
-        terminal.print(f'which changes values that Table 2 prints: {", ".join(changed)}')
+        terminal.print(f'which changes values that the paper prints: {", ".join(changed)}')
 
 
 def _measured(row: Row) -> str:
-    """Return what was measured: a line a cylinder of all that holds, and what does not."""
-    held: dict[str, list[str]] = {}
-    for finding in row.findings:
-        if finding.holds:
-            cylinder = re.match(r'cylinder_\d', finding.says)
-            held.setdefault(f'{cylinder[0]}: ' if cylinder else '', []).append(finding.measured)
-    lines = [cylinder + '; '.join(measured) for cylinder, measured in held.items()]
+    """Return the finding with the least margin, or all that fail."""
     failed = [f'NOT {f.says}: {f.measured}' for f in row.findings if not f.holds]
-    return '\n'.join([*lines, *failed])
+    return '\n'.join(failed) or f'{row.tightest.says}: {row.tightest.measured}'

@@ -12,16 +12,17 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from pneu_rig_ros.claims.captions import DWELL, RLG
 from pneu_rig_ros.claims.dwell_law import PAUSES, pauses, static_peaks
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Experiment, Laboratory, Stroke
-from pneu_rig_ros.claims.statements import (
-    COMMANDS,
-    DWELL,
+from pneu_rig_ros.claims.trends import (
     LOAD_COMMAND,
     LOADS,
-    RLG,
     SUPPLIES,
+    commands,
+    loads,
     starts,
+    supplies,
 )
 from pneu_rig_ros.report.figure import BAR, BLUE, GREY, ORANGE, STYLE
 
@@ -67,14 +68,14 @@ def pictures() -> Iterator[Picture]:
 def _sweep_pictures() -> Iterator[Picture]:
     yield Picture(
         'fig-7', 'Fig. 7: effect of the airflow rate',
-        'Position against time for several commands u, at 4 bar and 0.2 kg. The text prints only '
-        '0.28-0.29 V for cylinder 1; the others are chosen around the captions of Fig. 4-6.',
+        'Position against time at 4 bar and 0.2 kg, with the airflow of Fig. 4-6 and multiples '
+        'of it, the same for all cylinders. The text prints only 0.28-0.29 V for cylinder 1.',
         lambda laboratory: _sweep(laboratory, _commands),
     )  # fmt: skip
     yield Picture(
         'fig-8', 'Fig. 8: effect of the supply pressure',
-        f'Position against time from {min(SUPPLIES) / BAR - 1.0:g} to '
-        f'{max(SUPPLIES) / BAR - 1.0:g} bar (gauge), at the u of Fig. 4-6 and 0.2 kg.',
+        f'Position against time from {min(SUPPLIES):g} to {max(SUPPLIES):g} bar, at the u of '
+        'Fig. 4-6 and 0.2 kg.',
         lambda laboratory: _sweep(laboratory, _supplies),
     )  # fmt: skip
     yield Picture(
@@ -115,8 +116,7 @@ def _comparison_picture(key: str, title: str, name: str) -> Picture:
 
 
 def _operating_point(point: Experiment) -> str:
-    supply = point.supply_pressure / BAR - 1.0
-    return f'u = {point.u:.2f} V, supply {supply:g} bar (gauge), load {point.load_mass:g} kg'
+    return f'u = {point.u:.2f} V, supply {point.supply:g} bar, load {point.load_mass:g} kg'
 
 
 def _plain(name: str) -> str:
@@ -197,28 +197,28 @@ def _finish_panels(axes: Sequence[Axes], strokes: Sequence[Stroke]) -> None:
     axes[3].set_xlim(0.0, 1.002 * max(float(stroke.run.time[-1]) for stroke in strokes))
 
 
-Choice = Callable[[Laboratory, str], Iterator[tuple[str, Experiment]]]
-"""Laboratory, name of a cylinder -> label and experiment of each curve."""
+Choice = Callable[[str], Iterator[tuple[str, Experiment]]]
+"""Name of a cylinder -> label and experiment of each curve."""
 
 
-def _commands(_: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
-    for u in COMMANDS[name]:
-        yield f'{u:.2f} V', replace(CAPTIONS[name], u=u)
+def _commands(name: str) -> Iterator[tuple[str, Experiment]]:
+    for experiment in commands(name):
+        yield f'{experiment.u:.3g} V', experiment
 
 
-def _supplies(_: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
-    for pressure in SUPPLIES:
-        yield f'{pressure / BAR - 1.0:g} bar', replace(CAPTIONS[name], supply_pressure=pressure)
+def _supplies(name: str) -> Iterator[tuple[str, Experiment]]:
+    for experiment in supplies(name):
+        yield f'{experiment.supply:g} bar', experiment
 
 
-def _loads(_: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
-    for mass in LOADS:
-        yield f'{mass:g} kg', replace(CAPTIONS[name], u=LOAD_COMMAND, load_mass=mass)
+def _loads(_: str) -> Iterator[tuple[str, Experiment]]:
+    for experiment in loads():
+        yield f'{experiment.load_mass:g} kg', experiment
 
 
-def _starts(laboratory: Laboratory, name: str) -> Iterator[tuple[str, Experiment]]:
-    for experiment in starts(laboratory, name):
-        yield f'{1e3 * (experiment.initial_position or 0.0):g} mm', experiment
+def _starts(name: str) -> Iterator[tuple[str, Experiment]]:
+    for experiment in starts(name):
+        yield f'{experiment.start or 0.0:.0%} of the stroke', experiment
 
 
 def _sweep(laboratory: Laboratory, choice: Choice, names: Sequence[str] = CYLINDERS) -> Figure:
@@ -227,7 +227,7 @@ def _sweep(laboratory: Laboratory, choice: Choice, names: Sequence[str] = CYLIND
         figure, axes = _figure(1, len(names), 3.4)
         for panel, name, letter in zip(axes, names, LETTERS, strict=False):
             length = laboratory.perform(CAPTIONS[name]).plant.model.cylinder.stroke
-            curves = list(choice(laboratory, name))
+            curves = list(choice(name))
             colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(curves)))
             for (label, experiment), color in zip(curves, colors, strict=True):
                 run = laboratory.perform(experiment).run

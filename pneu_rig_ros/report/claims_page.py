@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,24 +14,24 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.batch.strokes import END_SHARE
+from pneu_rig_ros.claims.captions import stroke_text, summary
 from pneu_rig_ros.claims.experiments import CYLINDERS, LONGEST_STROKE, Laboratory
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.readings import (
-    CONDITIONS,
-    NOT_PRINTED,
     SPECIFICATIONS,
+    open_quantities,
     printed_values_changed,
     short_text,
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report.claims_figures import Picture, pictures
-from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import OVERRIDES
 
 FIGURES_OF = {
     1: ('fig-4',), 2: ('fig-5',), 3: ('fig-6',), 4: ('fig-7',), 5: ('fig-8',), 6: ('fig-9',),
-    7: ('fig-10',), 8: ('fig-11', 'fig-12', 'fig-13'), 9: ('fig-3',), 10: (),
+    7: ('fig-10',), 8: ('fig-11', 'fig-12', 'fig-13'), 9: ('fig-3',), 10: (), 11: ('fig-5',),
+    12: ('fig-7',), 13: ('fig-8',), 14: ('fig-11', 'fig-12', 'fig-13'),
+    15: ('fig-11', 'fig-12', 'fig-13'), 16: (), 17: (),
 }  # fmt: skip
 """Number of a statement -> figures that show it."""
 
@@ -56,6 +56,7 @@ def write_page(
     path: Path,
     rows: Sequence[Row],
     laboratory: Laboratory,
+    shares: Mapping[int, float],
     progress: Callable[[int], None] = lambda _: None,
 ) -> Path:
     """
@@ -63,7 +64,8 @@ def write_page(
 
     :param rows: all statements, measured in the laboratory
     :param laboratory: has carried out the experiments
-    :param progress: told the number of figures drawn
+    :param shares: number of a statement -> share of the neighbours under which it holds [-]
+    :param progress: called with the number of figures drawn
     :raises RigError: when the file cannot be written
     """
     figures = []
@@ -72,6 +74,8 @@ def write_page(
         progress(number)
     text = _template().render(
         rows=rows,
+        shares=shares,
+        strokes=[stroke_text(line) for line in summary(laboratory)],
         figures=figures,
         figures_of=FIGURES_OF,
         reading=laboratory.reading,
@@ -92,19 +96,13 @@ def write_page(
 
 def reading_table(laboratory: Laboratory) -> Iterator[Value]:
     """Yield what the paper does not print, and what the reading changes of the printed."""
-    reading = laboratory.reading
-    models = [load_configuration(name).model for name in CYLINDERS]
-    for key in (*NOT_PRINTED, *printed_values_changed(reading)):
-        used = [
-            reading.friction_of(name).get(key, getattr(model.friction, key))
-            for name, model in zip(CYLINDERS, models, strict=True)
-        ]
-        texts = tuple(short_text(SPECIFICATIONS[key], value) for value in used)
-        yield Value(key, SPECIFICATIONS[key].description, texts, key not in NOT_PRINTED)
-    for key in CONDITIONS:
-        used = [reading.operation.get(key, getattr(m.operation, key)) for m in models]
-        texts = tuple(short_text(OVERRIDES[key], value) for value in used)
-        yield Value(key, OVERRIDES[key].description, texts, False)
+    models = [laboratory.reading.model(name) for name in CYLINDERS]
+    changed = [tuple(name.split('.')) for name in printed_values_changed(laboratory.reading)]
+    for section, key in dict.fromkeys([*open_quantities(), *changed]):
+        specification = SPECIFICATIONS[section][key]
+        used = [getattr(getattr(model, section), key) for model in models]
+        texts = tuple(short_text(specification, value) for value in used)
+        yield Value(key, specification.description, texts, (section, key) in changed)
 
 
 def data_address(figure: Figure) -> str:

@@ -2,11 +2,15 @@
 
 import json
 import re
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
+from pneu_rig_ros.claims import neighbours as module
+from pneu_rig_ros.claims.experiments import Reading
 from pneu_rig_ros.claims.findings import Finding, Row, Statement
+from pneu_rig_ros.claims.neighbours import neighbours
 from pneu_rig_ros.claims.statements import STATEMENTS
 from pneu_rig_ros.cli.claims import _measured
 
@@ -15,7 +19,7 @@ from .conftest import Run
 
 def test_prints_a_row_for_each_statement_and_writes_files(run: Run, tmp_path: Path) -> None:
     page, data = tmp_path / 'page.html', tmp_path / 'data.json'
-    code, out, err = run('--html', page, '--json', data)
+    code, out, err = run('--no-neighbours', '--html', page, '--json', data)
     assert (code, err) == (0, '')
     verdicts = re.findall(r'^ {0,2}(\d+)   .* (holds|does not) *$', out, re.MULTILINE)
     assert [int(number) for number, _ in verdicts] == [s.number for s in STATEMENTS]
@@ -30,12 +34,13 @@ def test_prints_a_row_for_each_statement_and_writes_files(run: Run, tmp_path: Pa
 def test_json_alone_is_the_whole_output(run: Run, tmp_path: Path) -> None:
     reading = tmp_path / 'stiff.yaml'
     reading.write_text('friction: {element_stiffness: [1e6 N/m], element_limit: []}')
-    code, out, _ = run('--reading', reading, '--json')
+    code, out, _ = run('--no-neighbours', '--reading', reading, '--json')
     assert code == 0
     entries = json.loads(out)
     assert [entry['statement'] for entry in entries] == [s.number for s in STATEMENTS]
     for entry, statement in zip(entries, STATEMENTS, strict=True):
-        assert set(entry) == {'statement', 'expected', 'measured', 'holds'}
+        assert set(entry) == {'statement', 'expected', 'measured', 'holds', 'neighbours'}
+        assert entry['neighbours'] is None
         assert entry['expected'] == statement.text
         findings = entry['measured']
         assert {type(finding['holds']) for finding in findings} == {bool}
@@ -49,7 +54,22 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
         Finding('larger', '1, 1 mm', -0.1),
     )
     row = Row(Statement(1, 'text', lambda _: findings), findings)
-    assert _measured(row) == 'cylinder_1: 3, 2 s; 9, 2\nNOT larger: 1, 1 mm'
+    assert _measured(row) == 'NOT larger: 1, 1 mm'
+    held = Row(row.statement, findings[:2])
+    assert _measured(held) == 'cylinder_1: fewer: 9, 2'
+
+
+def test_neighbours_are_measured_and_their_share_is_printed(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = list(islice(neighbours(Reading()), 2))
+    monkeypatch.setattr(module, 'neighbours', lambda _: few)
+    code, out, _ = run('--json')
+    assert code == 0
+    assert {entry['neighbours'] for entry in json.loads(out)} <= {0.0, 0.5, 1.0}
+    code, out, _ = run()
+    assert 'neighbours' in out
+    assert re.search(r'cylinder_1: \d+ cycles, at rest \d+%', ' '.join(out.split()))
 
 
 @pytest.mark.parametrize(
@@ -57,19 +77,9 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
     [
         (['--reading', 'nope'], "unknown name 'nope'"),
         (['--reading', 'nope.yaml'], 'nope.yaml: cannot be read'),
-        (['--seed', '3'], '--seed needs --search'),
-        (['--workers', '1'], '--workers needs --search'),
-        (['--scheduler', 'tcp://x:1'], '--scheduler needs --search'),
-        (['--out', 'x.json'], '--out needs --search'),
-        (['--search', '3', '--html', 'x.html'], '--html does not go with --search'),
-        (['--search', '3', '--json'], '--json does not go with --search'),
-        (['--search', '0'], "'--search': 0 is not in the range"),
-        (['--search', '2', '--workers', '0'], "'--workers': 0 is not in the range"),
         (['--html', '/nowhere/x.html'], 'there is no directory /nowhere'),
         (['--json', '/nowhere/x.json'], 'there is no directory /nowhere'),
-        (['--search', '2', '--out', '/nowhere/x.json'], 'there is no directory /nowhere'),
         (['--markdown', '--json'], '--markdown does not go with --json'),
-        (['--search', '3', '--markdown'], '--markdown does not go with --search'),
         (['--html', 'x', '--json', 'x'], '--html and --json both name x'),
         (['--html', '/'], '--html / exists'),
     ],

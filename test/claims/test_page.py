@@ -12,6 +12,7 @@ import pytest
 
 from pneu_rig_ros.claims.experiments import Laboratory, Reading
 from pneu_rig_ros.claims.findings import Finding, Row
+from pneu_rig_ros.claims.statements import STATEMENTS
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report import claims_page
 from pneu_rig_ros.report.claims_figures import Picture, pictures
@@ -19,6 +20,7 @@ from pneu_rig_ros.report.claims_page import FIGURES_OF, data_address, write_page
 
 VOID = {'meta', 'img'}
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
+SHARES = {statement.number: 0.96 for statement in STATEMENTS}
 HOSTILE = '<script>alert("&amp;")</script>'
 
 
@@ -53,7 +55,7 @@ class Reader(HTMLParser):
 def path(
     rows: list[Row], laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
-    return write_page(tmp_path_factory.mktemp('page') / 'page.html', rows, laboratory)
+    return write_page(tmp_path_factory.mktemp('page') / 'page.html', rows, laboratory, SHARES)
 
 
 @pytest.fixture(scope='module')
@@ -62,6 +64,7 @@ def page(path: Path) -> Reader:
 
 
 def test_every_statement_and_finding_is_there(page: Reader, rows: list[Row]) -> None:
+    assert page.text.count('96 %') == len(rows)
     verdicts = re.findall(r'holds|does not', page.text[page.text.index('Verdict') :])
     assert verdicts[: len(rows)] == ['holds' if row.holds else 'does not' for row in rows]
     for row in rows:
@@ -116,8 +119,8 @@ def test_hostile_names_are_text(
     finding = Finding(HOSTILE, HOSTILE, -1.0)
     row = Row(replace(rows[0].statement, text=HOSTILE), (finding,))
     hostile = Laboratory(Reading(HOSTILE))
-    hostile.perform = laboratory.perform  # type: ignore[method-assign]
-    text = write_page(tmp_path / 'page.html', [row], hostile).read_text()
+    hostile.perform_all = laboratory.perform_all  # type: ignore[method-assign]
+    text = write_page(tmp_path / 'page.html', [row], hostile, {}).read_text()
     page = Reader(text)
     assert 'script' not in {tag for tag, _ in page.tags}
     # reading in title, tally and values; statement twice; finding twice; figure twice
@@ -128,10 +131,11 @@ def test_hostile_names_are_text(
 def test_changed_table_2_is_told(
     rows: list[Row], laboratory: Laboratory, one_figure: Picture, tmp_path: Path
 ) -> None:
-    changed = Laboratory(Reading('moved', {'dwell_coefficient': 0.5}, {'rest_time': 60.0}))
-    changed.perform = laboratory.perform  # type: ignore[method-assign]
-    page = Reader(write_page(tmp_path / 'page.html', rows, changed).read_text())
-    assert 'changes values that Table 2 prints: dwell_coefficient' in page.text
+    common = {'friction': {'dwell_coefficient': 0.5}, 'operation': {'rest_time': 60.0}}
+    changed = Laboratory(Reading('moved', common))
+    changed.perform_all = laboratory.perform_all  # type: ignore[method-assign]
+    page = Reader(write_page(tmp_path / 'page.html', rows, changed, {}).read_text())
+    assert 'changes values that the paper prints: friction.dwell_coefficient' in page.text
     assert '0.5 s^-alpha' in page.text
     assert '60 s' in page.text
 
@@ -140,7 +144,7 @@ def test_unwritable_page_is_told(
     rows: list[Row], laboratory: Laboratory, one_figure: Picture, tmp_path: Path
 ) -> None:
     with pytest.raises(RigError, match=r'cannot write the page .*: No such file'):
-        write_page(tmp_path / 'nowhere' / 'page.html', rows, laboratory)
+        write_page(tmp_path / 'nowhere' / 'page.html', rows, laboratory, {})
 
 
 @pytest.mark.skipif(not CHROMIUM, reason='chromium is not installed; the page is not opened')

@@ -1,6 +1,5 @@
-"""The statements of the paper that hold under the default reading, each with its margin."""
+"""The statements of the paper under the default reading and its neighbours."""
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -8,9 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pneu_rig_ros.claims import statements
+from pneu_rig_ros.claims import captions, measures, trends
 from pneu_rig_ros.claims.dwell_law import equation_16, static_peaks
-from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Laboratory, Reading
+from pneu_rig_ros.claims.estimation import heavy_finding
+from pneu_rig_ros.claims.experiments import (
+    CAPTIONS,
+    CYLINDERS,
+    Conditions,
+    Experiment,
+    Laboratory,
+    Reading,
+    Stroke,
+)
 from pneu_rig_ros.claims.findings import (
     Finding,
     Row,
@@ -22,80 +30,94 @@ from pneu_rig_ros.claims.findings import (
     rises_throughout,
     unchanged,
 )
+from pneu_rig_ros.claims.neighbours import STEP, failures, neighbours, varied
 from pneu_rig_ros.claims.readings import load_reading, printed_values_changed
-from pneu_rig_ros.claims.search import START, reading_of
-from pneu_rig_ros.claims.statements import STATEMENTS, measure, starts
+from pneu_rig_ros.claims.statements import STATEMENTS, measure
+from pneu_rig_ros.executor import executor
 
-HOLD = (2, 3, 4, 5, 6, 7, 9, 10)
-
-
-@pytest.mark.parametrize('number', HOLD)
-def test_statement_holds(rows: Sequence[Row], number: int) -> None:
-    row = next(row for row in rows if row.statement.number == number)
-    assert [finding.says for finding in row.findings if not finding.holds] == []
+HOLD = {1, 2, 3, 4, 5, 6, 8, 10, 11, 12, 13, 14, 15, 16}
+"""Statements that hold under the default reading; docs/decisions.md says why the others do not."""
 
 
-def test_stick_slip_persists_with_equation_16_and_its_cycles_are_not_those_of_rlg(
-    rows: Sequence[Row],
-) -> None:
-    findings = next(row.findings for row in rows if row.statement.number == 8)
-    assert {f.says for f in findings if not f.holds} == {
-        f'{name}: and attenuates (falling peaks after the first, as in 1)'
-        for name in ('cylinder_1', 'cylinder_2')
-    }
+def test_statements_hold_as_the_decisions_say(rows: Sequence[Row]) -> None:
+    failed = {r.statement.number: [f.says for f in r.findings if not f.holds] for r in rows}
+    assert {number for number, says in failed.items() if not says} == HOLD, failed
 
 
-def test_statements_that_do_not_hold_are_said_not_to(rows: Sequence[Row]) -> None:
-    # a statement that begins to hold belongs into HOLD and into docs/decisions.md
-    assert {row.statement.number for row in rows if row.holds} == set(HOLD)
-
-
-@pytest.mark.parametrize(
-    ('name', 'expected'), [('plainest', {10}), ('statement_1', {1, 3, 7, 10})]
-)
-def test_shipped_readings_hold_what_the_decisions_say(name: str, expected: set[int]) -> None:
-    laboratory = Laboratory(load_reading(name))
-    assert printed_values_changed(laboratory.reading) == []
-    assert {s.number for s in STATEMENTS if measure(laboratory, s).holds} == expected
-
-
-def test_default_is_the_known_start_of_the_search() -> None:
-    known = reading_of(START)
+def test_default_changes_nothing_that_the_paper_prints() -> None:
+    assert printed_values_changed(Reading()) == []
     for name in CYLINDERS:
-        shipped = Laboratory().plant(CAPTIONS[name]).model
-        for key, value in known.friction_of(name).items():
-            assert getattr(shipped.friction, key) == pytest.approx(value, rel=0.03), key
-        assert shipped.operation.rest_time == pytest.approx(known.operation['rest_time'], rel=0.03)
+        model = Reading().model(name)
+        assert model.valve.exhaust_zero_voltage == model.valve.intake_voltage  # u_m, Eq. 3
+        assert model.operation.supply_pressure in (4e5, 5e5)
 
 
-def test_by_the_means_of_the_strokes_two_would_not_hold_and_six_hardly(
-    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # docs/decisions.md and the README say so
-    monkeypatch.setattr(
-        statements, 'middle', lambda values: float(np.mean(values)) if len(values) else np.nan
-    )
-    rows = [measure(laboratory, statement) for statement in STATEMENTS if statement.number in HOLD]
-    findings = {row.statement.number: row.findings for row in rows}
-    two, six = findings.pop(2), findings.pop(6)
-    assert all(finding.holds for found in findings.values() for finding in found)
-    assert [f.says for f in two if not f.holds] == ['median dwell shorter than of cylinder 1']
-    (slips,) = (finding for finding in six if finding.says == 'larger slips')
-    assert all(finding.holds for finding in six if finding is not slips)
-    first, *_, last = map(float, re.findall(r'[0-9.]+', slips.measured))
-    assert first == pytest.approx(18.2, abs=0.1)
-    assert last == pytest.approx(18.2, abs=0.1)
+def test_cylinders_truly_stop(laboratory: Laboratory) -> None:
+    one, two, three = captions.summary(laboratory)
+    assert min(one.resting, two.resting) >= 0.5
+    assert three.reach >= 0.8
+    for stroke in laboratory.captions():  # by the velocity itself, not by the position
+        share = np.mean(np.abs(stroke.run.velocity) < 1e-3)
+        assert share > 0.3, stroke.experiment.cylinder
+
+
+def test_statements_hold_under_neighbouring_settings() -> None:
+    total = len(list(neighbours(Reading())))
+    with executor(None) as processes:
+        fails = failures(Reading(), processes)
+    shares = {number: 1.0 - len(names) / total for number, names in fails.items()}
+    for number in HOLD - WEAK:
+        assert shares[number] >= 0.86, (number, fails[number])
+    for number in WEAK:
+        assert shares[number] >= 0.65, (number, fails[number])
+    held = {name for number in HOLD - WEAK for name in fails[number]}
+    assert {name.split(' at ')[0] for name in held} <= {'start', 'u -5%'}, fails
+
+
+WEAK = {4, 6, 8}
+"""Statements that hold under fewer than 90 % of the neighbours, see docs/decisions.md."""
+
+
+def test_neighbours_move_one_thing_each() -> None:
+    reading = Reading()
+    names = [neighbour.name for neighbour in neighbours(reading)]
+    assert len(set(names)) == len(names) == 2 * (2 + len(varied(reading))) + len(trends.STARTS)
+    for name, changed, conditions in neighbours(reading):
+        moved = Laboratory(changed, conditions).plant(CAPTIONS['cylinder_1']).model
+        same = Laboratory(reading).plant(CAPTIONS['cylinder_1']).model
+        if name.startswith('memory_time'):
+            factor = moved.friction.memory_time / same.friction.memory_time
+            assert abs(factor - 1.0) == pytest.approx(STEP)
+            assert moved._replace(friction=same.friction) == same
+        if name.startswith('supply'):
+            factor = moved.operation.supply_pressure / same.operation.supply_pressure
+            assert abs(factor - 1.0) == pytest.approx(STEP)
 
 
 @pytest.mark.parametrize(
-    ('name', 'mean', 'longest'), [('cylinder_1', 0.78, 1.21), ('cylinder_2', 1.23, 3.51)]
+    ('name', 'changed', 'hold', 'fail'),
+    [
+        ('plainest', [], {10, 16, 17}, {1, 2, 3, 4, 5, 6, 8, 9, 11, 12, 13, 14, 15}),
+        ('short_memory', [], {2, 7, 13, 14}, {1, 15}),
+        ('v_s_misprinted', ['friction.stribeck_velocity'], {2, 3, 13, 14}, {4, 7}),
+    ],
 )
-def test_dwells_that_the_decisions_tell(
-    laboratory: Laboratory, name: str, mean: float, longest: float
+def test_other_readings_hold_what_the_decisions_say(
+    name: str, changed: list[str], hold: set[int], fail: set[int]
 ) -> None:
-    waits = laboratory.perform(CAPTIONS[name]).column('dwell')
-    assert waits.mean() == pytest.approx(mean, abs=0.02)
-    assert waits.max() == pytest.approx(longest, abs=0.02)
+    laboratory = Laboratory(load_reading(name))
+    assert printed_values_changed(laboratory.reading) == changed
+    held = {s.number for s in STATEMENTS if measure(laboratory, s).holds}
+    assert hold <= held
+    assert not fail & held
+
+
+def test_statement_10_fails_with_a_wrong_inertia(laboratory: Laboratory) -> None:
+    heavy = replace(CAPTIONS['cylinder_1'], u=trends.LOAD_COMMAND, load_mass=trends.LOADS[-1])
+    stroke = laboratory.perform(heavy)
+    assert heavy_finding(stroke).holds
+    for factor in (0.0, 0.5, 1.5, 2.0):
+        assert not heavy_finding(stroke, factor).holds
 
 
 def test_equation_16_of_cylinder_1() -> None:
@@ -104,11 +126,50 @@ def test_equation_16_of_cylinder_1() -> None:
     assert grown == pytest.approx([4.0, 6.3, 9.3, 13.5], abs=0.06)
 
 
-def test_static_peak_is_the_largest_force_before_the_onset() -> None:
-    stroke = Laboratory().perform(CAPTIONS['cylinder_1'])
+def test_static_peak_is_the_largest_force_before_the_onset(laboratory: Laboratory) -> None:
+    stroke = laboratory.perform(CAPTIONS['cylinder_1'])
     whole, before = stroke.column('peak_friction'), static_peaks(stroke)
     assert len(before) == stroke.count
     assert np.all(before <= 1.05 * whole)
+
+
+def test_supply_is_read_as_the_reading_says() -> None:
+    gauge = Reading('gauge', {'operation': {'supply_pressure': 5e5}})
+    seven = Experiment('cylinder_1', 0.3, supply=7.0)
+    assert Laboratory(gauge).plant(seven).model.operation.supply_pressure == pytest.approx(8e5)
+    absolute = Reading('absolute', {'operation': {'supply_pressure': 4e5}})
+    conditions = Conditions(supply=1.05)
+    pressure = Laboratory(absolute, conditions).plant(seven).model.operation.supply_pressure
+    assert pressure == pytest.approx(1.05 * 7e5)
+
+
+def test_stroke_starts_where_the_experiment_says_before_conditions_and_reading() -> None:
+    reading = Reading('further', {'operation': {'initial_position': 0.03}})
+    point = CAPTIONS['cylinder_2']
+    assert Laboratory(reading).plant(point).state.position == 0.03
+    laboratory = Laboratory(reading, Conditions(start=0.5))
+    assert laboratory.plant(point).state.position == pytest.approx(0.1)
+    assert laboratory.plant(replace(point, start=0.2)).state.position == pytest.approx(0.04)
+
+
+def test_largest_airflow_is_three_times_that_of_the_caption() -> None:
+    for name in CYLINDERS:
+        openings = np.array([each.u for each in trends.commands(name)]) - trends.OVERLAP
+        assert openings / openings[0] == pytest.approx(trends.AIRFLOWS)
+
+
+def test_flow_is_that_of_the_valve(laboratory: Laboratory) -> None:
+    stroke: Stroke = laboratory.perform(CAPTIONS['cylinder_3'])
+    model = stroke.plant.model
+    # choked intake, Eq. 3: 0.5787 p_s sqrt(k / (R T_s)) K_V1 (u_1 - u_m)
+    gas, valve = model.gas, model.valve
+    scale = np.sqrt(gas.heat_capacity_ratio / (gas.gas_constant * gas.supply_temperature))
+    flow = 0.5787 * model.operation.supply_pressure * scale * valve.intake_coefficient
+    flow *= laboratory.voltages(stroke.experiment.u)[0] - valve.intake_voltage
+    litres = flow * gas.gas_constant * 293.15 / 1e5 * 6e4
+    rates = np.diff(stroke.run.gas_mass_1) / 1.16e-3
+    assert float(np.median(rates)) == pytest.approx(flow, rel=1e-3)
+    assert measures.largest_flow(stroke) >= 0.99 * litres
 
 
 @pytest.mark.parametrize(
@@ -143,12 +204,4 @@ def test_nothing_measured_does_not_hold(margin: float) -> None:
     finding = Finding('says', 'nothing', margin)
     assert not finding.holds
     assert finding.clipped_margin == -1.0
-    assert Row(STATEMENTS[0], (finding,)).shortfall == 1.0
-
-
-def test_stroke_starts_where_the_reading_says_unless_the_experiment_does() -> None:
-    laboratory = Laboratory(Reading('further', operation={'initial_position': 0.03}))
-    point = CAPTIONS['cylinder_2']
-    assert laboratory.plant(point).state.position == 0.03
-    assert laboratory.plant(replace(point, initial_position=0.0)).state.position == 0.0
-    assert [p.initial_position for p in starts(laboratory, 'cylinder_2')] == [0.03, 0.04, 0.05]
+    assert not Row(STATEMENTS[0], (finding,)).holds

@@ -1,0 +1,256 @@
+"""What the paper says of the strokes of Fig. 4-6 and 11-13, at the captions' operating points."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Laboratory, Stroke
+from pneu_rig_ros.claims.findings import Finding, at_least, at_most, falls, numbers
+from pneu_rig_ros.claims.measures import (
+    creeping_share,
+    dwells,
+    gradual,
+    middle,
+    pressure_drops,
+    pressure_peaks,
+    pressure_rise,
+    rest_share,
+    slips,
+    stick_slip_reach,
+)
+
+RLG, DWELL = 'revised_lugre', 'revised_lugre_dwell'
+
+
+class Summary(NamedTuple):
+    """
+    The stroke of a caption in a few numbers.
+
+    :param cylinder: its name
+    :param cycles: number of stick-slip cycles
+    :param resting: share of the time from the first to the last slip at rest [-]
+    :param dwell: median dwell between slips [s]
+    :param slip: median slip [m]
+    :param travel: median travel while sticking [m]
+    :param reach: share of the way at which the last slip begins [-]
+    :param added_mass: sigma_2 T [kg], what the fluid term of Eq. 9 adds to the moving mass
+    """
+
+    cylinder: str
+    cycles: int
+    resting: float
+    dwell: float
+    slip: float
+    travel: float
+    reach: float
+    added_mass: float
+
+
+def summary(laboratory: Laboratory) -> list[Summary]:
+    """Return the strokes of Fig. 4-6 in a few numbers."""
+    lines = []
+    for stroke in laboratory.captions():
+        law = stroke.plant.model.friction
+        lines.append(Summary(
+            stroke.experiment.cylinder, stroke.count, rest_share(stroke), middle(dwells(stroke)),
+            middle(slips(stroke)), middle(stroke.column('creep')), stick_slip_reach(stroke),
+            law.viscous_coefficient * law.fluid_time_constant,
+        ))  # fmt: skip
+    return lines
+
+
+def stroke_text(line: Summary) -> str:
+    """Return the stroke of a caption in a line."""
+    return (
+        f'{line.cylinder}: {line.cycles} cycles, at rest {line.resting:.0%} of the time from the '
+        f'first to the last slip, median dwell {line.dwell:.2f} s, slip {1e3 * line.slip:.1f} mm, '
+        f'travel while sticking {1e3 * line.travel:.2f} mm; added mass {line.added_mass:.1f} kg'
+    )
+
+
+def cylinder_1(laboratory: Laboratory) -> list[Finding]:
+    """Statement 1 (Fig. 4)."""
+    stroke = laboratory.perform(CAPTIONS['cylinder_1'])
+    peaks, waits = stroke.column('peak_friction'), stroke.column('dwell')
+    first = float(peaks[0]) if len(peaks) else np.nan
+    longest = float(waits.max()) if len(waits) else 0.0
+    shorter = at_most(float(waits[1:].max()), float(waits[0])) if len(waits) > 1 else np.nan
+    drops, resting = pressure_drops(stroke), rest_share(stroke)
+    return [
+        Finding(
+            'first friction peak 15 N within 10 %',
+            f'{first:.1f} N', 1.0 - abs(first - 15.0) / 1.5,
+        ),
+        Finding('at least four cycles', f'{stroke.count}', at_least(stroke.count, 4)),
+        Finding(
+            'dwell of several seconds (at least 2 s)',
+            f'{longest:.2f} s', at_least(longest, 2.0),
+        ),
+        Finding(
+            'at rest at least half of the time from the first to the last slip',
+            f'{resting:.0%}', at_least(resting, 0.5),
+        ),
+        Finding(
+            'driving pressure drops in at least 90 % of the slips',
+            f'{drops:.0%}', at_least(drops, 0.9),
+        ),
+        Finding('later dwells shorter than the first', numbers(waits) + ' s', shorter),
+        Finding('dwells progressively shorter', numbers(waits) + ' s', falls(waits[1:])),
+        Finding('peaks progressively smaller', numbers(peaks, '.1f') + ' N', falls(peaks[1:])),
+    ]  # fmt: skip
+
+
+def cylinder_2(laboratory: Laboratory) -> list[Finding]:
+    """Statement 2 (Fig. 5)."""
+    one, two = laboratory.perform_all([CAPTIONS[name] for name in CYLINDERS[:2]])
+    waits = [middle(dwells(stroke)) for stroke in (one, two)]
+    steps = [1e3 * middle(slips(stroke)) for stroke in (one, two)]
+    resting = rest_share(two)
+    return [
+        Finding('stick-slip, at least five cycles', f'{two.count}', at_least(two.count, 5)),
+        Finding(
+            'at rest at least half of the time from the first to the last slip',
+            f'{resting:.0%}', at_least(resting, 0.5),
+        ),
+        Finding(
+            'median dwell shorter than of cylinder 1',
+            numbers(waits) + ' s', at_most(*waits[::-1]),
+        ),
+        Finding(
+            'median slip smaller than of cylinder 1',
+            numbers(steps) + ' mm', at_most(*steps[::-1]),
+        ),
+    ]  # fmt: skip
+
+
+def cylinder_3(laboratory: Laboratory) -> list[Finding]:
+    """Statement 3 (Fig. 6)."""
+    _, two, three = strokes = laboratory.perform_all(CAPTIONS.values())
+    counts = [stroke.count for stroke in strokes]
+    waits = [middle(dwells(stroke)) for stroke in (two, three)]
+    steps = [1e3 * middle(slips(stroke)) for stroke in (two, three)]
+    rises = [pressure_rise(stroke) / 1e3 for stroke in strokes]
+    reach = stick_slip_reach(three)
+    return [
+        Finding(
+            'at least twice the cycles of cylinder 1 and 2',
+            numbers(counts, 'd'), at_least(counts[2], 2 * max(1, *counts[:2])),
+        ),
+        Finding(
+            'median dwell very short (under half of cylinder 2)',
+            numbers(waits) + ' s', at_most(waits[1], 0.5 * waits[0]),
+        ),
+        Finding(
+            'median slip extremely small (under a quarter of cylinder 2)',
+            numbers(steps) + ' mm', at_most(steps[1], 0.25 * steps[0]),
+        ),
+        Finding(
+            'moves after a smaller rise of p1 than cylinder 1 and 2',
+            numbers(rises, '.1f') + ' kPa', at_most(rises[2], min(rises[:2])),
+        ),
+        Finding(
+            'stops over at least 80 % of the stroke', f'{reach:.0%}', at_least(reach, 0.8)
+        ),
+    ]  # fmt: skip
+
+
+def constant_static_friction(laboratory: Laboratory) -> list[Finding]:
+    """Statement 8 (Fig. 11-13): RLG against dwell-dependent static friction."""
+    findings = []
+    for old, new in _both_laws(laboratory):
+        name, peaks = old.experiment.cylinder, new.column('peak_friction')
+        gap = abs(old.count - new.count) / max(new.count, 1)
+        persists = stick_slip_reach(new)
+        findings += [
+            Finding(
+                f'{name}: RLG has another number of cycles (by over a quarter)',
+                f'{old.count} against {new.count}', at_least(gap, 0.25),
+            ),
+            Finding(
+                f'{name}: with Eq. 16 stick-slip persists to 80 % of the stroke',
+                f'{persists:.0%}', at_least(persists, 0.8),
+            ),
+            Finding(
+                f'{name}: and attenuates (falling peaks after the first, as in 1)',
+                numbers(peaks, '.1f') + ' N', falls(peaks[1:]),
+            ),
+        ]  # fmt: skip
+    return findings
+
+
+def creep(laboratory: Laboratory) -> list[Finding]:
+    """Statement 11 (Fig. 5): creep in some sticking phases of cylinder 2, none in general."""
+    findings = []
+    for stroke in laboratory.captions():
+        name, share = stroke.experiment.cylinder, creeping_share(stroke)
+        text = f'{share:.0%}' if share == share else 'no cycles'
+        if name == 'cylinder_2':
+            says = f'{name}: over 0.5 mm of creep in one to half of the sticking phases'
+            some = at_most(share, 0.5) if share > 0.0 else -1.0
+            findings.append(Finding(says, text, some))
+        else:
+            says = f'{name}: in at most a tenth of them'
+            findings.append(Finding(says, text, at_most(share, 0.1)))
+    return findings
+
+
+def first_cycles(laboratory: Laboratory) -> list[Finding]:
+    """Statement 14 (Fig. 11-13): RLG gets the first one or two cycles, not the later ones."""
+    findings = []
+    for old, new in _both_laws(laboratory):
+        name = old.experiment.cylinder
+        pairs = list(zip(old.cycles, new.cycles, strict=False))
+        off = max(
+            (abs(getattr(a, key) / getattr(b, key) - 1.0) for a, b in pairs[:1]
+             for key in ('breakaway_time', 'peak_friction', 'slip')), default=np.nan,
+        )  # fmt: skip
+        waits = [middle(stroke.column('dwell', 2)) for stroke in (old, new)]
+        later = abs(waits[0] / waits[1] - 1.0)
+        findings += [
+            Finding(
+                f'{name}: first breakaway, peak and slip within 20 % of those with Eq. 16',
+                f'{off:.0%}' if off == off else 'no cycles', at_most(off, 0.2),
+            ),
+            Finding(
+                f'{name}: median dwell from the third cycle on off by over 20 %',
+                numbers(waits) + ' s', at_least(later, 0.2),
+            ),
+        ]  # fmt: skip
+    return findings
+
+
+def evolution(laboratory: Laboratory) -> list[Finding]:
+    """Statement 15 (Fig. 11-13): dwells, pressure and friction peaks vary gradually."""
+    findings = []
+    for old, new in _both_laws(laboratory):
+        name = old.experiment.cylinder
+        trends = [
+            gradual(values[1:])
+            for values in (
+                new.column('dwell'), pressure_peaks(new), new.column('peak_friction')
+            )
+        ]  # fmt: skip
+        change = [_relative_change(stroke) for stroke in (old, new)]
+        findings += [
+            Finding(
+                f'{name}: dwells, pressure and friction peaks follow the number of the cycle'
+                ' (correlation at least 0.7)',
+                numbers(trends), at_least(min(trends), 0.7),
+            ),
+            Finding(
+                f'{name}: friction peaks change at least twice as much as with RLG',
+                ', '.join(f'{value:.0%}' for value in change),
+                at_least(change[1], max(2.0 * change[0], 0.01)),
+            ),
+        ]  # fmt: skip
+    return findings
+
+
+def _relative_change(stroke: Stroke) -> float:
+    """Return by how much the friction peaks change along the stroke, as a share [-]."""
+    return abs(falls(stroke.column('peak_friction'))) if stroke.count >= 3 else 0.0
+
+
+def _both_laws(laboratory: Laboratory) -> list[tuple[Stroke, Stroke]]:
+    """Return the strokes of each cylinder with RLG and with Eq. 16."""
+    return list(zip(laboratory.captions(RLG), laboratory.captions(DWELL), strict=True))

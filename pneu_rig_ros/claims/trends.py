@@ -1,0 +1,238 @@
+"""What the paper says of airflow, supply pressure, load and initial position (Fig. 7-10)."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pneu_rig_ros.claims.experiments import CAPTIONS, Experiment, Laboratory, Stroke
+from pneu_rig_ros.claims.findings import (
+    Finding,
+    at_least,
+    at_most,
+    falls_throughout,
+    grows,
+    numbers,
+    rises_throughout,
+    unchanged,
+)
+from pneu_rig_ros.claims.measures import (
+    dwells,
+    largest_flow,
+    middle,
+    rest_share,
+    resting_share,
+    slips,
+    stick_slip_reach,
+)
+
+AIRFLOWS = (1.0, 1.5, 2.0, 3.0)
+"""
+Airflows of Fig. 7, as multiples of the captions' [-], the same for all cylinders.
+
+The text prints 0.28-0.29 V for cylinder 1 only. The flow is proportional to u less the overlap.
+"""
+OVERLAP = 0.15
+"""Command at which the valves begin to open [V]: u_m - 2.5 V, Table 2."""
+INTERMEDIATE = 1
+"""Number of the airflow that counts as intermediate."""
+SUPPLIES = (3.0, 4.0, 5.0, 6.0, 7.0)
+"""[bar] (Fig. 8)."""
+LOADS = (0.2, 1.9, 3.6, 5.3)
+"""[kg] (Fig. 9)."""
+LOAD_COMMAND = 0.30
+"""[V] (caption of Fig. 9)."""
+STARTS = (0.0, 0.2, 0.4, 0.6)
+"""Initial positions of Fig. 10, as shares of the stroke [-]: "along the cylinder stroke"."""
+LARGEST_FLOW = 720.0
+"""Through each valve [L/min] (section 2.1)."""
+
+
+def commands(name: str) -> list[Experiment]:
+    """Return the experiments of Fig. 7 with a cylinder."""
+    point = CAPTIONS[name]
+    opening = point.u - OVERLAP
+    return [replace(point, u=OVERLAP + share * opening) for share in AIRFLOWS]
+
+
+def supplies(name: str) -> list[Experiment]:
+    """Return the experiments of Fig. 8 with a cylinder."""
+    return [replace(CAPTIONS[name], supply=supply) for supply in SUPPLIES]
+
+
+def loads() -> list[Experiment]:
+    """Return the experiments of Fig. 9."""
+    point = replace(CAPTIONS['cylinder_1'], u=LOAD_COMMAND)
+    return [replace(point, load_mass=mass) for mass in LOADS]
+
+
+def starts(name: str) -> list[Experiment]:
+    """Return the experiments of Fig. 10 with a cylinder."""
+    return [replace(CAPTIONS[name], start=share) for share in STARTS]
+
+
+def everything(cylinders: Sequence[str]) -> Iterable[Experiment]:
+    """Yield the experiments of Fig. 4-10 with some cylinders."""
+    for name in cylinders:
+        yield from (CAPTIONS[name], *commands(name), *supplies(name), *starts(name))
+    if 'cylinder_1' in cylinders:
+        yield from loads()
+
+
+def airflow(laboratory: Laboratory) -> list[Finding]:
+    """Statement 4 (Fig. 7)."""
+    findings = []
+    for name in laboratory.cylinders:
+        runs = laboratory.perform_all(commands(name))
+        counts, times = [run.count for run in runs], [run.time for run in runs]
+        fewer = (counts[0] - 1 - counts[-1]) / max(counts[0], 1)
+        findings += [
+            Finding(f'{name}: fewer events', numbers(counts, 'd'), fewer),
+            Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times)),
+        ]
+        if name == 'cylinder_3':
+            left = runs[-1].count
+            steps = Finding(f'{name}: small steps remain', f'{left}', at_least(left, 5))
+        else:
+            resting = resting_share(runs[-1])
+            says = f'{name}: nearly continuous (at rest under 10 % of the time)'
+            steps = Finding(says, f'{resting:.0%}', at_most(resting, 0.1))
+        findings.append(steps)
+    return findings
+
+
+def intermediate_airflow(laboratory: Laboratory) -> list[Finding]:
+    """Statement 12 (Fig. 7): brief sticking, larger slips."""
+    findings = []
+    for name in laboratory.cylinders:
+        experiments = commands(name)
+        runs = laboratory.perform_all([experiments[0], experiments[INTERMEDIATE]])
+        waits = [middle(dwells(run)) for run in runs]
+        steps = [1e3 * middle(slips(run)) for run in runs]
+        findings += [
+            Finding(f'{name}: shorter dwells', numbers(waits) + ' s', at_most(*waits[::-1])),
+            Finding(f'{name}: larger slips', numbers(steps) + ' mm', at_least(*steps[::-1])),
+        ]
+    return findings
+
+
+def supply(laboratory: Laboratory) -> list[Finding]:
+    """Statement 5 (Fig. 8)."""
+    findings = []
+    for name in laboratory.cylinders:
+        runs = laboratory.perform_all(supplies(name))
+        times, waits = [run.time for run in runs], [middle(dwells(run)) for run in runs]
+        steps = [1e3 * middle(slips(run)) for run in runs]
+        # nothing may stick any more at the highest pressure, but something must at the lowest
+        last = waits[-1] if np.isfinite(waits[-1]) else 0.0
+        shorter = at_most(last, waits[0])
+        findings += [
+            Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times)),
+            Finding(f'{name}: shorter dwells', numbers(waits) + ' s', shorter),
+            Finding(f'{name}: larger steps', numbers(steps) + ' mm', grows(steps)),
+        ]
+        if name == 'cylinder_3':
+            kept = [run.count for run in runs[-2:]]
+            says = f'{name}: steps remain at 6 and 7 bar'
+            findings.append(Finding(says, numbers(kept, 'd'), at_least(min(kept), 5)))
+    return findings
+
+
+def low_supply(laboratory: Laboratory) -> list[Finding]:
+    """Statement 13 (Fig. 8): pronounced steps at 3-4 bar."""
+    findings = []
+    for name in laboratory.cylinders:
+        runs = laboratory.perform_all(supplies(name)[:2])
+        shares = [rest_share(run) for run in runs]
+        counts = [run.count for run in runs]
+        findings += [
+            Finding(f'{name}: at least four cycles', numbers(counts, 'd'),
+                    at_least(min(counts), 4)),
+            Finding(f'{name}: at rest at least half of the time from the first to the last slip',
+                    ', '.join(f'{share:.0%}' for share in shares), at_least(min(shares), 0.5)),
+        ]  # fmt: skip
+    return findings
+
+
+def load(laboratory: Laboratory) -> list[Finding]:
+    """Statement 6 (Fig. 9): cylinder 1 at 0.30 V."""
+    runs = laboratory.perform_all(loads())
+    counts, times = [run.count for run in runs], [run.time for run in runs]
+    steps = [1e3 * middle(slips(run)) for run in runs]
+    few, spread = max(1, round(0.25 * counts[0])), max(counts) - min(counts)
+    change = times[-1] / times[0] - 1.0
+    reach = min(stick_slip_reach(run) for run in runs)
+    return [
+        Finding(
+            f'cycles nearly unchanged (within {few})',
+            numbers(counts, 'd'), at_most(spread, few) if min(counts) >= 2 else np.nan,
+        ),
+        Finding('larger slips', numbers(steps, '.1f') + ' mm', at_least(steps[-1], steps[0])),
+        Finding(
+            'stroke slightly shorter (by at most 20 %)',
+            numbers(times, '.2f') + ' s', min(0.2 + change, -change) / 0.2,
+        ),
+        Finding(
+            'steps throughout the stroke (over at least 80 %) at every load',
+            f'{reach:.0%}', at_least(reach, 0.8),
+        ),
+    ]  # fmt: skip
+
+
+def initial_position(laboratory: Laboratory) -> list[Finding]:
+    """
+    Statement 7 (Fig. 10).
+
+    Later cycles are governed by the "local balance" of pressures and friction, so they are
+    compared where the strokes have a part in common: beyond the furthest start. The number of
+    cycles in a stroke cannot stay the same when its length does not.
+    """
+    findings = []
+    for name in laboratory.cylinders:
+        runs = laboratory.perform_all(starts(name))
+        counts = [run.count for run in runs]
+        firsts = [run.cycles[0].dwell if run.cycles else np.nan for run in runs]
+        waits, steps = zip(*(_beyond(run, runs[-1].start) for run in runs), strict=True)
+        findings += [
+            Finding(f'{name}: stick-slip, at least two cycles', numbers(counts, 'd'),
+                    at_least(min(counts), 2)),
+            Finding(f'{name}: longer first dwell', numbers(firsts) + ' s',
+                    rises_throughout(firsts)),
+            Finding(f'{name}: later dwells at the same place unchanged (within 30 %)',
+                    numbers(waits) + ' s', unchanged(waits, 0.3)),
+            Finding(f'{name}: later slips at the same place unchanged (within 30 %)',
+                    numbers(steps, '.3g') + ' mm', unchanged(steps, 0.3)),
+        ]  # fmt: skip
+    return findings
+
+
+def _beyond(run: Stroke, place: float) -> tuple[float, float]:
+    """Return the median dwell [s] and slip [mm] of the later cycles beyond a place [m]."""
+    at = np.interp(run.column('breakaway_time', 1), run.run.time, run.run.position)
+    beyond = at > place
+    return middle(dwells(run)[beyond]), 1e3 * middle(run.column('slip', 1)[beyond][:-1])
+
+
+def valve_flow(laboratory: Laboratory) -> list[Finding]:
+    """Statement 16 (section 2.1): no valve passes more than 720 L/min."""
+    strokes = laboratory.perform_all(everything(laboratory.cylinders))
+    flow = max(largest_flow(stroke) for stroke in strokes)
+    says = 'largest flow in all strokes at most 720 L/min'
+    return [Finding(says, f'{flow:.1f} L/min', at_most(flow, LARGEST_FLOW))]
+
+
+def guide_friction(laboratory: Laboratory) -> list[Finding]:
+    """
+    Statement 17 (section 2.1): the guide has 10-15 % of the friction, hardly speed-dependent.
+
+    In the model only F_c depends on nothing, so it must be at least a tenth of the mean friction.
+    """
+    findings = []
+    for stroke in laboratory.captions():
+        coulomb = stroke.plant.model.friction.coulomb_force
+        first = stroke.cycles[0].breakaway_time if stroke.cycles else 0.0
+        moving = stroke.run.time > first
+        share = coulomb / float(np.mean(stroke.run.friction_force[moving]))
+        says = f'{stroke.experiment.cylinder}: F_c at least 10 % of the mean friction'
+        findings.append(Finding(says, f'{share:.0%}', at_least(share, 0.1)))
+    return findings
