@@ -46,7 +46,7 @@ def test_options_name_their_units(terminal: Terminal, name: str) -> None:
         assert unit in text
 
 
-@pytest.mark.parametrize('name', ['demo', 'simulate', 'diagnose', 'claims', 'gap'])
+@pytest.mark.parametrize('name', ['demo', 'simulate', 'diagnose', 'gap'])
 def test_seeds_are_those_of_a_rig(terminal: Terminal, name: str) -> None:
     largest = specifications(Sampling)['seed'].high
     assert f'0<=x<={largest:.0f}]' in terminal.run(name, '--help').out

@@ -18,10 +18,10 @@ from pneu_rig_ros.records.conditions import (
 from pneu_rig_ros.rig import load_configuration
 
 OF_CYLINDER_2 = {
-    'supply_pressure': 5e5,
+    'supply_pressure': 4e5,
     'load_mass': 0.2,
     'atmospheric_pressure': 1e5,
-    'rest_time': 1060.0,
+    'rest_time': 70.0,
 }
 
 

@@ -233,7 +233,7 @@ def test_parquet_holds_signals_units_and_conditions(bag: Path, tmp_path: Path) -
     np.testing.assert_array_equal(table['stamp_ns'].to_numpy(), record.stamps)
     assert table['friction_N'].null_count == int(np.isnan(record.friction).sum())
     assert table.schema.field('pressure_1_Pa').metadata == {b'unit': b'Pa'}
-    assert b'supply_pressure: 500000.0 Pa' in table.schema.metadata[b'conditions']
+    assert b'supply_pressure: 400000.0 Pa' in table.schema.metadata[b'conditions']
     assert b'cylinder_2' in table.schema.metadata[b'configuration']
 
 

@@ -45,7 +45,7 @@ def test_panels_are_those_of_the_paper(
 
 def test_title_names_the_operating_point(record: Record) -> None:
     assert title_of(record).startswith(
-        'Cylinder 2: u = 0.34 V, $p_s$ = 5 bar gauge, load 0.2 kg'
+        'Cylinder 2: u = 0.34 V, $p_s$ = 6 bar abs, load 0.2 kg'
     )  # fmt: skip
 
 
