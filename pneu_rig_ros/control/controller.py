@@ -27,7 +27,7 @@ class Compensation(NamedTuple):
     ] = 0.15
     smoothing: Annotated[
         float, Quantity('V', 1e-4, 1.0, 'raw command over which the jump is spread')
-    ] = 0.05
+    ] = 0.1
     tolerance: Annotated[float, Quantity('m', 0.0, 0.1, 'error that counts as none')] = 3e-4
 
     def jump(self, raw: float) -> float:

@@ -28,13 +28,13 @@ class Law(Protocol):
 class PidGains(NamedTuple):
     """Gains of :class:`Pid`."""
 
-    proportional_gain: Annotated[float, Quantity('V/m', 0.0, 1e5, 'u per error')] = 200.0
+    proportional_gain: Annotated[float, Quantity('V/m', 0.0, 1e5, 'u per error')] = 400.0
     integral_gain: Annotated[
         float, Quantity('V/(m*s)', 0.0, 1e5, 'rate of u per error; law pid')
-    ] = 100.0
+    ] = 200.0
     derivative_gain: Annotated[
         float, Quantity('V*s/m', 0.0, 1e4, 'u per rate of the error; law pid')
-    ] = 70.0
+    ] = 30.0
 
 
 class Pid:
@@ -64,13 +64,13 @@ class SlidingGains(NamedTuple):
 
     surface_slope: Annotated[
         float, Quantity('1/s', 0.1, 1e3, 'decay of the error on the surface; law sliding_mode')
-    ] = 1.5
+    ] = 3.0
     switching_gain: Annotated[
         float, Quantity('V', 0.0, 2.5, 'u off the surface; law sliding_mode')
     ] = 2.0
     boundary_layer: Annotated[
         float, Quantity('m/s', 1e-4, 10.0, 'distance at which u is full; law sliding_mode')
-    ] = 0.04
+    ] = 0.027
     feedforward: Annotated[
         float, Quantity('V*s/m', 0.0, 1e3, 'u per speed of the reference; law sliding_mode')
     ] = 3.0

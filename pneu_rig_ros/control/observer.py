@@ -34,9 +34,6 @@ WINDOW = 0.05
 REST = 1e-3
 """Measured speed below which the piston rests [m/s]."""
 
-REST_SHARE = 0.1
-"""A piston slower than this share of its last slide rests too: held by its seal, it creeps [-]."""
-
 MOTION = 3.0
 """A piston faster than this multiple of the speed of rest moves [-]."""
 
@@ -128,6 +125,8 @@ class Observer:
         self._resting = True  # until it is seen to move
         self._fastest = 0.0
         self._sliding = math.inf
+        self._held = math.inf
+        self._slide = 0.0
         self._since_restart = 0.0
         self._action = 0
         self._start = (0.0, 0.0, 0.0, 0.0)
@@ -163,27 +162,33 @@ class Observer:
     def _advance(self, voltages: tuple[float, float]) -> PlantState:
         self._plant.follow(
             np.array([voltages]), self._interval, np.array([self._action]),
-            np.array([self._start]), np.zeros(1),
+            np.array([self._start]), np.array([self._slide]),
         )  # fmt: skip
         self._action = follow.RELEASE if self._action & follow.MOTION else 0
         self._since_restart += self._interval
-        return self._plant.state
+        state = self._plant.state
+        self._held = self._held + self._interval if state.sticking else 0.0
+        return state
 
     def _compare(self, speed: float) -> None:
         """Decide whether the model goes on from the measured state."""
-        limit = max(REST, REST_SHARE * self._fastest)
-        came_to_rest = speed < limit and not (self._resting and self._running)
+        came_to_rest = speed < REST and not (self._resting and self._running)
         if came_to_rest:
             self._resting = True
-        elif self._resting and speed > MOTION * limit:
+        elif self._resting and speed > MOTION * REST:
             self._resting, self._fastest, self._sliding = False, speed, 0.0
         self._fastest = max(speed, self._fastest)
         self._sliding += self._interval
         if came_to_rest:
             slipped = self._fastest > self.configuration.model.friction.start_velocity
-            missed = slipped and self._plant.state.dwell_time > self._sliding
+            missed = slipped and self._held > self._sliding
+            self._slide = self._plant.state.time - self._sliding if missed else 0.0
             self._restart(follow.HOLD | (follow.BREAK if missed else 0))
-        elif self._running and not self._resting and self._since_restart >= self._horizon:
+        elif (
+            self._running
+            and not self._resting
+            and min(self._sliding, self._since_restart) >= self._horizon
+        ):
             self._restart(follow.MOTION | follow.PRESSURES)
 
     def _restart(self, action: int) -> None:

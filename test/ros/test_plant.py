@@ -99,7 +99,7 @@ def test_speed_is_simulated_over_real_time(start, bystander, speed, expected):
 
 
 def test_voltages_move_the_piston_and_junk_is_refused(start, bystander):
-    runner = start(**SIMULATED)
+    runner = start(initial_position=0.0, **SIMULATED)
     say = bystander.speak('valve_voltages')
     position = bystander.hear('position')
     for junk in (b'\x00\x01\x00\x00', pack_valve_voltages(float('nan'), 0.0)):
