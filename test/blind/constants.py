@@ -12,9 +12,12 @@ masses [kg], flows out of the lines [kg/s], spools [V], warmth [-], stretch [m],
 load [m/s]."""
 STATES = 15
 
-STICKING, CONTACT, REST_START, HELD, TARGET_1, TARGET_2, ANCHORS = range(7)
-"""Memory, constant between events: at rest (0, 1), stop touched (-1, 0, 1), start of the rest
-[s], static friction held [N], where the spools are drawn to [V], anchors of the elements [m]."""
+(
+    STICKING, CONTACT, REST_START, SLIDE_START, SHARE, HELD, TARGET_1, TARGET_2, ANCHORS,
+) = range(9)  # fmt: skip
+"""Memory, constant between events: at rest (0, 1), stop touched (-1, 0, 1), start of the rest and
+of the slide [s], share of F_smax - F_c that F_s was above F_c then [-], static friction held [N],
+where the spools are drawn to [V], anchors of the elements [m]."""
 
 CONSTANTS = (
     'cylinder.cap_area', 'cylinder.rod_area', 'cylinder.cap_dead_volume',
@@ -25,21 +28,24 @@ CONSTANTS = (
     'friction.film_time_acceleration', 'friction.film_time_deceleration',
     'friction.film_time_dwell', 'friction.fluid_time_constant', 'friction.dwell_exponent',
     'friction.dwell_coefficient', 'friction.stop_velocity', 'friction.start_velocity',
-    'friction.film_rest_velocity',
+    'friction.film_rest_velocity', 'friction.memory_time',
     'valve.intake_coefficient', 'valve.exhaust_coefficient', 'valve.intake_voltage',
-    'valve.exhaust_voltage', 'valve.laminar_pressure_ratio', 'gas.atmospheric_pressure',
+    'valve.exhaust_voltage', 'valve.exhaust_zero_voltage', 'valve.laminar_pressure_ratio',
+    'gas.atmospheric_pressure',
     'gas.supply_temperature', 'gas.heat_capacity_ratio', 'gas.gas_constant',
     'operation.supply_pressure', 'operation.load_mass',
 )  # fmt: skip
 """Numbers of the configuration, section.key, in the order of the constants below."""
 (
     A1, A2, V10, V20, STROKE, MASS, F_S, F_C, V_S, N, SIGMA_2, SIGMA_1, V_B, TAU_P, TAU_M, TAU_0,
-    T_FLUID, ALPHA, GAMMA, V_STOP, V_START, V_FILM, K_V1, K_V2, U_M, U_N, LAMINAR, P_ATM, T_S,
-    KAPPA, R, P_S, LOAD, LAW, READING, FILM, FILM_REST,
+    T_FLUID, ALPHA, GAMMA, V_STOP, V_START, V_FILM, TAU_S, K_V1, K_V2, U_M, U_N, U_0, LAMINAR,
+    P_ATM, T_S, KAPPA, R, P_S, LOAD, LAW, READING, FILM, FILM_REST,
 ) = range(len(CONSTANTS) + 4)  # fmt: skip
 
 LAWS = ('coulomb_viscous', 'lugre', 'revised_lugre', 'revised_lugre_dwell')
-READINGS = ('follows_clock', 'latched_at_breakaway', 'held_to_next_breakaway')
+READINGS = (
+    'follows_clock', 'latched_at_breakaway', 'held_to_next_breakaway', 'fades_while_sliding',
+)  # fmt: skip
 FILMS = ('printed', 'normalised')
 FILM_RESTS = ('with_dwell_clock', 'by_speed')
 

@@ -41,6 +41,7 @@ from .constants import (
     T_S,
     TARGET_1,
     TARGET_2,
+    U_0,
     U_M,
     U_N,
     V10,
@@ -72,12 +73,17 @@ def orifice(upstream: float, downstream: float, area: float, c: np.ndarray) -> f
 
 @numba.njit
 def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
-    """Areas [m^2] of intake and exhaust with the spool at a voltage; full opening unbent."""
+    """
+    Areas [m^2] of intake and exhaust with the spool at a voltage; full opening unbent.
+
+    The exhaust has a hole of its own from its edge on, if its opening is counted from before it.
+    """
     if spool > c[U_M]:
         full = FULL_VOLTAGE - c[U_M]
         return c[K_V1] * full * ((spool - c[U_M]) / full) ** e[OPENING], 0.0
     if spool < c[U_N]:
-        return 0.0, c[K_V2] * c[U_N] * ((c[U_N] - spool) / c[U_N]) ** e[OPENING]
+        bent = c[U_N] * (1.0 - spool / c[U_N]) ** e[OPENING]
+        return 0.0, c[K_V2] * (c[U_0] - c[U_N] + bent)
     return 0.0, 0.0
 
 

@@ -40,8 +40,10 @@ from .constants import (
     PRELOAD,
     READING,
     REST_START,
+    SHARE,
     SIGMA_1,
     SIGMA_2,
+    SLIDE_START,
     SLOPE,
     SPRING,
     STICKING,
@@ -51,6 +53,7 @@ from .constants import (
     TAU_0,
     TAU_M,
     TAU_P,
+    TAU_S,
     V_B,
     V_FILM,
     V_S,
@@ -111,12 +114,31 @@ def static_after(dwell: float, coulomb: float, largest: float, c: np.ndarray) ->
 
 
 @numba.njit
+def share_left(t: float, memory: np.ndarray, c: np.ndarray) -> float:
+    """
+    Share of F_smax - F_c by which F_s is above F_c, if it fades while sliding.
+
+    Sliding it decays; at rest it grows by Eq. 16, from where that has the share it began with.
+    """
+    share = memory[SHARE]
+    if memory[STICKING] == 0.0:
+        return share * math.exp((memory[SLIDE_START] - t) / c[TAU_S])
+    if c[GAMMA] == 0.0:
+        return 0.0
+    grown = -math.log(max(1.0 - share, 1e-300))
+    before = (grown / c[GAMMA]) ** (1.0 / c[ALPHA])
+    return 1.0 - math.exp(-c[GAMMA] * (before + (t - memory[REST_START])) ** c[ALPHA])
+
+
+@numba.njit
 def static_force(
     t: float, coulomb: float, largest: float, memory: np.ndarray, c: np.ndarray
 ) -> float:
     """F_s [N] under the chosen reading of Eq. 16."""
     if c[LAW] == 3.0 and (c[READING] == 2.0 or (c[READING] == 1.0 and memory[STICKING] == 0.0)):
         return memory[HELD]
+    if c[LAW] == 3.0 and c[READING] == 3.0:
+        return coulomb + (largest - coulomb) * share_left(t, memory, c)
     dwell = t - memory[REST_START] if memory[STICKING] == 1.0 else 0.0
     return static_after(dwell, coulomb, largest, c)
 

@@ -13,7 +13,7 @@ from scipy.integrate import LSODA
 
 from . import constants as at
 from .gas import gas_rates
-from .motion import drag, elements, levels, motion_rates, static_after
+from .motion import drag, elements, levels, motion_rates, share_left, static_after
 
 TOLERANCE = 1e-7
 """Local error of LSODA as a share of full scale [-]."""
@@ -98,7 +98,7 @@ class Plant:
         rest = operation['rest_time']
         held = static_after(rest, c[at.F_C], c[at.F_S], c)
         anchors = [0.0] * len(self.stiffness)
-        self.memory = np.array([1.0, 0.0, -rest, held, 2.5, 2.5, *anchors])
+        self.memory = np.array([1.0, 0.0, -rest, 0.0, 0.0, held, 2.5, 2.5, *anchors])
         self.scale = self._full_scale()
 
     def _full_scale(self) -> np.ndarray:
@@ -223,7 +223,8 @@ class Plant:
             coulomb, largest = levels(self.y, bristles, memory, self.c, self.e)
             dwell = self.t - memory[at.REST_START]
             memory[at.HELD] = static_after(dwell, coulomb, largest, self.c)
-            memory[at.STICKING] = 0.0
+            memory[at.SHARE] = share_left(self.t, memory, self.c)
+            memory[at.STICKING], memory[at.SLIDE_START] = 0.0, self.t
         elif event == TURN:
             self._way = -self._way
         elif event == RELEASE:
@@ -234,4 +235,5 @@ class Plant:
             self.y[at.X] = self.c[at.STROKE] if outer else 0.0
             self.y[at.V] = 0.0
         if event == ARREST or (event == TOUCH and memory[at.STICKING] == 0.0):
+            memory[at.SHARE] = share_left(self.t, memory, self.c)
             memory[at.STICKING], memory[at.REST_START] = 1.0, self.t

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .constants import LAWS
-from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
+from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Changes, Secret, hide, join
 from .sensors import CALIBRATED, Gains, drawn_gains
 from .settings import settings
 
@@ -155,8 +155,7 @@ def _parameter() -> Iterator[Trial]:
             draws.add(tuple(sorted(random.choice(PARAMETERS, count, replace=False).tolist())))
         for names in sorted(draws):
             key = f'parameter/{"+".join(names)}/{cylinder}/1'
-            truth = {name: _wrong(name, cylinder, key) for name in names}
-            secret = Secret({}, truth, {})
+            secret = Secret({}, _truth(names, cylinder, key), {})
             yield Trial(key, 'parameter', cylinder, 1.0, secret, names)
 
 
@@ -169,7 +168,7 @@ def _unseen() -> Iterator[Trial]:
             yield Trial(key, 'unseen', cylinder, 1.0, secret, (effect,), f'{grade:.2f}')
         for name in PARAMETERS:
             key = f'unseen/{name}/{cylinder}/1'
-            secret = Secret({}, {name: _wrong(name, cylinder, key)}, {})
+            secret = Secret({}, _truth((name,), cylinder, key), {})
             yield Trial(key, 'unseen', cylinder, 1.0, secret, (name,))
 
 
@@ -185,6 +184,16 @@ def _uncalibrated() -> Iterator[Trial]:
             key = f'uncalibrated/nothing/{cylinder}/1/{repeat}'
             gains = drawn_gains(zlib.crc32(key.encode()))
             yield Trial(key, 'uncalibrated', cylinder, 1.0, Secret({}, {}, {}), (), gains=gains)
+
+
+def _truth(names: tuple[str, ...], cylinder: str, key: str) -> Changes:
+    """Return the true values of parameters that the model has wrong."""
+    truth = {name: _wrong(name, cylinder, key) for name in names}
+    edge, zero = 'exhaust_voltage', 'exhaust_zero_voltage'
+    if f'valve.{edge}' in truth:  # a land is displaced as a whole
+        valve = settings(cylinder)['valve']
+        truth[f'valve.{zero}'] = truth[f'valve.{edge}'] + (valve[zero] - valve[edge])
+    return truth
 
 
 def _wrong(name: str, cylinder: str, key: str) -> Any:

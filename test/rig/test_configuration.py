@@ -51,7 +51,7 @@ def test_tables_1_and_2_are_as_printed(index: int) -> None:
     assert model.total_mass == pytest.approx((0.45, 0.65, 0.98)[index])
     assert model.valve[:4] == (4.8e-8, 1e-6, 2.65, 2.35)
     assert model.gas[:3] == (1e5, 300.0, 1.3997)
-    assert model.operation.supply_pressure == 5e5  # 4 bar gauge
+    assert model.operation.supply_pressure == 4e5  # 4 bar, absolute
 
 
 @pytest.mark.parametrize('name', CYLINDERS)
@@ -118,6 +118,23 @@ def test_bad_files_are_refused_with_file_key_value_and_range(
         load_configuration(path)
     assert str(path) in str(caught.value)
     assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('key', 'value', 'message'),
+    [
+        ('intake_voltage', '2.3 V', 'exhaust_voltage must be below intake_voltage'),
+        ('exhaust_zero_voltage', '2.349 V', 'zero_voltage must be at least exhaust_voltage'),
+        ('exhaust_zero_voltage', '5.1 V', '5.1 V is not within 0 to 5 V'),
+    ],
+)
+def test_valves_that_contradict_themselves_are_refused(key: str, value: str, message: str) -> None:
+    data = yaml.safe_load(load_configuration('cylinder_2').to_yaml())
+    data['valve']['exhaust_zero_voltage'] = '2.35 V'
+    configuration_from_yaml(yaml.safe_dump(data), 'good')
+    data['valve'][key] = value
+    with pytest.raises(RigError, match=f'bad: valve.*{message}'):
+        configuration_from_yaml(yaml.safe_dump(data), 'bad')
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 def drive(name: str, *values: float, sensors: str = 'ideal') -> tuple[Array, Array]:
     """Return readings and true values, each of shape (m, 4), of an outstroke."""
-    configuration = load_configuration('cylinder_1', sensors=sensors)
+    configuration = load_configuration('cylinder_1', sensors=sensors, initial_position=0.0)
     null: dict[str, Any] = {other: effects.load(other).null for other in effects.names()}
     chosen = null | {name: effects.load(name).parameters(*values)}
     rig = Rig(replace(configuration, effects=chosen))
@@ -75,7 +75,7 @@ def test_rig_sensors_show_the_effect_and_differentiate_what_they_read() -> None:
     assert np.array_equal(true, same)
     assert read[-1, X] == pytest.approx(1.05 * plain[-1, X], abs=3e-4)
     moving = np.abs(plain[:, V]) > 0.02
-    assert np.sum(read[moving, V]) == pytest.approx(1.05 * np.sum(plain[moving, V]), rel=0.01)
+    assert np.sum(read[moving, V]) == pytest.approx(1.05 * np.sum(plain[moving, V]), rel=0.02)
 
 
 def test_readings_without_effects_are_the_true_values_bit_for_bit() -> None:
