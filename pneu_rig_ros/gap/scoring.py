@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, Fit, fit
+from pneu_rig_ros.gap.fitting import STEP, Explanation, Fit, fit
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 
@@ -47,9 +47,14 @@ class Setting(NamedTuple):
     modes: tuple[Mode, ...]
 
 
-def fit_from(start: Explanation, setting: Setting, rounds: int) -> Scored:
-    """Return an explanation fitted from a start."""
-    return score(fit(setting.given, start, setting.fitted, setting.modes, rounds), setting)
+def fit_from(start: Explanation, setting: Setting, rounds: int, step: float = STEP) -> Scored:
+    """
+    Return an explanation fitted from a start.
+
+    :param rounds: of the least-squares solver at most
+    :param step: of the finite differences [-]
+    """
+    return score(fit(setting.given, start, setting.fitted, setting.modes, rounds, step), setting)
 
 
 def score(result: Fit, setting: Setting) -> Scored:

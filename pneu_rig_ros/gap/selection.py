@@ -21,7 +21,14 @@ from dataclasses import dataclass, field
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 from pneu_rig_ros.gap.candidates import Candidate
 from pneu_rig_ros.gap.evidence import Evidence
-from pneu_rig_ros.gap.fitting import Explanation, first_of_each, fit, scanned, without_weakest
+from pneu_rig_ros.gap.fitting import (
+    FINE_STEP,
+    Explanation,
+    first_of_each,
+    fit,
+    scanned,
+    without_weakest,
+)
 from pneu_rig_ros.gap.global_fit import fit_globally
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
@@ -208,7 +215,7 @@ class Search:
         left = rough.explanation
         while (size := len(left.parts) - own) > 0:
             self.tell(f'fitting {size} parameters together')
-            scored = fit_from(left, self.setting, ROUNDS)
+            scored = fit_from(left, self.setting, ROUNDS, FINE_STEP)
             if size <= LARGEST and scored.worst < self.closed:
                 self.best = scored
                 self.scored.append(scored)

@@ -26,11 +26,10 @@ from pneu_rig_ros.gap.fitting import (
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import configured, measured
 
-MODEL = load_configuration('cylinder_1').model
+MODEL = configured('cylinder_1').model
 GIVEN = Hypothesis(MODEL)
 POOL = candidates(GIVEN)
 
@@ -39,6 +38,20 @@ def evidence(mode: Mode, **effects: object) -> Evidence:
     gathered = Evidence([measured(effects=effects)], np.random.default_rng(0))
     gathered.settle_floors(GIVEN, [mode])
     return gathered
+
+
+@pytest.mark.parametrize('jump', [0.0, 0.3])
+def test_an_exhaust_that_is_displaced_keeps_the_shape_of_its_opening(jump: float) -> None:
+    valve = MODEL.valve._replace(exhaust_zero_voltage=MODEL.valve.exhaust_voltage + jump)
+    given = Hypothesis(MODEL._replace(valve=valve))
+    for edge in (2.303, 2.4):
+        moved = parameter(given, 'valve.exhaust_voltage', '', ()).apply(given, (edge,))
+        shift = edge - valve.exhaust_voltage
+        expected = valve._replace(exhaust_voltage=edge)
+        zero = moved.model.valve.exhaust_zero_voltage
+        assert moved.model.valve == expected._replace(exhaust_zero_voltage=zero)
+        assert zero == pytest.approx(valve.exhaust_zero_voltage + shift)
+        assert zero >= edge
 
 
 @pytest.mark.parametrize('candidate', POOL, ids=lambda one: one.name)
@@ -107,7 +120,7 @@ def test_a_hidden_strength_is_recovered(name: str, truth: tuple[float, ...], mod
 
 
 def test_the_least_significant_parameters_are_taken_out_first() -> None:
-    gains = calibration(load_configuration('cylinder_1').sensors)
+    gains = calibration(configured('cylinder_1').sensors)
     assert gains is not None
     explanation, changes = Explanation().plus(gains, gains.starts[0]), (0.3, -0.001, 0.2, 0.002)
     for one, change in zip(parameters(GIVEN), changes, strict=False):

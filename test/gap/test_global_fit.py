@@ -14,22 +14,23 @@ from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.scoring import Setting, cost_of, fit_from
 from pneu_rig_ros.gap.screening import screen_pairs
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import TIMELINE, Timeline, configured, measured
 
 MODE = (Mode.CYCLES,)
 ROUNDS = 8
 POOL = ('direction_dependent_friction', 'film_dynamics', 'inclination', 'load_spring')
 
 
-def rig(law: str, hidden: dict[str, Any], *seeds: int) -> tuple[Hypothesis, list[Evidence]]:
+def rig(
+    law: str, hidden: dict[str, Any], *seeds: int, timeline: Timeline = TIMELINE
+) -> tuple[Hypothesis, list[Evidence]]:
     """Return cylinder 1 without the hidden effects, and a run with them for each seed."""
     overrides: dict[str, Any] = {'load_mass': 2.0, 'friction': law}
-    given = Hypothesis(load_configuration('cylinder_1', **overrides).model)
+    given = Hypothesis(configured('cylinder_1', **overrides).model)
     found = []
     for seed in seeds:
-        run = measured(effects=hidden, seed=seed, **overrides)
+        run = measured(effects=hidden, seed=seed, timeline=timeline, **overrides)
         found.append(Evidence([run], np.random.default_rng(0)))
         found[-1].settle_floors(Hypothesis(given.model, hidden), MODE)
     return given, found
@@ -40,7 +41,8 @@ def test_swinging_load_is_found_where_a_fit_from_one_start_ends_elsewhere() -> N
     hidden = {'load_compliance': effects.load('load_compliance').parameters(*truth)}
     given, (fitted, held) = rig('revised_lugre_dwell', hidden, 1, 2)
     setting, at_truth = Setting(given, fitted, held, MODE), Hypothesis(given.model, hidden)
-    start = Explanation().plus(effect_candidate('load_compliance'), (1e-4, 0.5))
+    # ends 9 times as bad as the truth, and from starts 10 % to either side 6 to 10 times
+    start = Explanation().plus(effect_candidate('load_compliance'), (1e-3, 0.5))
     assert fit_from(start, setting, ROUNDS).fit.cost > 2.0 * fitted.cost(at_truth, MODE)
     (found,) = fit_globally([start], setting, 0, Here())
     assert found.worst < 1.1 * fitted.cost(at_truth, MODE)
@@ -50,9 +52,11 @@ def test_swinging_load_is_found_where_a_fit_from_one_start_ends_elsewhere() -> N
 def test_hop_of_one_coordinate_leaves_a_false_valley() -> None:
     truth = (0.015, 3000.0, 300.0)
     hidden = {'end_cushion': effects.load('end_cushion').parameters(*truth)}
-    given, (fitted, held) = rig('revised_lugre_dwell', hidden, 1, 2)
+    off_the_cushion = ((0.5, 2.0), (0.0, 0.5))
+    given, (fitted, held) = rig('revised_lugre_dwell', hidden, 1, 2, timeline=off_the_cushion)
     setting, at_truth = Setting(given, fitted, held, MODE), Hypothesis(given.model, hidden)
-    start = Explanation().plus(effect_candidate('end_cushion'), (0.0147, 3000.0, 75.0))
+    # ends 9 times as bad as the truth, and from starts a little to either side 4 to 9 times
+    start = Explanation().plus(effect_candidate('end_cushion'), (0.0146, 3000.0, 75.0))
     stuck = fit_from(start, setting, 3 * ROUNDS)
     assert cost_of(stuck) > 2.0 * fitted.cost(at_truth, MODE)
     best = min((fit_from(hop, setting, ROUNDS) for hop in hops(stuck, 0)), key=cost_of)
@@ -61,15 +65,17 @@ def test_hop_of_one_coordinate_leaves_a_false_valley() -> None:
 
 
 def test_two_effects_are_found_that_are_of_no_use_alone() -> None:
+    # near what the library tries: slips at the wrong times make hills around the true values
     hidden = {
         'film_dynamics': effects.load('film_dynamics').parameters(20.0, 0.01, 0.32, 36.0),
         'direction_dependent_friction': effects.load('direction_dependent_friction').parameters(
-            0.12
+            0.22
         ),
     }
-    given, (run,) = rig('lugre', hidden, 1)
+    out_back_out = ((0.31, 3.0), (0.0, 0.5), (-0.5, 3.0), (0.0, 0.5), (0.31, 3.0))
+    given, (run,) = rig('lugre', hidden, 1, timeline=out_back_out)
     for name, own in hidden.items():
-        assert run.cost(given.with_effect(name, own), MODE) > 0.9 * run.cost(given, MODE)
+        assert run.cost(given.with_effect(name, own), MODE) > run.cost(given, MODE)
     pool = [effect_candidate(name) for name in POOL]
     first, *_ = screen_pairs(given, Explanation(), pool, run, MODE, Here())
     assert {part.name for part in first.parts} == set(hidden)

@@ -10,9 +10,8 @@ from pneu_rig_ros.gap.fitting import Explanation
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.selection import Search
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import configured, measured
 
 LEAK = 4e-9
 
@@ -27,7 +26,7 @@ def test_explanation_is_judged_by_what_it_leaves(area: float, verdict: str, kept
     rng = np.random.default_rng(0)
     runs = [measured(effects=hidden, seed=seed) for seed in (1, 2)]
     diagnosis = Diagnosis(
-        load_configuration('cylinder_1'), Evidence(runs[:1], rng), Evidence(runs[1:], rng)
+        configured('cylinder_1'), Evidence(runs[:1], rng), Evidence(runs[1:], rng)
     )
     values = (area, 0.0) if area > 0.0 else (0.0, -area)
     diagnosis.explanation = Explanation().plus(effect_candidate('chamber_leak'), values)

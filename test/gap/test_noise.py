@@ -7,9 +7,8 @@ from pneu_rig_ros.gap.floors import noise_floor
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.noise import mean_noise, reading_noise
 from pneu_rig_ros.gap.prediction import Mode, gap, within_span
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import configured, measured
 
 
 @pytest.mark.parametrize('motion', [0.0, 0.02])
@@ -43,7 +42,7 @@ def test_readings_near_the_zero_of_a_sensor_are_cut_off_on_one_side() -> None:
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_2', 'cylinder_3'])
 def test_a_true_hypothesis_stays_within_its_noise_floor(cylinder: str, mode: Mode) -> None:
     experiment = measured(cylinder)
-    truth = Hypothesis(load_configuration(cylinder).model)
+    truth = Hypothesis(configured(cylinder).model)
     floor = noise_floor(truth, experiment, mode, np.random.default_rng(0))
     multiples = gap(truth, experiment, mode) / floor
     columns = multiples[:, 1:] if mode is Mode.CHAMBERS else multiples

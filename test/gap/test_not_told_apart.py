@@ -6,16 +6,15 @@ import pytest
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode, predict
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import configured, measured
 
 
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_2', 'cylinder_3'])
 @pytest.mark.parametrize('mode', [Mode.CYCLES, Mode.FREE])
 def test_fluid_inertia_is_an_added_mass(cylinder: str, mode: Mode) -> None:
     run, time_constant = measured(cylinder), 0.01
-    given = Hypothesis(load_configuration(cylinder).model)
+    given = Hypothesis(configured(cylinder).model)
     mass = given.model.friction.viscous_coefficient * time_constant
     fluid = given.with_effect(
         'fluid_inertia', effects.load('fluid_inertia').parameters(time_constant)

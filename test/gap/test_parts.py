@@ -54,6 +54,17 @@ def test_heat_transfer_is_named_with_its_conductances(tmp_path: Path) -> None:
     assert again.hypothesis.effects == found.improved.hypothesis.effects
 
 
+@pytest.mark.parametrize(('said', 'zero'), [('', 2.4), (', exhaust_zero_voltage: 2.65 V', 2.65)])
+def test_exhaust_opens_from_its_edge_unless_the_file_says_otherwise(
+    tmp_path: Path, said: str, zero: float
+) -> None:
+    edge = 'exhaust_voltage: 2.35 V'
+    assert edge in VALVES
+    part = load_part(part_file(tmp_path, VALVES.replace(edge, f'exhaust_voltage: 2.4 V{said}')))
+    assert part.hypothesis.model.valve.exhaust_zero_voltage == zero
+    assert load_part(part_file(tmp_path, part.to_yaml())).hypothesis == part.hypothesis
+
+
 def test_dead_volume_is_told_from_an_effect(tmp_path: Path) -> None:
     part = load_part(part_file(tmp_path, CHAMBERS))
     dead = (0.029, DEAD[1])
@@ -113,7 +124,7 @@ def test_runs_of_a_part_count_under_their_own_conditions(
     mapping.write_text(GAUGE)
     tables = [
         gauge_table(tmp_path, f'run_{supply:.0f}', supply,
-                    f'supply_pressure: {supply if known else 5e5} Pa')
+                    f'supply_pressure: {supply if known else 0.8 * supply} Pa')
         for supply in (6e5, 7e5)
     ]  # fmt: skip
     found = diagnose_part(tables[:1], Path('cylinder_1'), mapping, tables[1:], 'valves')

@@ -15,11 +15,10 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import follow
 from pneu_rig_ros.model.dynamics import DEFLECTION, FILM, VELOCITY
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import configured, measured
 
-MODEL, MODEL_2 = (load_configuration(f'cylinder_{number}').model for number in (1, 2))
+MODEL, MODEL_2 = (configured(f'cylinder_{number}').model for number in (1, 2))
 
 
 def test_without_actions_it_is_a_run_to_the_last_bit() -> None:
@@ -72,14 +71,17 @@ def test_every_rest_after_the_first_is_restarted_from(mode: Mode) -> None:
 
 
 def test_a_wrong_start_is_forgotten_at_the_first_rest() -> None:
-    experiment = measured()
+    # fast strokes: where the piston sticks and slips, a wrong start changes how long it has slid,
+    # which the film and an F_s that fades while sliding remember for longer than to the next rest
+    experiment = measured(timeline=((0.9, 1.5), (0.0, 1.0)) * 2 + ((0.9, 1.5),))
     shifted = experiment.operation._replace(initial_position=0.02)
     wrong = replace(experiment, operation=shifted)
     truth = Hypothesis(MODEL)
     off = np.abs(predict(truth, wrong, Mode.CYCLES).readings[:, 0] - experiment.measured[1:, 0])
-    last = next(rest for rest in reversed(experiment.rests) if rest.end < off.size)
-    assert off[: experiment.rests[0].end - 1].max() > 0.01
-    assert off[last.restart :].max() < 2e-3
+    _, second, third = experiment.rests
+    assert off[: second.restart].max() > 0.01
+    assert off[second.restart :].max() < 1e-3
+    assert third.end < off.size
 
 
 def test_a_sensor_effect_is_taken_off_what_is_imposed() -> None:
@@ -150,7 +152,7 @@ def test_a_twin_starts_from_the_reading_that_the_run_started_from() -> None:
 
 @pytest.mark.parametrize('gain', [1.004, 0.996])
 def test_a_reading_at_the_end_of_its_span_is_none_also_when_calibrated(gain: float) -> None:
-    experiment = measured(initial_position=0.2, timeline=((0.9, 2.0), (-0.6, 1.0)))
+    experiment = measured(initial_position=0.2, timeline=((0.9, 2.5), (-0.6, 1.0)))
     span = experiment.sensors.position_span
     seen = np.minimum(experiment.record.position * gain, span)
     scaled = replace(experiment, record=replace(experiment.record, position=seen))

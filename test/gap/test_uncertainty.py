@@ -11,11 +11,10 @@ from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.prediction import Mode
 from pneu_rig_ros.gap.uncertainty import with_spread
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import configured, measured
 
-GIVEN = Hypothesis(load_configuration('cylinder_1').model)
+GIVEN = Hypothesis(configured('cylinder_1').model)
 RUNS = 8
 LEAST = 6
 """Of so many intervals of 95 % fewer hold the truth once in 170 times."""

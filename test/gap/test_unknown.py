@@ -15,24 +15,25 @@ from pneu_rig_ros.gap.selection import Search
 from pneu_rig_ros.gap.terms import explained, terms_of
 from pneu_rig_ros.gap.unknown import Description, describe, shrinking, sparsest
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import TIMELINE, Timeline, configured, measured
 
 LAG = 0.008
 """Time constant of the sensor [s]."""
+STROKES = ((0.6, 2.0), (0.0, 1.0), (0.9, 1.5), (0.0, 0.7), (-0.6, 2.0))
+"""u [V] and how long [s], without slips: in a slip, a lag is more than a multiple of the speed."""
 
 
-def searched(name: str, mode: Mode, **values: float) -> Search:
+def searched(name: str, mode: Mode, timeline: Timeline = TIMELINE, **values: float) -> Search:
     """Return a search on runs of cylinder 2 with a hidden effect, one fitted, one left out."""
     hidden: dict[str, Any] = {name: effects.load(name).null._replace(**values)}
     rng = np.random.default_rng(0)
     runs = [
-        measured('cylinder_2', hidden, seed=seed, supply_pressure=supply)
+        measured('cylinder_2', hidden, seed, timeline, supply_pressure=supply)
         for seed, supply in ((1, 5e5), (2, 7e5))
     ]
     fitted, held = Evidence(runs[:1], rng), Evidence(runs[1:], rng)
-    given = Hypothesis(load_configuration('cylinder_2').model, {})
+    given = Hypothesis(configured('cylinder_2').model, {})
     search = Search(given, fitted, held, (mode,), lambda text: None)
     fitted.settle_floors(given, (Mode.CHAMBERS,))  # these are always looked at first
     search.settle(given)
@@ -40,17 +41,19 @@ def searched(name: str, mode: Mode, **values: float) -> Search:
     return search
 
 
-def described(name: str, mode: Mode = Mode.CHAMBERS, **values: float) -> Description:
+def described(
+    name: str, mode: Mode = Mode.CHAMBERS, timeline: Timeline = TIMELINE, **values: float
+) -> Description:
     """Return how runs of cylinder 2 with a hidden effect are described."""
-    one = searched(name, mode, **values)
+    one = searched(name, mode, timeline, **values)
     return describe(one.given, one.fitted, one.held, mode, one.limit, Here())
 
 
 def test_slow_position_sensor_is_put_on_the_sensor() -> None:
-    one = described('sensor_delay', time_constant=LAG)
+    one = described('sensor_delay', timeline=STROKES, time_constant=LAG)
     assert (one.balance, one.unit) == ('motion reading', 'm')
     terms = terms_of(one.explanation)
-    search = searched('sensor_delay', Mode.CHAMBERS, time_constant=LAG)
+    search = searched('sensor_delay', Mode.CHAMBERS, STROKES, time_constant=LAG)
     hidden = search.given.with_effect('sensor_delay', effects.load('sensor_delay').parameters(LAG))
     run = predict(hidden, search.fitted.experiments[0], Mode.FREE).run
     # what the reading lacks, as a multiple of the speed: least squares
@@ -84,7 +87,7 @@ def test_friction_that_differs_between_out_and_back_is_described_at_rest_too() -
     asymmetry = 0.12
     one = described('direction_dependent_friction', Mode.CYCLES, asymmetry=asymmetry)
     terms = terms_of(one.explanation)
-    law = load_configuration('cylinder_2').model.friction
+    law = configured('cylinder_2').model.friction
     # F_c is small in this cylinder: it is the level at rest that counts
     assert terms['static_direction'] == pytest.approx(asymmetry * law.breakaway_force, rel=0.1)
     assert one.balance == 'force'

@@ -6,15 +6,14 @@ import pytest
 from pneu_rig_ros.gap.hypothesis import Hypothesis
 from pneu_rig_ros.gap.where import force_residual
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
-from pneu_rig_ros.rig import load_configuration
 
-from .runs import measured
+from .runs import configured, measured
 
 
 @pytest.mark.parametrize('law', FRICTION_MODELS)
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_2'])
 def test_forces_on_the_sliding_piston_balance_under_every_law(cylinder: str, law: str) -> None:
-    configuration = load_configuration(cylinder, friction=law)
+    configuration = configured(cylinder, friction=law)
     experiment = measured(cylinder, friction=law, timeline=((0.5, 1.5), (0.0, 0.7), (-0.5, 2.0)))
     residual = force_residual(Hypothesis(configuration.model), experiment)
     seen = np.isfinite(residual.values)
