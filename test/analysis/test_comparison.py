@@ -34,7 +34,7 @@ def ideal() -> RigConfiguration:
 
 @pytest.fixture(scope='module')
 def record(ideal: RigConfiguration, tmp_path_factory: pytest.TempPathFactory) -> Record:
-    return read_record(simulate(ideal, 0.34, 6.0, tmp_path_factory.mktemp('runs') / 'ideal'))
+    return read_record(simulate(ideal, 0.34, 8.0, tmp_path_factory.mktemp('runs') / 'ideal'))
 
 
 def test_metrics_are_those_of_the_differences() -> None:

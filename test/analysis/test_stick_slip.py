@@ -115,11 +115,12 @@ def test_quantised_sensors_give_the_cycles_of_perfect_ones(
     cycles = {}
     for sensors in ('rig', 'ideal'):
         configuration = load_configuration('cylinder_2', sensors=sensors)
-        bag = simulate(configuration, 0.34, 12.0, tmp_path_factory.mktemp('bags') / sensors)
+        bag = simulate(configuration, 0.34, 15.0, tmp_path_factory.mktemp('bags') / sensors)
         record = read_record(bag)
         cycles[sensors] = find_cycles(record.position, record.interval, friction_of(record))
     assert len(cycles['rig']) == len(cycles['ideal']) > 5
     for emulated, perfect in zip(cycles['rig'], cycles['ideal'], strict=True):
-        assert emulated.breakaway_time == pytest.approx(perfect.breakaway_time, abs=0.04)
+        # it creeps off and takes 0.3 s from 0.5 to 2 mm/s; the noise is 0.4 mm/s
+        assert emulated.breakaway_time == pytest.approx(perfect.breakaway_time, abs=0.1)
         assert emulated.slip == pytest.approx(perfect.slip, abs=3e-4)
         assert emulated.peak_friction == pytest.approx(perfect.peak_friction, abs=1.0)

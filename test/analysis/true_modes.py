@@ -24,21 +24,18 @@ class Truth(NamedTuple):
     slips: int
 
 
-def true_cycles(run: Trajectory) -> list[float]:
+def true_cycles(run: Trajectory, rest_speed: float = REST_SPEED) -> list[float]:
     """Return the dwell [s] of each stick-slip cycle, from the plant's own velocity."""
     feed, dwell, dwells = true_feed(run), 0.0, []
-    for rests, samples in groupby(range(run.time.size), key=lambda i: _rests(run, i)):
+    slow = np.abs(run.velocity) < rest_speed
+    for rests, samples in groupby(range(slow.size), key=slow.__getitem__):
         stretch = np.array(list(samples))
         if rests and stretch.size * INTERVAL >= LEAST_REST:
             dwell += stretch.size * INTERVAL
-        elif dwell and np.abs(run.velocity[stretch]).max() > max(feed, REST_SPEED):
+        elif dwell and np.abs(run.velocity[stretch]).max() > max(feed, rest_speed):
             dwells.append(dwell)
             dwell = 0.0
     return dwells
-
-
-def _rests(run: Trajectory, index: int) -> bool:
-    return bool(abs(run.velocity[index]) < REST_SPEED)
 
 
 def true_feed(run: Trajectory) -> float:
