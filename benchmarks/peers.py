@@ -146,10 +146,12 @@ def scipy_solver(method: str, tolerance: float) -> Solve:
                 task.rates, (t, samples[-1]), y, method=method, t_eval=samples, rtol=tolerance,
                 atol=tolerance * task.scale, events=[guard(i) for i in range(4)],
             )  # fmt: skip
+        # an empty list where an event comes before the first sample
+        states = np.array(solution.y).reshape(len(y), -1).T
         for index, times in enumerate(solution.t_events or ()):
             if len(times):
-                return solution.t, solution.y.T, times[0], solution.y_events[index][0], index
-        return solution.t, solution.y.T, samples[-1], solution.y[:, -1], -1
+                return solution.t, states, times[0], solution.y_events[index][0], index
+        return solution.t, states, samples[-1], states[-1], -1
 
     return solve
 

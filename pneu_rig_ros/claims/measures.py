@@ -41,8 +41,8 @@ def rest_share(stroke: Stroke) -> float:
     return float(dwells(stroke).sum() / (breakaways[-1] - breakaways[0]))
 
 
-def resting_share(stroke: Stroke) -> float:
-    """Return the share of the time after the first breakaway at rest [-]."""
+def rest_share_to_end(stroke: Stroke) -> float:
+    """Return the share of the time at rest from the first breakaway to the end [-]."""
     if not stroke.cycles:
         return 0.0
     moving = stroke.run.time[-1] - stroke.cycles[0].breakaway_time

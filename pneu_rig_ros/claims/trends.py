@@ -21,7 +21,7 @@ from pneu_rig_ros.claims.measures import (
     largest_flow,
     middle,
     rest_share,
-    resting_share,
+    rest_share_to_end,
     slips,
     stick_slip_reach,
 )
@@ -94,7 +94,7 @@ def airflow(laboratory: Laboratory) -> list[Finding]:
             left = runs[-1].count
             steps = Finding(f'{name}: small steps remain', f'{left}', at_least(left, 5))
         else:
-            resting = resting_share(runs[-1])
+            resting = rest_share_to_end(runs[-1])
             says = f'{name}: nearly continuous (at rest under 10 % of the time)'
             steps = Finding(says, f'{resting:.0%}', at_most(resting, 0.1))
         findings.append(steps)
