@@ -18,6 +18,7 @@ import itertools
 import json
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,7 +27,7 @@ import cma
 import numpy as np
 
 from pneu_rig_ros.claims.dwell_law import in_strokes
-from pneu_rig_ros.claims.experiments import CYLINDERS, Laboratory, Reading, shipped
+from pneu_rig_ros.claims.experiments import CYLINDERS, Conditions, Laboratory, Reading, shipped
 from pneu_rig_ros.claims.findings import Finding
 from pneu_rig_ros.claims.readings import reading_values
 from pneu_rig_ros.claims.statements import STATEMENTS
@@ -84,6 +85,12 @@ SUPPLIES = (4e5, 5e5)
 """The 4 bar of the captions as absolute and as gauge pressure [Pa]."""
 
 
+NEAR = tuple(
+    Conditions(**{what: factor}) for what in ('command', 'supply') for factor in (0.95, 1.05)
+)
+"""Conditions under which a robust setting is measured too."""
+
+
 class Choice(NamedTuple):
     """What is read in one way or another."""
 
@@ -136,17 +143,21 @@ def setting(place: Floats, cylinder: str, choice: Choice) -> dict[str, dict[str,
     }
 
 
-def measure(place: Floats, cylinder: str, choice: Choice, cheap: bool = False) -> Outcome:
+def measure(
+    place: Floats, cylinder: str, choice: Choice, cheap: bool = False,
+    conditions: Conditions | None = None, ignored: Sequence[int] = (),
+) -> Outcome:  # fmt: skip
     """Measure the statements about a cylinder; the others are as shipped."""
     changes = setting(place, cylinder, choice)
     reading = Reading('searched', {}, {cylinder: changes})
-    laboratory = Laboratory(reading, threads=1, cylinders=(cylinder,))
+    laboratory = Laboratory(reading, conditions, threads=1, cylinders=(cylinder,))
     numbers = (*OF_CAPTION[cylinder], *CHEAP, *(() if cheap else OTHERS))
     rows = {number: STATEMENTS[number - 1].measure(laboratory) for number in numbers}
     rows[9] = in_strokes(laboratory)
     holds = {number: all(f.holds for f in findings) for number, findings in rows.items()}
-    loss = sum(shortfall(finding) for findings in rows.values() for finding in findings)
-    loss += FAILED * sum(not held for held in holds.values())
+    counted = rows.keys() - set(ignored)
+    loss = sum(shortfall(finding) for number in counted for finding in rows[number])
+    loss += FAILED * sum(not holds[number] for number in counted)
     return Outcome(
         loss + implausible(changes['friction'], cylinder) + outside(place), place, holds
     )
@@ -172,19 +183,32 @@ def outside(place: Floats) -> float:
     return 10.0 * float(np.sum(np.maximum(np.abs(place - 0.5) - 0.5, 0.0) ** 2))
 
 
-def search(cylinder: str, choice: Choice, seconds: float, seed: int) -> tuple[Outcome, int]:
+def measure_robustly(
+    place: Floats, cylinder: str, choice: Choice, ignored: Sequence[int]
+) -> Outcome:
+    """Measure as ``measure`` does, and count u and the supply 5 % off half."""
+    own = measure(place, cylinder, choice, ignored=ignored)
+    near = [measure(place, cylinder, choice, False, each, ignored).loss for each in NEAR]
+    return own._replace(loss=0.5 * own.loss + 0.5 * float(np.mean([own.loss, *near])))
+
+
+def search(
+    cylinder: str, choice: Choice, seconds: float, seed: int, robust: bool, ignored: Sequence[int]
+) -> tuple[Outcome, int]:
     """Return the best setting found and the number of settings measured."""
     begin, rng, size = time.monotonic(), np.random.default_rng(seed), len(RANGES) + 1
     drawn: list[Outcome] = []
     while len(drawn) < FULL or time.monotonic() - begin < RANDOM_SHARE * seconds:
-        drawn.append(measure(rng.random(size), cylinder, choice, cheap=True))
+        drawn.append(measure(rng.random(size), cylinder, choice, cheap=True, ignored=ignored))
     drawn.sort(key=lambda outcome: outcome.loss)
-    full = [measure(outcome.place, cylinder, choice) for outcome in drawn[:FULL]]
+    whole = measure_robustly if robust else partial(measure, cheap=False, conditions=None)
+    full = [whole(outcome.place, cylinder, choice, ignored=ignored) for outcome in drawn[:FULL]]
     best, count = min(full, key=lambda outcome: outcome.loss), len(drawn) + FULL
     evolution = cma.CMAEvolutionStrategy(best.place, SPREAD, {'seed': seed, 'verbose': -9})
     while time.monotonic() - begin < seconds and not evolution.stop():
-        outcomes = [measure(place, cylinder, choice) for place in evolution.ask()]
-        evolution.tell([o.place for o in outcomes], [o.loss for o in outcomes])
+        asked = evolution.ask()
+        outcomes = [whole(place, cylinder, choice, ignored=ignored) for place in asked]
+        evolution.tell(asked, [outcome.loss for outcome in outcomes])
         best, count = (
             min([best, *outcomes], key=lambda outcome: outcome.loss),
             count + len(outcomes),
@@ -196,12 +220,17 @@ def search(cylinder: str, choice: Choice, seconds: float, seed: int) -> tuple[Ou
 @click.option('--seconds', type=float, default=60.0, help='of each search')
 @click.option('--seed', type=int, default=1)
 @click.option('--cylinder', type=click.Choice(CYLINDERS), multiple=True, default=CYLINDERS)
+@click.option('--robust', is_flag=True, help='count u and the supply 5 % off too')
+@click.option('--ignore', type=int, multiple=True, help='number of a statement not to count')
 @click.option('--out', type=click.Path(path_type=Path), default='search.jsonl')
-def main(seconds: float, seed: int, cylinder: Sequence[str], out: Path) -> None:
+def main(
+    seconds: float, seed: int, cylinder: Sequence[str], robust: bool, ignore: Sequence[int],
+    out: Path,
+) -> None:  # fmt: skip
     """Search under every reading; append a line of JSON for each to a file."""
     for choice in itertools.starmap(Choice, itertools.product(READINGS, EXHAUSTS, SUPPLIES)):
         for name in cylinder:
-            best, count = search(name, choice, seconds, seed)
+            best, count = search(name, choice, seconds, seed, robust, ignore)
             fails = sorted(number for number, held in best.holds.items() if not held)
             found = Reading('searched', {}, {name: setting(best.place, name, choice)})
             line = {
