@@ -180,7 +180,7 @@ def _read(data: dict[str, Any], origin: str) -> Part:
 
 
 def _unsaid(kind: str, name: str, said: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what holds of a section where its file says nothing [SI]."""
+    """Return the defaults of the fields that a section of the file omits [SI]."""
     unsaid = dict(UNSAID[kind].get(name, {}))
     if 'exhaust_voltage' in said:  # a port that opens from there, not with a jump
         unsaid['exhaust_zero_voltage'] = said['exhaust_voltage']
