@@ -19,8 +19,8 @@ from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
     from pneu_rig_ros.analysis.comparison import Run, SignalGap
-    from pneu_rig_ros.hiding.secret import Secret
     from pneu_rig_ros.rig import RigConfiguration
+    from pneu_rig_ros.scenarios.demonstration import HiddenEffect
 
 Tell = Callable[[str, float], None]
 RECORDED, DIAGNOSED, AGAIN = 0.2, 0.85, 0.97
@@ -73,12 +73,12 @@ def gap(
     Drawn is one of 14 of the 25 effects: those that show well above the noise in runs as short as
     these. --effect hides others too.
     """
-    from pneu_rig_ros.hiding.secret import hide
+    from pneu_rig_ros.scenarios.demonstration import draw
 
     if importlib.util.find_spec('rclpy') is None:
         raise RigError("ROS 2 is not to be found; source yours, or install the extra 'ros'")
     seed = secrets.randbelow(SEEDS) if seed is None else seed
-    secret = hide(seed, effect)
+    secret = draw(seed, effect)
     path = options.bag_path(out, 'gap')
     if not (as_json or quiet):
         _introduce(secret, seed)
@@ -107,7 +107,7 @@ def _whole(path: Path) -> Iterator[Path]:
         raise RigError(f'--out {path}: {error.strerror}') from error
 
 
-def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:
+def play(folder: Path, secret: HiddenEffect, seed: int, tell: Tell) -> Outcome:
     """
     Record, diagnose, record again, draw.
 
@@ -116,32 +116,35 @@ def play(folder: Path, secret: Secret, seed: int, tell: Tell) -> Outcome:
     :raises RigError: when a node fails
     """
     from pneu_rig_ros.demo import prepare_environment
-    from pneu_rig_ros.hiding.experiments import FITTED, JUDGING
-    from pneu_rig_ros.hiding.recording import Run as Recording
-    from pneu_rig_ros.hiding.recording import record
     from pneu_rig_ros.report.writing import write_whole
+    from pneu_rig_ros.scenarios.demonstration import CYLINDER
+    from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY
+    from pneu_rig_ros.scenarios.recording import Run, record
 
     prepare_environment()
     model = write_whole(folder / 'model.yaml', secret.model.to_yaml())
     truth = write_whole(folder / 'hidden.yaml', secret.truth.to_yaml())
     measured = [
-        Recording(one, truth, folder / 'measured' / one.name, _noise_seed(seed, index))
-        for index, one in enumerate((*FITTED, JUDGING))
+        Run(one, CYLINDER, truth, folder / 'measured' / name, _noise_seed(seed, index))
+        for index, (name, one) in enumerate(zip(NAMES, (*FIT, *VERIFY), strict=True))
     ]
     title = f'recording {len(measured)} runs over ROS 2'
     record(measured, lambda share: tell(title, RECORDED * share))
-    bags = [run.bag for run in measured]
-    answer = _diagnose(bags, model, folder / 'answer', seed, tell)
+    fit, verify = measured[: len(FIT)], measured[len(FIT) :]
+    answer = _diagnose([r.bag for r in fit], [r.bag for r in verify], model, folder / 'answer',
+                       seed, tell)  # fmt: skip
     again = [
-        Recording(JUDGING, rig, folder / name / JUDGING.name, _noise_seed(seed, -index))
+        Run(VERIFY[0], CYLINDER, rig, folder / name / verify[0].bag.name,
+            _noise_seed(seed, -index))
         for index, (name, rig) in enumerate(
             (('before', model), ('after', folder / 'answer' / 'improved.yaml')), start=1
         )
-    ]
+    ]  # fmt: skip
     title = 'recording again with the model before and after'
     record(again, lambda share: tell(title, DIAGNOSED + (AGAIN - DIAGNOSED) * share))
     tell('drawing', AGAIN)
-    return Outcome(answer, _draw(folder / 'gap.png', bags[-1], [r.bag for r in again], model))
+    bags = [run.bag for run in again]
+    return Outcome(answer, _draw(folder / 'gap.png', verify[0].bag, bags, model))
 
 
 def _noise_seed(seed: int, run: int) -> int:
@@ -149,20 +152,20 @@ def _noise_seed(seed: int, run: int) -> int:
     return (NOISE_SEED * (seed + 1) + run) % options.LARGEST_SEED
 
 
-def _diagnose(bags: list[Path], model: Path, out: Path, seed: int, tell: Tell) -> dict[str, Any]:
-    """Diagnose the bags, the last one left out of the fits; return diagnosis.json."""
+def _diagnose(
+    fit: list[Path], verify: list[Path], model: Path, out: Path, seed: int, tell: Tell
+) -> dict[str, Any]:
+    """Diagnose the bags; return diagnosis.json."""
+    from pneu_rig_ros.diagnosis.result import answer
+    from pneu_rig_ros.diagnosis.workflow import diagnose
     from pneu_rig_ros.executor import executor
-    from pneu_rig_ros.gap.answer import answer
-    from pneu_rig_ros.gap.diagnosis import diagnose
 
     def within(text: str, share: float) -> None:
         tell(f'diagnosing - {text}', RECORDED + (DIAGNOSED - RECORDED) * share)
 
     out.mkdir()
     with executor(None) as processes:
-        diagnosis = diagnose(
-            bags[:-1], model, bags[-1:], seed=seed, executor=processes, tell=within
-        )
+        diagnosis = diagnose(fit, model, verify, seed=seed, executor=processes, tell=within)
     data = answer(diagnosis)
     write_files(out, diagnosis, data, lambda share: within('drawing the report', 0.96))
     return data
@@ -173,11 +176,13 @@ def _draw(
 ) -> tuple[dict[str, SignalGap], dict[str, SignalGap]]:
     """Draw the runs; return the gaps of the model before and after."""
     from pneu_rig_ros.analysis.comparison import compare_runs, sensor_noise, signal_noise
-    from pneu_rig_ros.hiding.experiments import JUDGING
     from pneu_rig_ros.report.gap_figure import draw_gap
     from pneu_rig_ros.rig import load_configuration
+    from pneu_rig_ros.scenarios.demonstration import CYLINDER
+    from pneu_rig_ros.scenarios.experiments import VERIFY, set_up
 
-    configuration = load_configuration(model, **JUDGING.setup)
+    stroke = load_configuration(model).model.cylinder.stroke
+    configuration = load_configuration(model, **set_up(VERIFY[0], CYLINDER, stroke))
     truth, before, after = _runs((measured, *models), configuration)
     single = signal_noise(*sensor_noise(configuration.sensors), truth.interval, truth.balance)
     # All runs went through the sensors: their differences have the noise of two.
@@ -211,8 +216,8 @@ CLEAR = 1.5
 """RMSE in noises from which the share of it that is above the noise is known to some percent."""
 
 
-def _introduce(secret: Secret, seed: int) -> None:
-    from pneu_rig_ros.hiding.secret import DRAWN
+def _introduce(secret: HiddenEffect, seed: int) -> None:
+    from pneu_rig_ros.scenarios.demonstration import DRAWN
 
     output.print_values({
         'rig': f'{secret.model.name}, with an effect hidden in it that its model lacks',
@@ -222,7 +227,7 @@ def _introduce(secret: Secret, seed: int) -> None:
     })  # fmt: skip
 
 
-def _plain(outcome: Outcome, secret: Secret, seed: int, path: Path) -> dict[str, Any]:
+def _plain(outcome: Outcome, secret: HiddenEffect, seed: int, path: Path) -> dict[str, Any]:
     before, after = outcome.gaps
     gaps = {
         name: {'before': one.rmse, 'after': after[name].rmse, 'noise': one.noise,
@@ -233,7 +238,7 @@ def _plain(outcome: Outcome, secret: Secret, seed: int, path: Path) -> dict[str,
             'diagnosis': outcome.answer}  # fmt: skip
 
 
-def show(outcome: Outcome, secret: Secret, path: Path) -> None:
+def show(outcome: Outcome, secret: HiddenEffect, path: Path) -> None:
     """Print what was found, the gap, the files, and what was hidden."""
     from pneu_rig_ros.report import diagnosis_rows as rows
 
@@ -274,7 +279,7 @@ def _closed(before: SignalGap, after: SignalGap) -> str:
     return f'{1.0 - after.above_noise / before.above_noise:.0%}'
 
 
-def _revelation(outcome: Outcome, secret: Secret) -> dict[str, str]:
+def _revelation(outcome: Outcome, secret: HiddenEffect) -> dict[str, str]:
     from pneu_rig_ros.report import diagnosis_rows as rows
 
     found = [

@@ -10,7 +10,7 @@ import hashlib
 import importlib.util
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -20,6 +20,7 @@ import numba
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.along import build_along
 from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
 from pneu_rig_ros.model.readings import Readings, build_readings
@@ -31,7 +32,7 @@ from numba import njit
 
 from pneu_rig_ros.model import assembly
 
-_rhs, _solver, _readings = assembly.build({effects!r})
+_rhs, _solver, _readings, _along = assembly.build({effects!r})
 _start, _run, _follow = _solver
 
 
@@ -64,6 +65,17 @@ def follow(
 @njit(cache=True, error_model='numpy', nogil=True)
 def readings(states, out, scratch, model, effects):
     _readings(states, out, scratch, model, effects)
+
+
+@njit(cache=True, error_model='numpy', nogil=True)
+def along(
+    interval, measured, velocity, contacts, voltages, out, states, sources, start, state, rate,
+    arrow, memory, model, effects,
+):
+    _along(
+        interval, measured, velocity, contacts, voltages, out, states, sources, start, state, rate,
+        arrow, memory, model, effects,
+    )
 '''
 
 
@@ -73,13 +85,17 @@ class Assembly(NamedTuple):
     right_hand_side: RightHandSide
     solver: Solver
     readings: Readings
+    along: Callable[..., None]
 
 
 def build(effects: Sequence[str]) -> Assembly:
     """Return the functions with the named effects, not yet cached."""
     contributions = collect([library.load(name) for name in effects], STATE_SIZE)
     right_hand_side = build_right_hand_side(contributions)
-    return Assembly(right_hand_side, build_solver(right_hand_side), build_readings(contributions))
+    return Assembly(
+        right_hand_side, build_solver(right_hand_side), build_readings(contributions),
+        build_along(right_hand_side),
+    )  # fmt: skip
 
 
 @cache
@@ -87,7 +103,7 @@ def assemble(effects: tuple[str, ...]) -> Assembly:
     """Return the compiled, disk-cached functions with the named effects."""
     module = _module(effects)
     solver = Solver(module.start, module.run, module.follow)
-    return Assembly(module.right_hand_side, solver, module.readings)
+    return Assembly(module.right_hand_side, solver, module.readings, module.along)
 
 
 _SOURCES = b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import chambers, dynamics, friction, integrator, piston
+from pneu_rig_ros.model import along, chambers, dynamics, friction, integrator, piston
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled import plain
@@ -124,7 +124,7 @@ class Plant:
         self._library = loaded = [library.load(name) for name in chosen]
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
-        self.right_hand_side, self._solver, self._read = assemble(tuple(chosen))
+        self.right_hand_side, self._solver, self._read, self._along = assemble(tuple(chosen))
         self.reset()
 
     def reset(self) -> PlantState:
@@ -227,6 +227,33 @@ class Plant:
             self.effects,
         )  # fmt: skip
         return self.advanced(states, extras, interval)
+
+    def along(
+        self, measured: Array, velocity: Array, contacts: Actions, voltages: Array,
+        interval: float,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """
+        Return the modelled rates along a measured run, and by how much the sensors are off.
+
+        :param measured: x, p1, p2 [SI], shape (n, 3)
+        :param velocity: in each interval [m/s], shape (n - 1,)
+        :param contacts: what the piston does in each interval, see ``along``, shape (n - 1,)
+        :param voltages: u1, u2 [V] in each interval, shape (n - 1, 2)
+        :param interval: [s]
+        :return: rates in the middle of each interval, see ``along.SOURCE_1``, shape (n - 1, 5),
+            and readings less true x, p1, p2 there, shape (n - 1, 3)
+        """
+        carry, count = self.initial_carry(), len(contacts)
+        rates, bias = np.empty((count, along.COLUMNS)), np.zeros((count, 3))
+        states = np.empty((count if self._sensed else 0, self.state_size))
+        self._along(
+            interval, measured, velocity, contacts, np.clip(voltages, 0.0, FULL_VOLTAGE), rates,
+            states, np.zeros(2), carry.y0, carry.y1, carry.f1, carry.arrow, carry.memory,
+            self._arguments, self.effects,
+        )  # fmt: skip
+        if self._sensed:
+            bias = (self._readings(states) - states[:, :4])[:, [0, 2, 3]]
+        return rates, bias
 
     def _check(self) -> None:
         start, end = self._carry.clock[: integrator.END + 1].tolist()

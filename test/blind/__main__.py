@@ -1,11 +1,12 @@
 """
-``make blind``: the whole matrix, or a part of it, and the page about it.
+``make blind``: trials drawn from a seed, or a part of the matrix for building, and the page.
 
-Answers are kept beside the page, in ``blind_answers.jsonl``, one line a trial: what is there
-already is not run again, on whatever machine. ``--fresh`` forgets them.
+Answers are kept beside the page, a file for each revision, one line a trial: what is there already
+is not run again. The page is written of the drawn trials alone.
 """
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -20,87 +21,104 @@ from rich.progress import (
 )
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.executor import Executor, executor
+from pneu_rig_ros.executor import executor
+from pneu_rig_ros.records.description import git_revision
 
 from . import page, scores
-from .answers import KEPT, carry_out, kept
-from .hidden import STRENGTHS
-from .trials import NOISES, PARTS, Trial, matrix
+from .answers import FOLDER, Answer, carry_out, kept
+from .fresh import FRESH, FRESH_PARTS, SEED, drawn
+from .page_tables import text_of
+from .trials import PARTS, Trial, matrix
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def run(trials: list[Trial], somewhere: Executor, console: Console, store: Path) -> None:
+def answers_to(trials: list[Trial], workers: int, scheduler: str | None) -> Iterator[Answer]:
+    """
+    Yield the answers to trials.
+
+    Here one trial comes after the other, and its diagnosis has all workers; on a cluster each
+    worker has trials of its own.
+    """
+    with executor(workers, scheduler) as somewhere:
+        if scheduler:
+            yield from (answer for _, answer in somewhere.completed(carry_out, trials))
+        else:
+            yield from (carry_out(trial, somewhere) for trial in trials)
+
+
+def run(trials: list[Trial], answers: Iterator[Answer], console: Console, store: Path) -> None:
     """Carry out the trials and append each answer to the file."""
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
                TimeElapsedColumn(), TimeRemainingColumn())  # fmt: skip
+    store.parent.mkdir(parents=True, exist_ok=True)
     with Progress(*columns, console=console) as progress, store.open('a') as file:
         task = progress.add_task('blind trials', total=len(trials))
-        for _, answer in somewhere.completed(carry_out, trials):
+        for answer in answers:
             file.write(json.dumps(answer) + '\n')
             file.flush()
             progress.update(task, advance=1, description=answer['key'])
 
 
 def chosen(
-    part: tuple[str, ...],
-    cylinder: tuple[str, ...],
-    noise: tuple[float, ...],
-    strength: tuple[str, ...],
-    effect: tuple[str, ...],
+    parts: tuple[str, ...], seed: int, hidden: tuple[str, ...], noise: tuple[float, ...]
 ) -> list[Trial]:
-    """Return the trials of the matrix that all filters let through; an empty one lets all."""
+    """Return the trials that all filters let through; an empty one lets all."""
+    known = {part for part in parts if part != FRESH}
+    trials = [*(drawn(seed) if FRESH in parts else matrix(tuple(sorted(known & set(PARTS)))))]
     return [
-        trial for trial in matrix(part or PARTS)
-        if (not cylinder or trial.cylinder[-1] in cylinder)
+        trial for trial in trials
+        if (not known or trial.part in known)
+        and (not hidden or set(hidden) & set(trial.names))
         and (not noise or trial.noise in noise)
-        and (not strength or trial.strength in strength)
-        and (not effect or set(effect) & set(trial.names))
     ]  # fmt: skip
 
 
 @click.command()
-@click.option('--part', multiple=True, type=click.Choice(PARTS))
-@click.option('--cylinder', multiple=True, type=click.Choice(['1', '2', '3']))
-@click.option('--noise', multiple=True, type=click.Choice([f'{n:g}' for n in NOISES]))
-@click.option('--strength', multiple=True, type=click.Choice(STRENGTHS))
+@click.option(
+    '--part',
+    'parts',
+    multiple=True,
+    default=(FRESH,),
+    show_default=True,
+    type=click.Choice(sorted({FRESH, *FRESH_PARTS, *PARTS})),
+    help='fresh: drawn from the seed; with it, another one picks a part of these',
+)
+@click.option('--seed', default=SEED, show_default=True, help='of what is drawn')
 @click.option('--effect', multiple=True, help='effect or section.key that is hidden')
+@click.option('--noise', multiple=True, type=float, help='multiple of the noise of the rig')
 @click.option('--limit', type=int, help='at most so many trials that are not yet answered')
-@click.option('--workers', default=2, show_default=True)
+@click.option('--workers', default=2, show_default=True, help='of each diagnosis')
 @click.option('--scheduler', help='of a Dask cluster that does it instead, tcp://HOST:PORT')
-@click.option('--fresh', is_flag=True, help='forget the answers given so far')
+@click.option('--revision', default=git_revision, help='name of the answers  [default: of git]')
 @click.option('--docs', type=click.Path(path_type=Path), default=ROOT / 'docs')
 def main(
-    part: tuple[str, ...],
-    cylinder: tuple[str, ...],
-    noise: tuple[str, ...],
-    strength: tuple[str, ...],
+    parts: tuple[str, ...],
+    seed: int,
     effect: tuple[str, ...],
+    noise: tuple[float, ...],
     limit: int | None,
     workers: int,
     scheduler: str | None,
-    fresh: bool,
+    revision: str,
     docs: Path,
 ) -> None:
     """Run blind trials, then write docs/blind.md, docs/blind.json and the picture."""
     console = Console()
-    store = docs / KEPT
-    if fresh:
-        store.unlink(missing_ok=True)
-    answered = {answer['key'] for answer in kept(store)}
-    wanted = chosen(part, cylinder, tuple(map(float, noise)), strength, effect)
+    store = docs / FOLDER / f'{revision}.jsonl'
+    wanted = chosen(parts, seed, effect, noise)
+    answered = {answer['key'] for answer in kept(store, wanted)}
     trials = [trial for trial in wanted if trial.key not in answered][:limit]
     try:
-        with executor(workers, scheduler) as somewhere:
-            run(trials, somewhere, console, store)
+        run(trials, answers_to(trials, workers, scheduler), console, store)
     except RigError as error:
         raise click.UsageError(str(error)) from None
-    answers = kept(store)
-    page.write(answers, docs)
+    if FRESH in parts:  # those for building are told here alone
+        page.write_kept(store.parent, docs, revision, seed)
+    answers = kept(store, wanted)
     for name, figure in scores.figures(answers).items():
-        console.print(
-            f'{name:20s} {page.percent(figure["value"], 1):>8s}  {figure["trials"]} trials'
-        )
+        value = text_of(name, figure['value'], 1)
+        console.print(f'{name:20s} {value:>8s}  {figure["trials"]} trials')
 
 
 if __name__ == '__main__':

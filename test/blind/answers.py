@@ -1,69 +1,67 @@
 """
-Carrying out a trial: bags and a model file go into the workflow, an answer comes out.
+Carrying out a trial: recordings and a model file go into the workflow, an answer comes out.
 
-The workflow is handed the paths of bags and model, a seed, and what its library is to lack; what
-was hidden is joined to its answer only after it has been given.
+The workflow is handed the paths of recordings, mapping and model, a seed, and what its library is
+to lack; what was hidden is joined to its answer only after it has been given.
 """
 
 import json
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from pneu_rig_ros.gap.answer import answer
-from pneu_rig_ros.gap.diagnosis import diagnose
+from pneu_rig_ros.executor import Executor
 from pneu_rig_ros.records.description import git_revision
 
-from .baselines import cuts
-from .hidden import true_parameters
-from .rig import make_bags, visibility
-from .settings import settings
-from .trials import Trial, matrix
+from . import cases, places
+from .files import Files
+from .trials import Trial
 
 Answer = dict[str, Any]
-KEPT = 'blind_answers.jsonl'
-"""File beside the page with one answer a line."""
+FOLDER = 'blind_answers'
+"""Beside the page: a file for each revision, with one answer a line."""
 LONGEST_RANKING = 6
 """Candidates kept of the ranking."""
+Ask = Callable[[Files, Trial, Executor | None], Answer]
 
 
-def kept(store: Path) -> list[Answer]:
-    """Return the answers given so far, of trials that are still in the matrix."""
-    keys = {trial.key for trial in matrix()}
+def kept(store: Path, trials: list[Trial]) -> list[Answer]:
+    """Return the answers of a file to some trials, in its order."""
+    keys = {trial.key for trial in trials}
     if not store.exists():
         return []
     lines = [json.loads(line) for line in store.read_text().splitlines()]
     return [answer for answer in lines if answer['key'] in keys]
 
 
-def ask(fit: list[Path], verify: list[Path], model: Path, compare: bool, **options: Any) -> Answer:
-    """Return what the workflow says, the content of diagnosis.json, and what baselines reach."""
-    start = time.perf_counter()
-    diagnosis = diagnose(fit, model, verify, **options)
-    said = answer(diagnosis)
-    said['seconds'] = time.perf_counter() - start
-    said['baselines'] = cuts(diagnosis) if compare else {}
-    return said
+def ask(files: Files, trial: Trial, executor: Executor | None) -> Answer:
+    """Return what the workflow says: the content of diagnosis.json."""
+    from pneu_rig_ros.diagnosis.result import answer
+    from pneu_rig_ros.diagnosis.workflow import diagnose
+
+    return answer(diagnose(
+        files.fit, files.model, files.verify, seed=1, without=trial.without, executor=executor,
+        mapping=files.mapping,
+    ))  # fmt: skip
 
 
-def carry_out(trial: Trial) -> Answer:
-    """Return one line of the results: the trial, the answer, and how the two compare."""
+def carry_out(trial: Trial, executor: Executor | None = None, ask: Ask = ask) -> Answer:
+    """
+    Return one line of the results: the trial, the answer, and how the two compare.
+
+    :param executor: where the workflow may run its tasks; this process if it is not said
+    """
     with tempfile.TemporaryDirectory(prefix='blind_', ignore_cleanup_errors=True) as folder:
+        files = cases.make_files(Path(folder) / 'recordings', trial)
+        begin = time.perf_counter()
         try:
-            bags = make_bags(
-                Path(folder) / 'bags',
-                trial.cylinder,
-                trial.secret,
-                trial.noise,
-                trial.seed,
-                trial.gains,
-            )
-            said = ask(*bags, trial.compared, seed=1, without=trial.without)
+            said = ask(files, trial, executor)
         except Exception as error:  # a crash is a wrong answer, not the end of the matrix
             said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
-    return joined(trial, said)
+        said = {**said, 'seconds': time.perf_counter() - begin}
+    return {**joined(trial, said), 'workers': executor.workers if executor else 1}
 
 
 def joined(trial: Trial, said: Answer) -> Answer:
@@ -71,7 +69,7 @@ def joined(trial: Trial, said: Answer) -> Answer:
     line = {
         'key': trial.key, 'part': trial.part, 'cylinder': trial.cylinder, 'noise': trial.noise,
         'strength': trial.strength, 'names': list(trial.names),
-        'visibility': visibility(trial.cylinder, trial.secret, trial.noise),
+        'visibility': cases.visibility(trial),
     }  # fmt: skip
     ranking = ['+'.join(row['names']) for row in said.get('candidates', [])]
     gap, unknown = said.get('gap') or {}, said.get('unknown') or {}
@@ -84,27 +82,14 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'alike': said.get('indistinguishable', []),
         'balance': unknown.get('balance', ''),
         'where': [place['balance'] for place in said.get('where', [])],
+        'times': places.times(trial.names, cases.truth(trial), said.get('intervals', [])),
+        'null_scores': said.get('null_scores', []) if not trial.names else [],
         'before': gap.get('before'), 'after': gap.get('after'), 'cut': gap.get('cut'),
         'errors': _errors(trial, said),
         'covered': _covered(trial, said),
-        'baselines': said.get('baselines', {}),
         'seconds': said.get('seconds'),
         'revision': git_revision(),
     }  # fmt: skip
-
-
-def _truth(trial: Trial) -> dict[str, float]:
-    """Return effect.parameter or section.key -> true value [SI] of what was hidden."""
-    friction = settings(trial.cylinder)['friction']
-    truth: dict[str, float] = {}
-    for name in trial.names:
-        if '.' in name:
-            value = trial.secret.truth[name]
-            truth[name] = sum(value) if isinstance(value, list) else value
-        else:
-            own = true_parameters(name, trial.secret, friction)
-            truth |= {f'{name}.{parameter}': value for parameter, value in own.items()}
-    return truth
 
 
 def _fitted(trial: Trial, said: Answer) -> Iterator[tuple[str, float, dict[str, Any]]]:
@@ -112,7 +97,8 @@ def _fitted(trial: Trial, said: Answer) -> Iterator[tuple[str, float, dict[str, 
     told = {p['name']: p for p in said.get('parameters', [])}
     for effect in said.get('effects', []):
         told |= {f'{effect["name"]}.{name}': row for name, row in effect['parameters'].items()}
-    yield from ((name, value, told[name]) for name, value in _truth(trial).items() if name in told)
+    truth = cases.hidden_values(trial)
+    yield from ((name, value, told[name]) for name, value in truth.items() if name in told)
 
 
 def _errors(trial: Trial, said: Answer) -> dict[str, float]:

@@ -30,8 +30,13 @@ def write_bag(
     atmosphere: float,
     interval_ns: int,
     pressure_variance: float,
+    without: tuple[str, ...] = (),
 ) -> None:
-    """Write a bag and its conditions.yaml; ``u`` has one entry fewer than the readings."""
+    """
+    Write a bag and its conditions.yaml; ``u`` has one entry fewer than the readings.
+
+    :param without: topics of the plant that are not recorded
+    """
     messages = PlantMessages(pressure_variance)
     voltages = valve_voltages(u)
     with BagWriter(path) as writer:
@@ -39,7 +44,8 @@ def write_bag(
             now = k * interval_ns
             messages.pack(Sample(k, *map(float, row)), now)
             for topic, cdr in messages.by_topic(simulated_time=False).items():
-                writer.write(f'/{topic}', TOPICS[topic].type, now, cdr)
+                if topic not in without:
+                    writer.write(f'/{topic}', TOPICS[topic].type, now, cdr)
             if k < len(u):
                 if k == 0 or u[k] != u[k - 1]:
                     writer.write('/u', TOPICS['u'].type, now, pack_float64(float(u[k])))
@@ -49,3 +55,21 @@ def write_bag(
     lines = [f'{name}: {operation[name]!r} {units[name]}' for name in CONDITIONS]
     lines.append(f'atmospheric_pressure: {atmosphere!r} Pa')
     (path / 'conditions.yaml').write_text('\n'.join(lines) + '\n')
+
+
+def write_signals(path: Path, signals: Mapping[str, np.ndarray], interval_ns: int) -> None:
+    """Write a bag of a valve block: both pressures [Pa] and the voltages of both valves [V]."""
+    names = 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2'
+    messages = PlantMessages(0.0)
+    with BagWriter(path) as writer:
+        for k, row in enumerate(zip(*(signals[name] for name in names), strict=True)):
+            p1, p2, *voltages = map(float, row)
+            now = k * interval_ns
+            messages.pack(Sample(k, 0.0, 0.0, p1, p2), now)
+            cdrs = {
+                'chamber_1/pressure': messages.pressure_1,
+                'chamber_2/pressure': messages.pressure_2,
+                'valve_voltages': pack_valve_voltages(*voltages),
+            }
+            for topic, cdr in cdrs.items():
+                writer.write(f'/{topic}', TOPICS[topic].type, now, cdr)

@@ -5,9 +5,10 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
+from pneu_rig_ros.scenarios.hidden import EFFECTS
+
 from . import scores
 from .answers import Answer
-from .hidden import EFFECTS
 
 OTHERS = ('a parameter', 'consistent', 'unknown', 'crashed')
 """Answers that name no effect."""

@@ -11,7 +11,8 @@ from pathlib import Path
 import click
 import yaml
 
-from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
+
 from .rig import make_bags, visibility
 from .sensors import CALIBRATED, drawn_gains
 from .settings import settings

@@ -38,6 +38,8 @@ class Motion(NamedTuple):
     pressure_1: np.ndarray
     pressure_2: np.ndarray
     sticking: np.ndarray
+    states: np.ndarray = np.empty((0, at.STATES))
+    """All of the state, where the plant made the motion, shape (n, STATES)."""
 
 
 @numba.njit
@@ -124,7 +126,7 @@ class Plant:
             self._move_targets(voltages[first])
             self._integrate(float(self.times[last]))
         x, v, p1, p2 = self.states[:, : at.Z].T
-        return Motion(self.times, x, v, p1, p2, self.at_rest)
+        return Motion(self.times, x, v, p1, p2, self.at_rest, self.states)
 
     def _move_targets(self, voltages: np.ndarray) -> None:
         """Draw the spools along, as far as the play lets the voltages do so."""

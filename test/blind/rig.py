@@ -4,31 +4,26 @@ import json
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY, Experiment, command, set_up
+from pneu_rig_ros.scenarios.hidden import Secret
+
 from .bags import valve_voltages, write_bag
 from .constants import HIDDEN
-from .hidden import Secret
-from .plan import FIT, VERIFY, Experiment, command, set_up
+from .files import Files
 from .plant import Motion, Plant, flatten
+from .runs import Noise, Run, equations
 from .sensors import CALIBRATED, CLASSES, LEVELS, SENSOR_ERRORS, Gains, Readings, distorted, read
-from .settings import Settings, changed, model_file, settings
+from .settings import Settings, changed, model_file, operation, settings
 
 INTERVAL_NS = 1_160_000
 INTERVAL = INTERVAL_NS * 1e-9
 SHIPPED_CLASSES = {'sensors.position_class': CLASSES[0], 'sensors.pressure_class': CLASSES[1]}
-KEPT = 64
+KEPT = 24
 """Motions that are kept, as bags and visibility need the same, and so do trials of a cylinder."""
-
-
-class Bags(NamedTuple):
-    """Where a trial's files are: all that the workflow gets."""
-
-    fit: list[Path]
-    verify: list[Path]
-    model: Path
 
 
 def truth_of(cylinder: str, secret: Secret) -> Settings:
@@ -36,9 +31,14 @@ def truth_of(cylinder: str, secret: Secret) -> Settings:
     return changed(settings(cylinder), secret.truth)
 
 
+def set_up_for(rig: Settings, cylinder: str, experiment: Experiment) -> Settings:
+    """Return a rig's settings in an experiment."""
+    return changed(rig, operation(set_up(experiment, cylinder, rig['cylinder']['stroke'])))
+
+
 def move(true: Settings, secret: Secret, cylinder: str, experiment: Experiment) -> Motion:
     """Return what the true rig does in an experiment."""
-    prepared = changed(true, set_up(experiment, cylinder, true['cylinder']['stroke']))
+    prepared = set_up_for(true, cylinder, experiment)
     hidden = flatten(secret.effects)
     unknown = set(hidden) - set(HIDDEN) - set(SENSOR_ERRORS)
     assert not unknown, f'cannot be hidden: {unknown}'
@@ -73,27 +73,27 @@ def make_bags(
     noise: float,
     seed: int,
     gains: Gains = CALIBRATED,
-) -> Bags:
+    without: tuple[str, ...] = (),
+) -> Files:
     """
     Record the six experiments of a trial and write the model file beside them.
 
     :param folder: must not hold bags yet
     :param noise: multiple of the rig's noise
     :param gains: slopes of the sensors; the model of ones that are wrong tells their class only
+    :param without: topics that are not recorded
     """
     true = truth_of(cylinder, secret)
     folder.mkdir(parents=True, exist_ok=True)
-    names = [f'fit_{i}' for i in range(1, len(FIT) + 1)]
-    names += [f'verify_{i}' for i in range(1, len(VERIFY) + 1)]
-    for index, (name, experiment) in enumerate(zip(names, (*FIT, *VERIFY), strict=True)):
+    for index, (name, experiment) in enumerate(zip(NAMES, (*FIT, *VERIFY), strict=True)):
         motion = move(true, secret, cylinder, experiment)
         readings = measure(motion, true, secret, noise, 100 * seed + index, gains)
-        _record(folder / name, readings, true, cylinder, experiment, noise)
+        _record(folder / name, readings, true, cylinder, experiment, noise, without)
     model = folder / 'model.yaml'
     classes = dict(SHIPPED_CLASSES) if gains != CALIBRATED else {}
     model.write_text(model_file(cylinder, {**classes, **secret.model}))
-    paths = [folder / name for name in names]
-    return Bags(paths[: len(FIT)], paths[len(FIT) :], model)
+    paths = [folder / name for name in NAMES]
+    return Files(paths[: len(FIT)], paths[len(FIT) :], model)
 
 
 def _record(
@@ -103,14 +103,15 @@ def _record(
     cylinder: str,
     experiment: Experiment,
     noise: float,
+    without: tuple[str, ...],
 ) -> None:
-    prepared = changed(true, set_up(experiment, cylinder, true['cylinder']['stroke']))
+    prepared = set_up_for(true, cylinder, experiment)
     sensors: Mapping[str, Any] = true['sensors']
     variance = (noise * sensors['pressure_noise']) ** 2
     variance += (sensors['pressure_span'] / LEVELS) ** 2 / 12.0
     write_bag(
         path, readings, command(experiment, cylinder, INTERVAL), prepared['operation'],
-        true['gas']['atmospheric_pressure'], INTERVAL_NS, variance,
+        true['gas']['atmospheric_pressure'], INTERVAL_NS, variance, without,
     )  # fmt: skip
 
 
@@ -131,3 +132,31 @@ def visibility(cylinder: str, secret: Secret, noise: float) -> float:
     sensors = true['sensors']
     level = noise * np.array([sensors['position_noise'], *[sensors['pressure_noise']] * 2])
     return float(np.max(np.sqrt(squares) / level))
+
+
+def runs(cylinder: str, secret: Secret, noise: float) -> list[Run]:
+    """Return the recordings for the fit as they really were, see :class:`Run`."""
+    true, hidden = truth_of(cylinder, secret), flatten(secret.effects)
+    given = changed(settings(cylinder), secret.model)
+    inside = {name: value for name, value in hidden.items() if name in HIDDEN}
+    errors = {name: value for name, value in hidden.items() if name not in HIDDEN}
+    found = []
+    for name, experiment in zip(NAMES, FIT, strict=False):
+        sides = [set_up_for(rig, cylinder, experiment) for rig in (true, given)]
+        motion = move(true, secret, cylinder, experiment)
+        voltages = valve_voltages(command(experiment, cylinder, INTERVAL))
+        found.append(Run(
+            name, INTERVAL, motion.states, motion.sticking, np.vstack([voltages, voltages[-1:]]),
+            equations(sides[0], inside), equations(sides[1], {}),
+            errors, noise_of(true['sensors'], noise), experiment.rest_time,
+        ))  # fmt: skip
+    return found
+
+
+def noise_of(sensors: Mapping[str, float], noise: float) -> Noise:
+    """Return what the sensors' noise and their converter make together."""
+    rounding = {name: sensors[f'{name}_span'] / LEVELS / 12.0**0.5
+                for name in ('position', 'pressure')}  # fmt: skip
+    return Noise(*(
+        float(np.hypot(noise * sensors[f'{name}_noise'], rounding[name])) for name in rounding
+    ))  # fmt: skip

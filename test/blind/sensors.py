@@ -82,14 +82,14 @@ def distorted(motion: Motion, hidden: Mapping[str, float]) -> np.ndarray:
     """Return x [m], p1, p2 [Pa], shape (3, n), as sensors with the hidden errors see them."""
     x, p1, p2 = motion.position, motion.pressure_1, motion.pressure_2
     if lag := hidden.get('sensor_delay.time_constant', 0.0):
-        x = _lagging(x, float(motion.time[1]), lag)
+        x = lagging(x, float(motion.time[1]), lag)
     x = x * (1.0 + hidden.get('position_scale.error', 0.0))
     p1 = p1 + hidden.get('pressure_offset.offset_1', 0.0)
     p2 = p2 + hidden.get('pressure_offset.offset_2', 0.0)
     return np.stack([x, p1, p2])
 
 
-def _lagging(signal: np.ndarray, interval: float, lag: float) -> np.ndarray:
+def lagging(signal: np.ndarray, interval: float, lag: float) -> np.ndarray:
     """First-order lag [s], exact for a signal that is straight between the samples."""
     share = interval / lag
     pole = np.exp(-share)

@@ -1,6 +1,7 @@
 """Configuration files as plain numbers: read as YAML, changed, written back with units."""
 
 import copy
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,11 @@ def changed(base: Settings, changes: dict[str, Any]) -> Settings:
     return result
 
 
+def operation(values: dict[str, float]) -> dict[str, float]:
+    """Return keys of the section ``operation`` as changes."""
+    return {f'operation.{key}': value for key, value in values.items()}
+
+
 def model_file(cylinder: str, changes: dict[str, Any]) -> str:
     """Return a complete configuration file, with section.key replaced (in SI units)."""
     data = copy.deepcopy(texts(cylinder))
@@ -58,6 +64,15 @@ def model_file(cylinder: str, changes: dict[str, Any]) -> str:
         section, key = name.split('.')
         data[section][key] = _with_unit(key, data[section][key], value)
     return yaml.safe_dump(data, sort_keys=False)
+
+
+def section_texts(rig: Settings, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
+    """Return section -> key -> text with unit, of the keys asked for."""
+    shipped = texts('cylinder_1')
+    return {
+        section: {key: _with_unit(key, shipped[section][key], rig[section][key]) for key in own}
+        for section, own in keys.items()
+    }
 
 
 def _with_unit(key: str, text: Any, value: Any) -> Any:

@@ -9,11 +9,12 @@ import pytest
 from pneu_rig_ros.records import read_record
 from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.scenarios.experiments import FIT
+from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide, join
 
-from .hidden import EFFECTS, Secret, hide, join
-from .plan import FIT
+from .files import Files
 from .plant import Motion
-from .rig import INTERVAL, Bags, make_bags, measure, move, truth_of, visibility
+from .rig import INTERVAL, make_bags, measure, move, truth_of, visibility
 from .sensors import drawn_gains
 from .settings import model_file, settings
 
@@ -29,11 +30,11 @@ def secret() -> Secret:
 
 
 @pytest.fixture(scope='module')
-def bags(secret: Secret, tmp_path_factory: pytest.TempPathFactory) -> Bags:
+def bags(secret: Secret, tmp_path_factory: pytest.TempPathFactory) -> Files:
     return make_bags(tmp_path_factory.mktemp('trial'), CYLINDER, secret, noise=1.0, seed=5)
 
 
-def test_bag_is_a_record_of_the_experiment(bags: Bags) -> None:
+def test_bag_is_a_record_of_the_experiment(bags: Files) -> None:
     record = read_record(bags.fit[1])
     assert record.interval_ns == 1_160_000
     assert not any(stamps.size for stamps in record.missing.values())
@@ -45,7 +46,7 @@ def test_bag_is_a_record_of_the_experiment(bags: Bags) -> None:
     }  # fmt: skip
 
 
-def test_nothing_tells_what_is_hidden(bags: Bags) -> None:
+def test_nothing_tells_what_is_hidden(bags: Files) -> None:
     root = bags.model.parent
     for path in filter(Path.is_file, root.rglob('*')):
         content = path.read_bytes()
@@ -55,7 +56,7 @@ def test_nothing_tells_what_is_hidden(bags: Bags) -> None:
     assert read_record(bags.fit[0]).configuration is None
 
 
-def test_model_file_is_the_rig_without_the_secret(bags: Bags, secret: Secret) -> None:
+def test_model_file_is_the_rig_without_the_secret(bags: Files, secret: Secret) -> None:
     given = load_configuration(bags.model)
     shipped = load_configuration(CYLINDER)
     assert given.effects == {}

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.workflow import diagnose
 
-from pneu_rig_ros.gap.answer import answer
-from pneu_rig_ros.gap.diagnosis import diagnose
+from pneu_rig_ros.scenarios.hidden import EFFECTS, hide, true_parameters
 
 from . import scores
 from .answers import carry_out
-from .hidden import EFFECTS, hide, true_parameters
 from .rig import make_bags
 from .settings import settings
 from .trials import Trial, matrix

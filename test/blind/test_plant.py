@@ -8,15 +8,22 @@ import pytest
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.plant import Plant as PackagePlant
 from pneu_rig_ros.rig import configuration_from_yaml
+from pneu_rig_ros.scenarios.experiments import FIT, Experiment, command, set_up
+from pneu_rig_ros.scenarios.hidden import (
+    CYLINDERS,
+    EFFECTS,
+    Changes,
+    Secret,
+    hide,
+    true_parameters,
+)
 
 from .bags import valve_voltages
 from .constants import HIDDEN
-from .hidden import CYLINDERS, EFFECTS, Changes, Secret, hide, true_parameters
-from .plan import FIT, Experiment, command, set_up
 from .plant import Plant, flatten
-from .rig import INTERVAL, truth_of
+from .rig import INTERVAL, set_up_for, truth_of
 from .sensors import distorted
-from .settings import changed, model_file, settings
+from .settings import changed, model_file, operation, settings
 
 EQUATIONS: dict[str, Changes] = {
     'as shipped': {},
@@ -42,7 +49,21 @@ DRAGGED = {'spool_hysteresis': 3e-3}
 
 
 @pytest.mark.parametrize(
-    'room', ['plan', 'plant', 'gas', 'motion', 'constants', 'sensors', 'hidden', 'settings']
+    'room',
+    [
+        'plant',
+        'gas',
+        'motion',
+        'constants',
+        'sensors',
+        'settings',
+        'imposed',
+        'along',
+        'contributions',
+        'windows',
+        'paths',
+        'runs',
+    ],
 )
 def test_second_plant_has_nothing_of_the_package(room: str) -> None:
     assert 'pneu_rig_ros' not in Path(__file__).with_name(f'{room}.py').read_text()
@@ -53,7 +74,7 @@ def signals(
 ) -> np.ndarray:
     """Return x [m], p1, p2 [Pa] of the second plant, and whether it rests, shape (4, n)."""
     true = truth_of(cylinder, secret)
-    prepared = changed(true, set_up(experiment, cylinder, true['cylinder']['stroke']))
+    prepared = set_up_for(true, cylinder, experiment)
     hidden = flatten(secret.effects)
     inside = {name: value for name, value in hidden.items() if name in HIDDEN}
     voltages = valve_voltages(command(experiment, cylinder, INTERVAL))[:samples]
@@ -66,7 +87,8 @@ def expected(
 ) -> np.ndarray:
     """Return x, p1, p2 of the package's plant with the library's effect, shape (3, n)."""
     friction, stroke = settings(cylinder)['friction'], settings(cylinder)['cylinder']['stroke']
-    text = model_file(cylinder, {**secret.model, **set_up(experiment, cylinder, stroke)})
+    changes = operation(set_up(experiment, cylinder, stroke))
+    text = model_file(cylinder, {**secret.model, **changes})
     effects = {name: library.load(name).null for name in library.names()}
     if effect:
         values = true_parameters(effect, secret, friction)

@@ -4,14 +4,16 @@ from collections import Counter
 
 import pytest
 
-from pneu_rig_ros.gap.candidates import FORCE_PARAMETERS, GAS_PARAMETERS
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.quantity import specifications
 from pneu_rig_ros.rig import configuration_from_yaml
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, STRENGTHS, hide, true_parameters
 
-from .hidden import CYLINDERS, EFFECTS, STRENGTHS, hide, true_parameters
-from .scores import GAS, SENSOR
+from .fresh import FRESH_PARTS, SYSTEM_PARTS, drawn
+from .places import GAS, SENSOR
 from .settings import model_file, settings
+from .system import System
+from .systems import SYSTEMS, sizes
 from .trials import NOISES, PAIRS, PARAMETERS, PARTS, matrix
 
 
@@ -67,13 +69,52 @@ def test_unseen_trials_are_none_of_the_others() -> None:
     assert 1.8 < max(grades) <= 2.0
 
 
+def test_drawn_trials_are_of_all_parts_and_none_was_seen_before() -> None:
+    trials = drawn(19)
+    assert trials == drawn(19)
+    assert 120 <= len(trials) <= 150
+    assert len({trial.key for trial in trials}) == len(trials)
+    assert all(trial.key.startswith('fresh/19/') for trial in trials)
+    assert {trial.part for trial in trials} == set(FRESH_PARTS)
+    nothing = Counter(trial.part for trial in trials if not trial.names)
+    assert all(nothing[part] >= 2 for part in (*SYSTEM_PARTS, 'none', 'uncalibrated'))
+    others = {repr(t.secret) for t in (*matrix(), *drawn(20)) if t.names}
+    assert not others & {repr(t.secret) for t in trials if t.names}
+    effects = [t.names[0] for t in trials if t.part == 'single']
+    assert set(effects) == set(EFFECTS)
+
+
+def test_drawn_grades_are_spread_over_all_strengths() -> None:
+    grades = [float(g) for t in drawn(19) for g in t.strength.split('+') if g]
+    assert 0.0 <= min(grades) < 0.2
+    assert 1.8 < max(grades) <= 2.0
+    assert abs(sum(grades) / len(grades) - 1.0) < 0.2
+
+
+def test_any_first_part_of_what_is_drawn_is_a_fair_sample() -> None:
+    trials = drawn(19)
+    head = Counter(t.part in SYSTEM_PARTS for t in trials[: len(trials) // 3])
+    whole = Counter(t.part in SYSTEM_PARTS for t in trials)
+    assert all(0.2 < head[kind] / whole[kind] < 0.5 for kind in (True, False))
+
+
+@pytest.mark.parametrize('system', SYSTEMS.values(), ids=SYSTEMS)
+def test_what_is_hidden_in_a_system_is_of_the_library(system: System) -> None:
+    model = sizes(system, 'any')
+    for name in (name for name in system.hidden if '.' not in name):
+        wanted = specifications(library.load(name).parameters)
+        for grade in (0.0, 2.0):
+            values = true_parameters(name, system.hide(name, grade, model), model['friction'])
+            for key, value in values.items():
+                wanted[key].check(value, name)
+
+
 def test_pairs_are_of_known_effects_and_differ() -> None:
     assert {name for pair in PAIRS for name in pair} <= set(EFFECTS)
     assert len({frozenset(pair) for pair in PAIRS}) == len(PAIRS) >= 20
 
 
 def test_wrong_parameters_are_wrong_by_up_to_30_percent_and_loadable() -> None:
-    assert set(PARAMETERS) <= {*GAS_PARAMETERS, *FORCE_PARAMETERS}
     for trial in (t for t in matrix(('parameter', 'unseen')) if '.' in t.names[0]):
         model = settings(trial.cylinder)
         for name, value in trial.secret.truth.items():

@@ -1,5 +1,5 @@
 """
-The matrix: which trial hides what, on which cylinder, under how much noise.
+The matrix for building: which trial hides what, on which cylinder, under how much noise.
 
 Seven parts: ``single`` (each effect, three cylinders, three strengths, three levels of noise),
 ``none`` (nothing hidden, all friction laws), ``parameter`` (1 to 3 parameters wrong by up to
@@ -7,7 +7,8 @@ Seven parts: ``single`` (each effect, three cylinders, three strengths, three le
 (each effect at a strength drawn between weak and strong, each parameter wrong by another amount:
 trials to be run once, with rules that are settled), ``uncalibrated`` (an effect or nothing hidden,
 sensors wrong within their accuracy classes, of which the model tells). All draws follow from fixed
-seeds, so a trial is the same whenever and in whatever order it is run.
+seeds, so a trial is the same whenever and in whatever order it is run. They were looked at while
+the workflow was built; what is reported is drawn afresh, see ``fresh``.
 """
 
 import zlib
@@ -16,8 +17,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pneu_rig_ros.scenarios.hidden import (
+    CYLINDERS,
+    EFFECTS,
+    STRENGTHS,
+    Changes,
+    Secret,
+    hide,
+    join,
+)
+
 from .constants import LAWS
-from .hidden import CYLINDERS, EFFECTS, STRENGTHS, Changes, Secret, hide, join
 from .sensors import CALIBRATED, Gains, drawn_gains
 from .settings import settings
 
@@ -68,6 +78,7 @@ class Trial(NamedTuple):
     key: str
     part: str
     cylinder: str
+    """'' for a system of its own sizes."""
     noise: float
     secret: Secret
     names: tuple[str, ...]
@@ -78,11 +89,6 @@ class Trial(NamedTuple):
     """Effects that the library is made to lack."""
     gains: Gains = CALIBRATED
     """Slopes of the sensors."""
-
-    @property
-    def compared(self) -> bool:
-        """Whether the baselines are tried on it too."""
-        return self.part == 'single' and self.strength == 'medium' and self.noise == NOISES[0]
 
     @property
     def seed(self) -> int:
@@ -102,6 +108,11 @@ def matrix(parts: tuple[str, ...] = PARTS) -> list[Trial]:
         'removed': _removed, 'unseen': _unseen, 'uncalibrated': _uncalibrated,
     }  # fmt: skip
     trials = [trial for part in parts for trial in makers[part]()]
+    return shuffled(trials)
+
+
+def shuffled(trials: list[Trial]) -> list[Trial]:
+    """Return trials in an order that depends on nothing but their noise and their keys."""
     return sorted(trials, key=lambda trial: (trial.noise, zlib.crc32(trial.key[::-1].encode())))
 
 
@@ -155,7 +166,7 @@ def _parameter() -> Iterator[Trial]:
             draws.add(tuple(sorted(random.choice(PARAMETERS, count, replace=False).tolist())))
         for names in sorted(draws):
             key = f'parameter/{"+".join(names)}/{cylinder}/1'
-            secret = Secret({}, _truth(names, cylinder, key), {})
+            secret = Secret({}, wrong(names, cylinder, key), {})
             yield Trial(key, 'parameter', cylinder, 1.0, secret, names)
 
 
@@ -168,7 +179,7 @@ def _unseen() -> Iterator[Trial]:
             yield Trial(key, 'unseen', cylinder, 1.0, secret, (effect,), f'{grade:.2f}')
         for name in PARAMETERS:
             key = f'unseen/{name}/{cylinder}/1'
-            secret = Secret({}, _truth((name,), cylinder, key), {})
+            secret = Secret({}, wrong((name,), cylinder, key), {})
             yield Trial(key, 'unseen', cylinder, 1.0, secret, (name,))
 
 
@@ -186,7 +197,7 @@ def _uncalibrated() -> Iterator[Trial]:
             yield Trial(key, 'uncalibrated', cylinder, 1.0, Secret({}, {}, {}), (), gains=gains)
 
 
-def _truth(names: tuple[str, ...], cylinder: str, key: str) -> Changes:
+def wrong(names: tuple[str, ...], cylinder: str, key: str) -> Changes:
     """Return the true values of parameters that the model has wrong."""
     truth = {name: _wrong(name, cylinder, key) for name in names}
     edge, zero = 'exhaust_voltage', 'exhaust_zero_voltage'

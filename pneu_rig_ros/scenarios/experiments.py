@@ -1,5 +1,5 @@
 """
-The experiments of a trial: six bags, the same for every trial of a cylinder.
+The experiments on a rig: six bags, the same whatever is hidden in it.
 
 Four are for the fit and two are kept back. Together they hold slow outstrokes that stick and slip,
 pauses with the valves shut, faster strokes both ways, both end stops under pressure, five supply
@@ -9,6 +9,7 @@ pressures, three loads and six places to start from.
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 CAPTION = {'cylinder_1': 0.29, 'cylinder_2': 0.34, 'cylinder_3': 0.32}
 """Command [V] at which the paper shows each cylinder stick and slip."""
@@ -45,6 +46,8 @@ def back(tenths: float) -> float:
 
 
 PAUSE = 0.0
+HOLD = 0.1
+"""Every duration below is a multiple of this [s]."""
 FIT = (
     Experiment(5e5, 0, 0.0, 1200.0, (  # stick-slip as in the captions
         (0.3, PAUSE), (5.5, out(0)), (1.5, PAUSE), (2.5, out(0.3)), (0.8, PAUSE),
@@ -73,23 +76,44 @@ VERIFY = (
         (2.0, back(4)), (0.5, PAUSE), (2.5, out(1)),
     )),
 )  # fmt: skip
+NAMES = tuple(
+    f'{group}_{number}'
+    for group, bags in (('fit', FIT), ('verify', VERIFY))
+    for number in range(1, len(bags) + 1)
+)
+"""Of the bags, first those of the fit."""
 
 
-def command(experiment: Experiment, cylinder: str, interval: float) -> np.ndarray:
-    """u [V] of each sampling interval."""
+def levels(experiment: Experiment, cylinder: str) -> list[tuple[float, float]]:
+    """Return duration [s] and u [V], one after the other."""
     slow, tenth = CAPTION[cylinder], 0.1 * FAST[cylinder]
-    pieces = []
-    for duration, code in experiment.timeline:
-        u = float(np.sign(code)) * (slow + tenth * (abs(code) - 1.0)) if code else 0.0
-        pieces.append(np.full(round(duration / interval), u))
-    return np.concatenate(pieces)
+    return [
+        (duration, float(np.sign(code)) * (slow + tenth * (abs(code) - 1.0)) if code else 0.0)
+        for duration, code in experiment.timeline
+    ]
+
+
+def command(experiment: Experiment, cylinder: str, interval: float) -> NDArray[np.float64]:
+    """Return u [V] of each sampling interval."""
+    pieces = levels(experiment, cylinder)
+    return np.concatenate([np.full(round(duration / interval), u) for duration, u in pieces])
+
+
+def profile(experiment: Experiment, cylinder: str) -> dict[str, object]:
+    """Return the command as a profile of the excitation node."""
+    held = [
+        f'{u!r} V'
+        for duration, u in levels(experiment, cylinder)
+        for _ in range(round(duration / HOLD))
+    ]
+    return {'drives': 'u', 'shape': 'staircase', 'levels': held, 'hold': f'{HOLD!r} s'}
 
 
 def set_up(experiment: Experiment, cylinder: str, stroke: float) -> dict[str, float]:
-    """Changes of the section ``operation``."""
+    """Return the keys of the section ``operation`` that the experiment sets [SI]."""
     return {
-        'operation.supply_pressure': experiment.supply_pressure,
-        'operation.load_mass': LOADS[cylinder][experiment.load],
-        'operation.initial_position': experiment.start * stroke,
-        'operation.rest_time': experiment.rest_time,
+        'supply_pressure': experiment.supply_pressure,
+        'load_mass': LOADS[cylinder][experiment.load],
+        'initial_position': experiment.start * stroke,
+        'rest_time': experiment.rest_time,
     }

@@ -10,8 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.gap.hypothesis import Hypothesis
-from pneu_rig_ros.gap.prediction import Mode
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance
 from pneu_rig_ros.model.parameters import (
@@ -44,6 +43,8 @@ FORCE_PARAMETERS: dict[str, int] = {
 }  # fmt: skip
 """Parameters that are identified from the motion -> the first friction law that has it."""
 
+GAS, FORCE, SENSOR = 'gas', 'force', 'sensor'
+"""What a candidate shows in."""
 GAIN_SCALE = 0.05
 """What 1 is to the fit of a gain [-]."""
 LARGEST = 100.0
@@ -108,7 +109,6 @@ class Candidate:
 
     :param name: of the effect, or section.name of the parameter
     :param balance: what it acts on
-    :param modes: predictions that show it
     :param coordinates: what is to be fitted
     :param starts: values to start from, each of shape (len(coordinates),)
     :param was: value of a parameter in the given model [SI], NaN for an effect
@@ -116,7 +116,6 @@ class Candidate:
 
     name: str
     balance: str
-    modes: tuple[Mode, ...]
     coordinates: tuple[Coordinate, ...]
     starts: tuple[tuple[float, ...], ...]
     # NaN is not even itself once a worker has sent it back
@@ -126,6 +125,16 @@ class Candidate:
     def is_effect(self) -> bool:
         """Whether it is an effect, not a parameter."""
         return '.' not in self.name
+
+    @property
+    def group(self) -> str:
+        """What it shows in: gas, force or sensor."""
+        if not self.is_effect:
+            return self.balance
+        balance = library.load(self.name).balance
+        if balance in READING_BALANCES:
+            return SENSOR
+        return GAS if balance in GAS_BALANCES else FORCE
 
     @property
     def describes(self) -> bool:
@@ -174,16 +183,15 @@ def calibration(sensors: Sensors) -> Candidate | None:
                    1.0 + most + 1e-6, GAIN_SCALE, False, 1.0)
         for name, most in classes.items()
     )  # fmt: skip
-    modes = (Mode.CHAMBERS, Mode.CYCLES)
-    return Candidate(CALIBRATION, 'sensor', modes, coordinates, ((1.0, 1.0, 1.0),))
+    return Candidate(CALIBRATION, SENSOR, coordinates, ((1.0, 1.0, 1.0),))
 
 
 def parameters(given: Hypothesis) -> Iterator[Candidate]:
     """Yield the parameters of the given model that may be wrong."""
     law = given.model.friction.model
-    every = [parameter(given, name, 'gas mass', (Mode.CHAMBERS,)) for name in GAS_PARAMETERS]
+    every = [parameter(given, name, GAS) for name in GAS_PARAMETERS]
     every += [
-        parameter(given, name, 'force', (Mode.CYCLES,))
+        parameter(given, name, FORCE)
         for name, first_law in FORCE_PARAMETERS.items()
         if law >= first_law
     ]
@@ -191,9 +199,7 @@ def parameters(given: Hypothesis) -> Iterator[Candidate]:
     yield from (one for one in every if one.coordinates[0].low < one.coordinates[0].high)
 
 
-def parameter(
-    given: Hypothesis, full_name: str, balance: str, modes: tuple[Mode, ...]
-) -> Candidate:
+def parameter(given: Hypothesis, full_name: str, balance: str) -> Candidate:
     """Return a parameter of the given model as a candidate."""
     section, name = full_name.split('.')
     value = getattr(getattr(given.model, section), name)
@@ -213,7 +219,7 @@ def parameter(
         if name == 'coulomb_force':
             high = min(high, max(friction.breakaway_force, was))
         coordinate = Coordinate(name, quantity, low, high, 1.0, True, was)
-    return Candidate(full_name, balance, modes, (coordinate,), starts, was)
+    return Candidate(full_name, balance, (coordinate,), starts, was)
 
 
 def effects(given: Hypothesis, without: Sequence[str]) -> Iterator[Candidate]:
@@ -238,7 +244,7 @@ def effect_candidate(name: str) -> Candidate:
     )
     starts = tuple(tuple(float(v) for v in probe) for probe in effect.probes)
     return Candidate(
-        name, balance_name(effect.balance), modes_of(effect.balance), coordinates, starts
+        name, balance_name(effect.balance), coordinates, starts
     )
 
 
@@ -255,12 +261,3 @@ def effect_coordinate(
 def balance_name(balance: Balance) -> str:
     """Return the name of a balance for a reader."""
     return balance.name.lower().replace('_', ' ')
-
-
-def modes_of(balance: Balance) -> tuple[Mode, ...]:
-    """Return the predictions that show what acts on a balance."""
-    if balance in GAS_BALANCES:
-        return (Mode.CHAMBERS,)
-    if balance in READING_BALANCES:
-        return Mode.CHAMBERS, Mode.CYCLES
-    return (Mode.CYCLES,)

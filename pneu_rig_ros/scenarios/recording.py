@@ -14,11 +14,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import yaml
+
 from pneu_rig_ros.demo import NodeProcess, Value, uninterrupted
-from pneu_rig_ros.hiding.experiments import Experiment
 from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
 from pneu_rig_ros.report.writing import write_whole
-from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.scenarios.experiments import Experiment, profile, set_up
 
 BYTES_PER_SECOND = 5.9e5
 """How fast a bag grows [byte per simulated second], to tell how far a run is."""
@@ -33,15 +35,26 @@ class Run(NamedTuple):
     A run to be recorded.
 
     :param experiment: what is done
+    :param cylinder: whose commands and loads these are
     :param rig: configuration file of the plant
     :param bag: directory to create
     :param seed: of the sensors' noise
     """
 
     experiment: Experiment
+    cylinder: str
     rig: Path
     bag: Path
     seed: int
+
+    @property
+    def duration(self) -> float:
+        """Length [s]."""
+        return sum(duration for duration, _ in self.experiment.timeline)
+
+    def setup(self, rig: RigConfiguration) -> dict[str, float]:
+        """Return the parameters of the plant that make the run's conditions [SI]."""
+        return set_up(self.experiment, self.cylinder, rig.model.cylinder.stroke)
 
 
 def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
@@ -56,7 +69,7 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
         try:
             for index, run in enumerate(runs):
                 nodes.append(_start(run, index, Path(folder)))
-            total = sum(run.experiment.duration for run in runs) * BYTES_PER_SECOND
+            total = sum(run.duration for run in runs) * BYTES_PER_SECOND
             while not _all_done(nodes):
                 progress(min(sum(map(_size, runs)) / total, 1.0))
                 time.sleep(WATCH)
@@ -69,17 +82,19 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
 
 
 def _start(run: Run, index: int, folder: Path) -> NodeProcess:
-    profile = run.experiment.write_profile(folder / f'{index}.yaml')
+    shape = profile(run.experiment, run.cylinder)
+    written = write_whole(folder / f'{index}.yaml', yaml.safe_dump(shape, sort_keys=False))
     parameters: dict[str, Value] = {
         'use_sim_time': True,
         'plant:speed': 0.0,
         'plant:cylinder': str(run.rig.resolve()),
         'plant:seed': run.seed,
-        'excitation:profile': str(profile),
+        'excitation:profile': str(written),
         'valve_command:command_timeout': 0.0,
         'recorder:output': str(run.bag.resolve()),
     }
-    parameters |= {f'plant:{name}': value for name, value in run.experiment.setup.items()}
+    setup = run.setup(load_configuration(run.rig))
+    parameters |= {f'plant:{name}': value for name, value in setup.items()}
     # Two demonstrations at a time shall not meet.
     domain = 1 + (16 * os.getpid() + index) % DOMAINS
     return NodeProcess('driven_rig', parameters, folder / f'{index}.log', domain)
@@ -99,7 +114,7 @@ def _size(run: Run) -> int:
 def _note_conditions(run: Run) -> None:
     """Write into the bag what its signals do not say."""
     configuration = load_configuration(run.rig)
-    known = {name: value for name, value in run.experiment.setup.items()
+    known = {name: value for name, value in run.setup(configuration).items()
              if name != 'initial_position'}  # fmt: skip
     known['atmospheric_pressure'] = configuration.model.gas.atmospheric_pressure
     write_whole(run.bag / FILE_NAME, format_conditions(known))

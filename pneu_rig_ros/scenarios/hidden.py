@@ -1,9 +1,9 @@
 """
 What is hidden where.
 
-Each row: effect, why it is visible in the experiments of ``plan``, and its true parameters,
+Each row: effect, why it is visible in the experiments beside, and its true parameters,
 weak, medium and strong, for each cylinder. The friction laws themselves are hidden by giving a
-lower rung of the ladder as the model. ``visibility`` in the results says how much a trial shows.
+lower rung of the ladder as the model.
 """
 
 from collections.abc import Callable

@@ -1,0 +1,141 @@
+"""
+Trials that are drawn from a seed: what is reported of the workflow comes from these alone.
+
+They have the parts of ``trials``, at strengths, cylinders and amounts that are drawn, and a part
+for each system that is not a whole rig, see ``systems``; among each part's trials are some in
+which nothing is hidden. A trial's key holds the seed.
+"""
+
+import zlib
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.random import Generator
+
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, Secret, hide, join
+
+from .constants import LAWS
+from .sensors import drawn_gains
+from .settings import settings
+from .systems import SYSTEMS, sizes
+from .trials import PAIRS, PARAMETERS, Trial, shuffled, wrong
+
+SEED = 19
+FRESH = 'fresh'
+"""Keys begin with it."""
+ONE_PRESSURE = 'one_pressure'
+"""A whole rig whose second pressure is not measured."""
+RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'uncalibrated')
+SYSTEM_PARTS = (*SYSTEMS, ONE_PRESSURE)
+FRESH_PARTS = (*RIG_PARTS, *SYSTEM_PARTS)
+SINGLES, PAIRED, REMOVED, CALIBRATIONS = 30, 10, 12, 7
+WRONG = {1: 10, 2: 3, 3: 2}
+"""Number of wrong parameters -> trials."""
+NOTHING, UNCALIBRATED_NOTHING, SYSTEM_NOTHING = 14, 4, 2
+SYSTEM_TRIALS = {'sealed_chambers': 9, 'leaking_chamber': 4, 'seal_bench': 8, 'valve_block': 11,
+                 ONE_PRESSURE: 6}  # fmt: skip
+"""System -> trials in which something is hidden."""
+IN_CHAMBER_1 = ('supply_droop', 'chamber_leak', 'valve_null_leak', 'wall_heat_transfer',
+                'line_lag', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening')  # fmt: skip
+"""Effects that show in chamber 1 and need no pressure of chamber 2."""
+
+
+def drawn(seed: int = SEED) -> list[Trial]:
+    """Return the trials of a seed, in an order such that any first part is a fair sample."""
+    makers = (_single, _none, _parameter, _pair, _removed, _uncalibrated, _systems, _one_pressure)
+    return shuffled([
+        trial for place, make in enumerate(makers)
+        for trial in make(seed, np.random.default_rng([seed, place]))
+    ])  # fmt: skip
+
+
+def _some(names: Sequence[str], count: int, random: Generator) -> list[str]:
+    """Draw names, each as often as the others or once more."""
+    rounds = -(-count // len(names))
+    return [str(name) for _ in range(rounds) for name in random.permutation(names)][:count]
+
+
+def _grade(random: Generator) -> float:
+    return float(random.uniform(0.0, 2.0))
+
+
+def _key(seed: int, part: str, what: str, cylinder: str, number: int) -> str:
+    return '/'.join((FRESH, str(seed), part, what, cylinder, str(number)))
+
+
+def _hiding(
+    seed: int, part: str, groups: Sequence[tuple[str, ...]], random: Generator
+) -> Iterator[Trial]:
+    """Yield a trial for each group of effects, at a grade drawn for each of them."""
+    for number, names in enumerate(groups):
+        cylinder = str(random.choice(CYLINDERS))
+        grades = [_grade(random) for _ in names]
+        friction = settings(cylinder)['friction']
+        secret = join(*(hide(name, cylinder, g, friction)
+                        for name, g in zip(names, grades, strict=True)))  # fmt: skip
+        key = _key(seed, part, '+'.join(names), cylinder, number)
+        strength = '+'.join(f'{grade:.2f}' for grade in grades)
+        yield Trial(key, part, cylinder, 1.0, secret, names, strength)
+
+
+def _single(seed: int, random: Generator) -> Iterator[Trial]:
+    groups = [(name,) for name in _some(EFFECTS, SINGLES, random)]
+    yield from _hiding(seed, 'single', groups, random)
+
+
+def _pair(seed: int, random: Generator) -> Iterator[Trial]:
+    chosen = random.permutation(len(PAIRS))[:PAIRED]
+    yield from _hiding(seed, 'pair', [PAIRS[place] for place in chosen], random)
+
+
+def _removed(seed: int, random: Generator) -> Iterator[Trial]:
+    groups = [(name,) for name in _some(EFFECTS, REMOVED, random)]
+    for trial in _hiding(seed, 'removed', groups, random):
+        yield trial._replace(without=trial.names)
+
+
+def _none(seed: int, random: Generator) -> Iterator[Trial]:
+    for number, law in enumerate(_some(LAWS, NOTHING, random)):
+        cylinder, both = str(random.choice(CYLINDERS)), {'friction.model': law}
+        key = _key(seed, 'none', law, cylinder, number)
+        yield Trial(key, 'none', cylinder, 1.0, Secret({}, both, both), ())
+
+
+def _parameter(seed: int, random: Generator) -> Iterator[Trial]:
+    counts = [count for count, times in WRONG.items() for _ in range(times)]
+    alone = _some(PARAMETERS, WRONG[1], random)
+    for number, count in enumerate(counts):
+        several = sorted(random.choice(PARAMETERS, count, replace=False).tolist())
+        names = (alone[number],) if count == 1 else tuple(map(str, several))
+        cylinder = str(random.choice(CYLINDERS))
+        key = _key(seed, 'parameter', '+'.join(names), cylinder, number)
+        secret = Secret({}, wrong(names, cylinder, key), {})
+        yield Trial(key, 'parameter', cylinder, 1.0, secret, names)
+
+
+def _uncalibrated(seed: int, random: Generator) -> Iterator[Trial]:
+    # to sensors whose slopes are open anyway, position_scale is nothing else
+    known = [name for name in EFFECTS if name != 'position_scale']
+    groups: list[tuple[str, ...]] = [(name,) for name in _some(known, CALIBRATIONS, random)]
+    groups += UNCALIBRATED_NOTHING * [()]
+    for trial in _hiding(seed, 'uncalibrated', groups, random):
+        yield trial._replace(gains=drawn_gains(zlib.crc32(trial.key.encode())))
+
+
+def _systems(seed: int, random: Generator) -> Iterator[Trial]:
+    for name, system in SYSTEMS.items():
+        hidden = [*_some(system.hidden, SYSTEM_TRIALS[name], random), *SYSTEM_NOTHING * ['']]
+        for number, what in enumerate(hidden):
+            key, grade = _key(seed, name, what or 'nothing', '-', number), _grade(random)
+            secret, names, strength = Secret({}, {}, {}), (), ''
+            if what:
+                secret = system.hide(what, grade, sizes(system, key))
+                names, strength = (what,), f'{grade:.2f}'
+            yield Trial(key, name, '', 1.0, secret, names, strength)
+
+
+def _one_pressure(seed: int, random: Generator) -> Iterator[Trial]:
+    groups: list[tuple[str, ...]] = [
+        (name,) for name in _some(IN_CHAMBER_1, SYSTEM_TRIALS[ONE_PRESSURE], random)
+    ]
+    yield from _hiding(seed, ONE_PRESSURE, [*groups, *SYSTEM_NOTHING * [()]], random)

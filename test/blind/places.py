@@ -1,0 +1,89 @@
+"""What the answers say of where the model fails, against where what is hidden shows."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .runs import Truth
+from .windows import length, shared
+
+Answer = dict[str, Any]
+GAS = {'supply_droop', 'cross_piston_leak', 'chamber_leak', 'valve_null_leak', 'line_lag',
+       'wall_heat_transfer', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening'}  # fmt: skip
+SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
+GROUPS = ('gas', 'force', 'sensor')
+OF_FORCE = ('friction.', 'cylinder.moving_mass')
+"""How the parameters of the forces begin; the others are of the gas."""
+
+
+def balance_of(name: str) -> str:
+    """Return the balance that an effect or parameter acts on: gas, force or sensor."""
+    if '.' in name:
+        return 'force' if name.startswith(OF_FORCE) else 'gas'
+    return 'gas' if name in GAS else 'sensor' if name in SENSOR else 'force'
+
+
+def group(balance: str) -> str:
+    """Return gas, force or sensor for what the workflow calls a balance."""
+    words = {'gas': ('gas', 'mass', 'heat', 'supply', 'spool'), 'sensor': ('sensor', 'reading')}
+    return next((g for g, marks in words.items() if any(m in balance for m in marks)), 'force')
+
+
+def place_first(answer: Answer) -> bool:
+    """Whether the balance that stands first is the hidden one; of a sensor any may be."""
+    where = answer['where']
+    if not where:
+        return False
+    return 'sensor' in groups_of(answer) or group(where[0]) in groups_of(answer)
+
+
+def groups_of(answer: Answer) -> set[str]:
+    """Return the groups of balances on which what is hidden acts."""
+    return {balance_of(name) for name in answer['names']}
+
+
+def times(names: Sequence[str], truth: Truth, told: Iterable[dict[str, Any]]) -> dict[str, float]:
+    """
+    Return how long what is hidden shows, how long the answer says so, and how long both do [s].
+
+    The balances of a group count together; of a sensor, all do. Recordings that were not for the
+    fit are left out.
+    """
+    wanted = {balance_of(name) for name in names}
+    told = list(told)
+    sums = {'true': 0.0, 'told': 0.0, 'shared': 0.0}
+    for one in [('gas', 'force')] if 'sensor' in wanted else [(name,) for name in wanted]:
+        for recording in {name for spans in truth.values() for name in spans}:
+            real = [span for balance, spans in truth.items() if group(balance) in one
+                    for span in spans[recording]]  # fmt: skip
+            said = [(row['from'], row['to']) for row in told
+                    if row['recording'] == recording and group(row['balance']) in one]  # fmt: skip
+            sums['true'] += length(real)
+            sums['told'] += length(said)
+            sums['shared'] += shared(real, said)
+    return sums
+
+
+def f1(rows: Sequence[dict[str, float]]) -> float | None:
+    """Return F1 of the times of answers, taken together; None where nothing shows."""
+    true, told, both = (sum(row[key] for row in rows) for key in ('true', 'told', 'shared'))
+    return 2.0 * both / (true + told) if true > 0.0 else None
+
+
+def f1_each(rows: Sequence[dict[str, float]]) -> list[float]:
+    """Return F1 of each answer in which something shows."""
+    return [value for row in rows if (value := f1([row])) is not None]
+
+
+def null_table(answers: list[Answer]) -> list[tuple[str, str, int, float, float]]:
+    """Return balance, regime, number, mean and RMS of the z-scores where nothing is hidden."""
+    found: dict[tuple[str, str], list[dict[str, float]]] = {}
+    for answer in answers:
+        for row in answer['null_scores']:
+            found.setdefault((row['balance'], row['regime']), []).append(row)
+    table = []
+    for (balance, regime), rows in sorted(found.items()):
+        count = sum(row['count'] for row in rows)
+        mean = sum(row['count'] * row['mean'] for row in rows) / count
+        square = sum(row['count'] * row['rms'] ** 2 for row in rows) / count
+        table.append((balance, regime, int(count), mean, square**0.5))
+    return table
