@@ -20,7 +20,7 @@ from scipy.stats import chi2, false_discovery_control, norm
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import Whitener
-from pneu_rig_ros.diagnosis.ranking import Residual
+from pneu_rig_ros.diagnosis.evidence import Evidence
 from pneu_rig_ros.diagnosis.weak_form import Floats, TestFunctions
 from pneu_rig_ros.model import along
 
@@ -126,11 +126,11 @@ class Disagreement:
         return float(norm.isf(0.5 * max(self.p_value, 1e-300)))
 
 
-def windows_of(residual: Residual, hypothesis: Hypothesis) -> list[Windows]:
+def windows_of(evidence: Evidence, hypothesis: Hypothesis) -> list[Windows]:
     """Return the windows of all balances in all runs, breakaways as windows of the force."""
     found = []
     runs = zip(
-        residual.comparisons, residual.noises, residual.factors, residual.of_each(hypothesis),
+        evidence.comparisons, evidence.noises, evidence.factors, evidence.of_each(hypothesis),
         strict=True,
     )  # fmt: skip
     for comparison, noise, factors, whitened in runs:

@@ -39,6 +39,27 @@ def bent(
 
 
 @numba.njit
+def level_at(
+    t: float, y: np.ndarray, rests: bool, memory: np.ndarray, c: np.ndarray, e: np.ndarray,
+    stiffness: np.ndarray, limit: np.ndarray,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the level [N] and the film's rate [1/s]; take note of rests and slides that begin."""
+    bristles = elements(y[at.Z], memory, stiffness, limit)
+    coulomb, largest = levels(y, bristles, memory, c, e)
+    if rests != (memory[at.STICKING] == 1.0):
+        memory[at.SHARE] = share_left(t, memory, c)
+        if rests:
+            memory[at.REST_START] = t
+        else:
+            dwell = t - memory[at.REST_START]
+            memory[at.HELD] = static_after(dwell, coulomb, largest, c)
+            memory[at.SLIDE_START] = t
+        memory[at.STICKING] = 1.0 if rests else 0.0
+    static = static_force(t, coulomb, largest, memory, c)
+    return stribeck(y, static, coulomb, c), film_rate(y, static, coulomb, memory, c)
+
+
+@numba.njit
 def friction_along(
     states: np.ndarray, sticking: np.ndarray, rest: float, interval: float,
     c: np.ndarray, e: np.ndarray, stiffness: np.ndarray, limit: np.ndarray,
@@ -53,31 +74,18 @@ def friction_along(
     memory = np.zeros(at.ANCHORS + len(stiffness))
     memory[at.STICKING], memory[at.REST_START] = 1.0, -rest
     memory[at.HELD] = static_after(rest, c[at.F_C], c[at.F_S], c)
-    y, z, friction = states[0].copy(), 0.0, np.empty(len(states))
-    h = warmth = 0.0
+    y, friction = states[0].copy(), np.empty(len(states))
+    z = h = warmth = 0.0
     for k in range(len(states)):
-        t = k * interval
         y[:] = states[k]
-        y[at.H], y[at.WARMTH] = h, warmth
-        bristles = elements(z, memory, stiffness, limit)
-        coulomb, largest = levels(y, bristles, memory, c, e)
-        now = 1.0 if sticking[k] else 0.0
-        if now != memory[at.STICKING]:
-            dwell = t - memory[at.REST_START]
-            memory[at.SHARE] = share_left(t, memory, c)
-            if now == 0.0:
-                memory[at.HELD] = static_after(dwell, coulomb, largest, c)
-                memory[at.SLIDE_START] = t
-            else:
-                memory[at.REST_START] = t
-            memory[at.STICKING] = now
-        static = static_force(t, coulomb, largest, memory, c)
-        level = stribeck(y, static, coulomb, c)
+        y[at.Z], y[at.H], y[at.WARMTH] = z, h, warmth
+        level, film = level_at(k * interval, y, sticking[k], memory, c, e, stiffness, limit)
         new = bent(z, y[at.V] * interval, level, memory, stiffness, limit)
         bristles = elements(new, memory, stiffness, limit)
-        friction[k] = bristles + c[at.SIGMA_1] * (new - z) / interval + c[at.SIGMA_2] * y[at.V]
-        h += interval * film_rate(y, static, coulomb, memory, c)
-        work = abs(bristles * y[at.V]) + c[at.SIGMA_2] * y[at.V] ** 2
+        viscous = c[at.SIGMA_2] * y[at.V]
+        friction[k] = bristles + c[at.SIGMA_1] * (new - z) / interval + viscous
+        h += interval * film
+        work = abs(bristles * y[at.V]) + viscous * y[at.V]
         warmth += interval * (1.0 - warmth) * work / e[at.WORK]
         z = new
         drag(z, memory, stiffness, limit)

@@ -2,7 +2,7 @@
 Make the bags of one trial: ``python -m blind.make_bags --effect supply_droop --out DIR``.
 
 Run in the folder ``test``. DIR gets fit_1 to fit_4, verify_1, verify_2 and model.yaml;
-DIR.truth.yaml beside it says what was hidden.
+DIR.truth.yaml beside it says what was hidden. ``blind.make_trial`` makes the trials themselves.
 """
 
 import zlib

@@ -13,10 +13,11 @@ from pneu_rig_ros.diagnosis.workflow import diagnose
 
 from pneu_rig_ros.scenarios.hidden import EFFECTS, hide, true_parameters
 
-from . import scores
+from . import places, scores
 from .answers import carry_out
 from .rig import make_bags
 from .settings import settings
+from .systems import SYSTEMS, sizes
 from .trials import Trial, matrix
 
 pytestmark = pytest.mark.timeout(1200)
@@ -84,6 +85,8 @@ def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
     assert scores.named_first(line), line
     assert line['cut'] > GAP_CUT
     assert max(line['errors'].values()) < 0.1
+    assert places.place_first(line)
+    assert places.f1([line['times']]) > 0.8
 
 
 @pytest.mark.xdist_group('blind_1')
@@ -93,6 +96,7 @@ def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
 def test_nothing_is_said_to_be_missing_where_nothing_is(key: str) -> None:
     line = carry_out(trial(key))
     assert line['verdict'] == 'consistent', line
+    assert line['where'] == []
 
 
 @pytest.mark.xdist_group('blind_2')
@@ -104,3 +108,22 @@ def test_effect_that_is_not_in_the_library_is_unknown() -> None:
     assert line['verdict'] == 'unknown', line
     assert scores.right_balance(line)
     assert line['cut'] > GAP_CUT
+
+
+@pytest.mark.xdist_group('blind_1')
+@pytest.mark.parametrize(
+    ('system', 'name'),
+    [
+        ('sealed_chambers', 'wall_heat_transfer'),
+        ('leaking_chamber', 'chamber_leak'),
+        ('seal_bench', 'pressure_dependent_friction'),
+        ('valve_block', 'chamber_leak'),
+    ],
+)
+def test_other_systems_are_diagnosed_by_the_same_command(system: str, name: str) -> None:
+    key = f'a {system}'
+    secret = SYSTEMS[system].hide(name, 1.5, sizes(SYSTEMS[system], key))
+    line = carry_out(Trial(key, system, '', 1.0, secret, (name,), '1.50'))
+    assert scores.named_first(line), line
+    assert places.place_first(line)
+    assert places.f1([line['times']]) > 0.5

@@ -1,0 +1,104 @@
+"""What a hypothesis is judged by: residuals of the weak form, and simulation from rest to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.confirmation import Confirmation
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.twins import Spread, factors_of, spread, with_bias
+
+Floats = NDArray[np.float64]
+
+OUTLIER = 3.0
+"""Standard deviations beyond which a residual counts linearly [-]."""
+FAR = 1e4
+"""Residuals are not taken to be farther off [-]."""
+STRETCHES = 12
+"""Pieces of a run whose losses are independent of each other."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """
+    Runs with the noise of their residuals under one hypothesis.
+
+    :param comparisons: the runs
+    :param noises: of each
+    :param spread: of the twins
+    :param confirmation: the simulated runs, None where simulation is no part of the evidence
+    """
+
+    comparisons: tuple[Comparison, ...]
+    noises: tuple[NoiseModel, ...]
+    spread: Spread
+    confirmation: Confirmation | None = None
+
+    @classmethod
+    def of(
+        cls, given: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
+    ) -> Evidence:
+        """Return the runs with the noise that they have if the hypothesis is true."""
+        twins = spread(given, tuple(comparisons), rng)
+        noises = [with_bias(noise_model(given, one, rng), one, twins.bias) for one in comparisons]
+        return cls(tuple(comparisons), tuple(noises), twins)
+
+    def simulated(self, hypothesis: Hypothesis, rng: np.random.Generator) -> Evidence:
+        """Return the evidence with simulation, spread as if the hypothesis were true."""
+        return replace(self, confirmation=Confirmation.of(hypothesis, self.comparisons, rng))
+
+    @cached_property
+    def factors(self) -> list[Residuals]:
+        """By how much wider than the noise each window of each run spreads [-]."""
+        pairs = zip(self.comparisons, self.noises, strict=True)
+        return [factors_of(self.spread, one, noise) for one, noise in pairs]
+
+    def of_each(self, hypothesis: Hypothesis) -> list[Residuals]:
+        """Return the whitened residuals of each run."""
+        every = []
+        for one, noise, factors in zip(self.comparisons, self.noises, self.factors, strict=True):
+            whitened = noise.whiten(one.residuals(hypothesis))
+            every.append(Residuals(*(z / f for z, f in zip(whitened, factors, strict=True))))
+        return every
+
+    def whitened(self, hypothesis: Hypothesis) -> Floats:
+        """Return all residuals, independent and of standard deviation 1, shape (n,)."""
+        parts = [part for run in self.of_each(hypothesis) for part in run]
+        return np.clip(np.concatenate(parts), -FAR, FAR)
+
+    def residual(self, hypothesis: Hypothesis) -> Floats:
+        """Return what a fit makes small, shape (n,); see :func:`loss`."""
+        whitened = self.whitened(hypothesis)
+        if self.confirmation is None:
+            return whitened
+        return np.concatenate([whitened, self.confirmation.residual(hypothesis)])
+
+    def losses(self, hypothesis: Hypothesis) -> Floats:
+        """Return the losses of independent stretches of the runs, shape (k,)."""
+        parts = []
+        for run in self.of_each(hypothesis):
+            for whitened in run:
+                pieces = np.array_split(huber(np.clip(whitened, -FAR, FAR)), STRETCHES)
+                parts += [float(piece.sum()) for piece in pieces]
+        if self.confirmation is not None:
+            parts += self.confirmation.losses(hypothesis).tolist()
+        return np.array(parts)
+
+
+def huber(whitened: Floats) -> Floats:
+    """Return half the squares, growing linearly beyond ``OUTLIER`` (pseudo-Huber) [-]."""
+    scaled = (whitened / OUTLIER) ** 2
+    losses: Floats = OUTLIER**2 * (np.sqrt(1.0 + scaled) - 1.0)
+    return losses
+
+
+def loss(residual: Floats) -> float:
+    """Return the sum of the losses of residuals [-]."""
+    return float(huber(residual).sum())
