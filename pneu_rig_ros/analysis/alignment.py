@@ -7,14 +7,14 @@ import numpy as np
 from pneu_rig_ros.analysis.comparison import Run
 from pneu_rig_ros.analysis.friction import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
 LEAST_OVERLAP = 4
 """Samples that two runs must share."""
 
 
-def command_onset(record: Record) -> float | None:
+def command_onset(record: Recording) -> float | None:
     """
     Return when the valve voltages first change [s] since the first sample.
 
@@ -25,7 +25,7 @@ def command_onset(record: Record) -> float | None:
     return float(record.time[driven.argmax()]) if driven.any() else None
 
 
-def shift_between(measured: Record, other: Record) -> float:
+def shift_between(measured: Recording, other: Recording) -> float:
     """
     Return by how much the other record's time is late [s], by the onset of the command.
 

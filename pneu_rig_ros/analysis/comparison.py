@@ -19,7 +19,7 @@ from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, frictio
 from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import Sensors
 
@@ -110,7 +110,7 @@ class Run:
 
     @classmethod
     def of(
-        cls, name: str, record: Record, configuration: RigConfiguration | None = None
+        cls, name: str, record: Recording, configuration: RigConfiguration | None = None
     ) -> Run:  # fmt: skip
         """Return the run of a record; of the rig `configuration`, else of the record's own."""
         rig = configuration or record.configuration

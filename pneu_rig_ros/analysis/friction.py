@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.records import Record
+    from pneu_rig_ros.records import Recording
     from pneu_rig_ros.rig import RigConfiguration
 
 CUTOFF = 32.0
@@ -197,7 +197,7 @@ class CausalFriction:
         return force - float(self._kernel @ window)
 
 
-def friction_of(record: Record) -> Floats:
+def friction_of(record: Recording) -> Floats:
     """
     Return the friction force F_r of a record [N], shape (n,), by the zero-phase estimator.
 

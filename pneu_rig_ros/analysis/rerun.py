@@ -8,14 +8,14 @@ from pneu_rig_ros.analysis.comparison import Run
 from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.rig import RigConfiguration
 
 READING = 0.01
 """Length of the readings whose mean is the initial position [s]."""
 
 
-def rerun(record: Record, configuration: RigConfiguration, name: str | None = None) -> Run:
+def rerun(record: Recording, configuration: RigConfiguration, name: str | None = None) -> Run:
     """
     Simulate a record's run.
 
@@ -43,7 +43,7 @@ def rerun(record: Record, configuration: RigConfiguration, name: str | None = No
     )
 
 
-def start_of(record: Record, model: Model) -> Model:
+def start_of(record: Recording, model: Model) -> Model:
     """Return the model with the initial position and pressures of a record."""
     first = slice(0, max(1, round(READING / record.interval)))
     position = float(record.position[first].mean())

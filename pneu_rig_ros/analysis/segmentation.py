@@ -37,7 +37,7 @@ from pneu_rig_ros.analysis.velocity import (
     speed_noise,
 )
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 
 MEAN_WINDOW = 0.046
 """Length of the mean of friction force and position, in which a peak stands out [s]."""
@@ -136,7 +136,7 @@ def segment(
     return Segmentation(mode, find_cycles(position, interval, friction), mean)
 
 
-def segment_record(record: Record) -> Segmentation:
+def segment_record(record: Recording) -> Segmentation:
     """
     Return the modes and cycles of a record.
 

@@ -20,7 +20,7 @@ from pneu_rig_ros.analysis.comparison import (
 )
 from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.records.conditions import (
     CONDITIONS,
     apply_conditions,
@@ -104,7 +104,7 @@ def compare_with_model(
     :raises RigError: when the bag cannot be read, has no voltages to drive the model with, or its
         conditions are out of range
     """
-    record = read_record(bag)
+    record = read_recording(bag)
     if not record.counts.get('valve_voltages'):
         raise RigError(f'{bag}: no valve_voltages in it, so that no model can be driven; '
                        'import it with u, or voltage_1 and voltage_2')  # fmt: skip
@@ -128,7 +128,7 @@ def compare_with_bag(
         command when not given
     :raises RigError: when one cannot be read, or they do not overlap
     """
-    records = read_record(bag), read_record(other)
+    records = read_recording(bag), read_recording(other)
     known = [conditions_of(path, r) for path, r in zip((bag, other), records, strict=True)]
     rigs = [_rig(r, k) for r, k in zip(records, known, strict=True)]
     first, second = (
@@ -152,12 +152,12 @@ def _compared(
     return Comparison(measured, simulated, gaps, levels, shift, conditions, second)
 
 
-def _rig(record: Record, conditions: Mapping[str, float]) -> RigConfiguration | None:
+def _rig(record: Recording, conditions: Mapping[str, float]) -> RigConfiguration | None:
     """Return the record's own rig under its conditions."""
     return record.configuration and apply_conditions(record.configuration, conditions)
 
 
-def _sensors(record: Record, other: RigConfiguration | None) -> tuple[float, float] | None:
+def _sensors(record: Recording, other: RigConfiguration | None) -> tuple[float, float] | None:
     """Return the noise of position [m] and pressure [Pa]; None without any, or if unknown."""
     rig = record.configuration or other
     return None if rig is None or rig.sensors.kind == IDEAL else sensor_noise(rig.sensors)

@@ -10,7 +10,7 @@ import numpy as np
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
 from pneu_rig_ros.analysis.timing import measure_timing
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Summary:
         return {key: None if value != value else value for key, value in data.items()}
 
 
-def summarise(record: Record) -> Summary:
+def summarise(record: Recording) -> Summary:
     """Return the summary of a record."""
     known = record.configuration is not None
     friction = friction_of(record) if known and record.position.size > 3 else None

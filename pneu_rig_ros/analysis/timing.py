@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import delay_samples
-from pneu_rig_ros.records import Record
-from pneu_rig_ros.records.record import NEVER
+from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import NEVER
 
 PLAIN = ('position', 'velocity')
 """Topics sent with each sample that carry no stamp: their messages can only be counted."""
@@ -30,7 +30,7 @@ class Timing(NamedTuple):
     lost: dict[str, int]
 
 
-def measure_timing(record: Record) -> Timing:
+def measure_timing(record: Recording) -> Timing:
     """
     Return the timing of a record.
 
@@ -47,7 +47,7 @@ def measure_timing(record: Record) -> Timing:
     return Timing(float(rate), float(p50), float(p99), lost_samples(record))
 
 
-def lost_samples(record: Record) -> dict[str, int]:
+def lost_samples(record: Recording) -> dict[str, int]:
     """
     Return topic -> number of samples that are not in the bag.
 

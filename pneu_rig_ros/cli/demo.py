@@ -106,10 +106,10 @@ def _plant_parameters(cylinder: str, settings: dict[str, Any]) -> dict[str, Valu
 
 def _show(path: Path, as_json: bool, quiet: bool) -> None:
     from pneu_rig_ros.analysis.summary import summarise
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.report.figure import draw_stroke
 
-    record = read_record(path)
+    record = read_recording(path)
     picture = draw_stroke(record, path / 'stroke.png')
     if as_json or not quiet:
         files = {'bag': path, 'picture': picture}

@@ -12,7 +12,7 @@ from pneu_rig_ros.cli import options, output
 if TYPE_CHECKING:
     from pneu_rig_ros.analysis.friction import Floats
     from pneu_rig_ros.analysis.stick_slip import Cycle
-    from pneu_rig_ros.records import Record
+    from pneu_rig_ros.records import Recording
 
 
 @click.command(
@@ -38,9 +38,9 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
 
     from pneu_rig_ros.analysis.friction import friction_of
     from pneu_rig_ros.analysis.stick_slip import find_cycles
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
 
-    record = read_record(bag)
+    record = read_recording(bag)
     force = friction_of(record)
     cycles = find_cycles(record.position, record.interval, force)
     files: dict[str, Path] = {}
@@ -56,7 +56,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
         _print(force, cycles, files)
 
 
-def _write_csv(path: Path, record: Record, force: Floats) -> Path:
+def _write_csv(path: Path, record: Recording, force: Floats) -> Path:
     import numpy as np
 
     from pneu_rig_ros.errors import RigError

@@ -10,7 +10,7 @@ import click
 from pneu_rig_ros.cli import options, output
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.records import Record
+    from pneu_rig_ros.records import Recording
 
 
 @click.command(
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def info(bag: Path, as_json: bool) -> None:
     """Tell what a bag holds: rig, topics, timing, losses, stick-slip cycles."""
     from pneu_rig_ros.analysis.summary import summarise
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
 
-    record = read_record(bag)
+    record = read_recording(bag)
     summary = summarise(record)
     if as_json:
         output.print_json({'bag': str(bag), **_origin(record), 'messages': dict(record.counts),
@@ -41,12 +41,12 @@ def info(bag: Path, as_json: bool) -> None:
     _print_topics(record, summary.lost)
 
 
-def _origin(record: Record) -> dict[str, Any]:
+def _origin(record: Recording) -> dict[str, Any]:
     keys = ('package_version', 'git_revision')
     return {key: record.metadata.get(key, 'unknown') for key in keys}
 
 
-def _print_topics(record: Record, lost: dict[str, int]) -> None:
+def _print_topics(record: Recording, lost: dict[str, int]) -> None:
     from rich import box
     from rich.table import Table
 

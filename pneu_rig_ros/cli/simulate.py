@@ -43,14 +43,14 @@ def simulate(
     path = options.bag_path(out, cylinder)
 
     from pneu_rig_ros.analysis.summary import summarise
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.simulate import simulate as run
 
     title = f'{configuration.name} at u = {u:g} V'
     bar = output.progress_bar(title, duration, quiet)
     with options.directory(path.parent), bar as progress:
         run(configuration, u, duration, path, progress)
-    record = read_record(path)
+    record = read_recording(path)
     files = {'bag': path}
     if picture:
         from pneu_rig_ros.report.figure import draw_stroke

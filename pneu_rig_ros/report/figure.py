@@ -15,7 +15,7 @@ from pneu_rig_ros.analysis.friction import Floats, friction_of
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 
 BLUE, ORANGE, GREY = '#1f5a94', '#d1660b', '#8a8f98'
 BAR = 1e5
@@ -36,7 +36,7 @@ STYLE: Any = {
 }
 
 
-def draw_stroke(record: Record, path: Path | str) -> Path:
+def draw_stroke(record: Recording, path: Path | str) -> Path:
     """
     Write a PNG with (a) position, (b) velocity, (c) pressures, (d) friction force against time.
 
@@ -66,7 +66,7 @@ def draw_stroke(record: Record, path: Path | str) -> Path:
     return path
 
 
-def title_of(record: Record) -> str:
+def title_of(record: Recording) -> str:
     """Return the operating point as the captions of Fig. 4-6 give it, supply pressure absolute."""
     configuration = record.configuration
     assert configuration is not None
@@ -80,7 +80,7 @@ def title_of(record: Record) -> str:
     return f'{name}: {values}' + (f' ({model})' if model else '')
 
 
-def _draw_motion(position: Axes, velocity: Axes, record: Record) -> None:
+def _draw_motion(position: Axes, velocity: Axes, record: Recording) -> None:
     position.plot(record.time, 1e3 * record.position, color=BLUE)
     _label(position, '(a)', 'position [mm]')
     speed = velocity_of(record.position, record.interval)
@@ -88,7 +88,7 @@ def _draw_motion(position: Axes, velocity: Axes, record: Record) -> None:
     _label(velocity, '(b)', 'velocity [mm/s]')
 
 
-def _draw_pressures(axes: Axes, record: Record) -> None:
+def _draw_pressures(axes: Axes, record: Recording) -> None:
     axes.plot(record.time, record.pressure_1 / BAR, color=BLUE, label='$p_1$')
     axes.plot(record.time, record.pressure_2 / BAR, color=ORANGE, label='$p_2$')
     axes.legend(loc='upper right', ncols=2, frameon=False, borderaxespad=0.0)
@@ -96,7 +96,7 @@ def _draw_pressures(axes: Axes, record: Record) -> None:
     _label(axes, '(c)', 'pressure [bar abs]')
 
 
-def _draw_friction(axes: Axes, record: Record, friction: Floats) -> None:
+def _draw_friction(axes: Axes, record: Recording, friction: Floats) -> None:
     axes.plot(record.time, friction, color=BLUE, linewidth=0.8)
     cycles = find_cycles(record.position, record.interval, friction)
     times = [cycle.breakaway_time for cycle in cycles]

@@ -11,7 +11,7 @@ from pneu_rig_ros.analysis.friction import Floats, friction_of
 from pneu_rig_ros.analysis.segmentation import Mode, segment_record
 from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
 from pneu_rig_ros.analysis.velocity import velocity_of
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.rig import RigConfiguration
 
 MOST_POINTS = 110_000
@@ -30,7 +30,7 @@ class Span(NamedTuple):
     end: int
 
 
-def span_of(record: Record, start: float | None, stop: float | None) -> Span:
+def span_of(record: Recording, start: float | None, stop: float | None) -> Span:
     """Return the samples from start to stop [s since the first one]; None is an end."""
     last = record.position.size
     first = 0 if start is None else round(start / record.interval)
@@ -38,7 +38,7 @@ def span_of(record: Record, start: float | None, stop: float | None) -> Span:
     return Span(min(max(first, 0), last), min(max(end, 0), last))
 
 
-def page_data(record: Record, span: Span) -> dict[str, Any]:
+def page_data(record: Recording, span: Span) -> dict[str, Any]:
     """
     Return what the scripts of the page need, SI units, times since the first sample shown [s].
 
@@ -92,7 +92,7 @@ def thinned(values: Floats, stride: int) -> Floats:
     return np.asarray(np.take_along_axis(padded, ends.T, axis=1).ravel())
 
 
-def _signals(record: Record, friction: Floats | None) -> list[tuple[str, Floats]]:
+def _signals(record: Recording, friction: Floats | None) -> list[tuple[str, Floats]]:
     signals = [
         ('position', record.position),
         ('velocity', record.velocity),
@@ -112,7 +112,7 @@ def _encoded(values: Floats) -> str:
     return base64.b64encode(values.astype('<f4').tobytes()).decode('ascii')
 
 
-def _cycles(record: Record, friction: Floats | None, span: Span) -> list[dict[str, float | None]]:
+def _cycles(record: Recording, friction: Floats | None, span: Span) -> list[dict[str, float | None]]:
     """Return the cycles whose breakaway is shown, times since the first sample shown."""
     cycles: list[Cycle] = []
     if record.position.size >= LEAST_SAMPLES:
@@ -130,7 +130,7 @@ def _cycles(record: Record, friction: Floats | None, span: Span) -> list[dict[st
     ]
 
 
-def _modes(record: Record, span: Span) -> list[tuple[float, int]]:
+def _modes(record: Recording, span: Span) -> list[tuple[float, int]]:
     """Return when each stretch of one mode begins [s since the first sample shown], and which."""
     mode = segment_record(record).mode[span.first : span.end]
     begins = np.flatnonzero(np.diff(mode, prepend=-1))

@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report.view_data import MODE_NAMES, page_data, span_of
 from pneu_rig_ros.report.writing import write_whole
@@ -18,7 +18,7 @@ BAR = 1e5
 
 def write_view(
     path: Path,
-    record: Record,
+    record: Recording,
     title: str,
     start: float | None = None,
     stop: float | None = None,
@@ -59,7 +59,7 @@ def _nothing_there(start: float, stop: float | None, end: float) -> str:
     return f'under 2 samples from {start:g} to {last:.6g} s: the record goes from 0 to {end:.6g} s'
 
 
-def facts(record: Record) -> list[str]:
+def facts(record: Recording) -> list[str]:
     """Return the operating point and the size of a record, for people."""
     told = [f'{record.duration:.2f} s, a sample every {1e3 * record.interval:g} ms']
     if record.counts.get('valve_voltages'):

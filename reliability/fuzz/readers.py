@@ -23,7 +23,7 @@ from pneu_rig_ros.control.excitation import load_excitation, shipped_excitations
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.gap.parts.part import load_part
 from pneu_rig_ros.records import bag as bags
-from pneu_rig_ros.records import read_record, repair, wire
+from pneu_rig_ros.records import read_recording, repair, wire
 from pneu_rig_ros.records.conditions import format_conditions, parse_conditions
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mapping import read_mapping
@@ -104,11 +104,11 @@ def _bag(data: bytes, folder: Path) -> None:
     bag.mkdir()
     _written(data, bag / 'bag.mcap')
     try:
-        record = read_record(bag)
+        record = read_recording(bag)
     except RigError:
         # repair tells, or makes a bag that the reader takes or refuses with a line of its own
         repair(bag)
-        record = read_record(bag)
+        record = read_recording(bag)
     assert np.isfinite(record.position).all()
     with Playback(bag) as played:
         assert sum(1 for _ in played.messages()) > 0
@@ -129,7 +129,7 @@ def _cut_bag(data: bytes, folder: Path) -> None:
     bag = folder / 'bag'
     bag.mkdir(exist_ok=True)
     _written(data, bag / 'bag.mcap')
-    position = read_record(bag).position
+    position = read_recording(bag).position
     assert np.array_equal(position, seeds.numbers().position[: position.size])
 
 
@@ -140,12 +140,12 @@ def _metadata(data: bytes, folder: Path) -> None:
     bag.mkdir()
     _written(seeds.protected_bag(), bag / 'stroke.mcap')
     _written(data, bag / 'metadata.yaml')
-    record = read_record(bag)
+    record = read_recording(bag)
     assert np.array_equal(record.position, seeds.numbers().position)
 
 
 def _same_numbers(bag: Path) -> None:
-    record, true = read_record(bag), seeds.numbers()
+    record, true = read_recording(bag), seeds.numbers()
     assert record.configuration == true.configuration
     assert record.counts == true.counts
     for name in ('position', 'velocity', 'pressure_1', 'voltage_1', 'friction', 'arrival_ns'):

@@ -19,7 +19,7 @@ from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.analysis.velocity import WINDOW
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -33,8 +33,8 @@ def ideal() -> RigConfiguration:
 
 
 @pytest.fixture(scope='module')
-def record(ideal: RigConfiguration, tmp_path_factory: pytest.TempPathFactory) -> Record:
-    return read_record(simulate(ideal, 0.34, 8.0, tmp_path_factory.mktemp('runs') / 'ideal'))
+def record(ideal: RigConfiguration, tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    return read_recording(simulate(ideal, 0.34, 8.0, tmp_path_factory.mktemp('runs') / 'ideal'))
 
 
 def test_metrics_are_those_of_the_differences() -> None:
@@ -81,7 +81,7 @@ def test_noise_of_derived_signals() -> None:
     assert 'friction' not in signal_noise(2e-5, 100.0, INTERVAL)
 
 
-def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Record) -> None:
+def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recording) -> None:
     measured, again = Run.of('measured', record), rerun(record, ideal)
     gaps = compare_runs(measured, again)
     # the initial position is a mean of readings, so the run starts some nanometres off
@@ -94,7 +94,7 @@ def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recor
     assert len(measured.events.cycles) > 2
 
 
-def test_another_model_shows(ideal: RigConfiguration, record: Record) -> None:
+def test_another_model_shows(ideal: RigConfiguration, record: Recording) -> None:
     other = load_configuration('cylinder_2', friction='coulomb_viscous')
     noise = signal_noise(*sensor_noise(ideal.sensors), record.interval, ForceBalance.of(ideal))
     gap = compare_runs(Run.of('measured', record), rerun(record, other), noise)['position']
@@ -104,7 +104,7 @@ def test_another_model_shows(ideal: RigConfiguration, record: Record) -> None:
 
 def test_noise_is_what_the_sensors_show(tmp_path: Path) -> None:
     configuration = load_configuration('cylinder_2')
-    still = read_record(simulate(configuration, 0.0, 2.0, tmp_path / 'still'))
+    still = read_recording(simulate(configuration, 0.0, 2.0, tmp_path / 'still'))
     pressure = sensor_noise(configuration.sensors)[1]
     assert np.std(still.pressure_1) == pytest.approx(pressure, rel=0.6)
 
@@ -120,7 +120,7 @@ def test_stroke_time(start: float, end: float, reached: float | None) -> None:
     assert stroke_time(position, 1e-3, None) is None
 
 
-def later(record: Record, samples: int) -> Record:
+def later(record: Recording, samples: int) -> Recording:
     """Return the record with its first sample held for so many samples more."""
     names = ('position', 'velocity', 'pressure_1', 'pressure_2', 'friction')
     held = {name: np.pad(getattr(record, name), (samples, 0), mode='edge') for name in names}
@@ -132,7 +132,7 @@ def later(record: Record, samples: int) -> Record:
     return replace(record, **held, **rest, arrival_ns=arrival, missing={})
 
 
-def test_records_are_aligned_by_their_command(record: Record) -> None:
+def test_records_are_aligned_by_their_command(record: Recording) -> None:
     late = later(record, 500)
     assert command_onset(record) == 0.0
     assert shift_between(record, late) == pytest.approx(500 * record.interval)
@@ -144,7 +144,7 @@ def test_records_are_aligned_by_their_command(record: Record) -> None:
     assert cut.position.size == record.position.size
 
 
-def test_records_that_do_not_overlap(record: Record) -> None:
+def test_records_that_do_not_overlap(record: Recording) -> None:
     run = Run.of('a', record)
     with pytest.raises(RigError, match='a and a do not overlap'):
         common(run, run, 60.0)

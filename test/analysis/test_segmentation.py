@@ -14,7 +14,7 @@ from pneu_rig_ros.analysis.segmentation import Mode, Segmentation, segment, segm
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.plant import Plant, Trajectory
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.sensors import SensorSet
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -201,7 +201,7 @@ def test_resting_piston_sticks_or_is_held() -> None:
 
 def test_a_bag_is_segmented_with_the_cycles_of_its_positions(tmp_path: Path) -> None:
     bag = simulate(load_configuration('cylinder_2'), 0.34, 9.0, tmp_path / 'bag')
-    record = read_record(bag)
+    record = read_recording(bag)
     result = segment_record(record)
     assert result.mode.shape == record.position.shape
     assert len(result.cycles) >= 3

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.conditions import (
     CONDITIONS,
     apply_conditions,
@@ -26,7 +26,7 @@ OF_CYLINDER_2 = {
 
 
 def test_file_precedes_metadata_precedes_configuration(bag: Path, tmp_path: Path) -> None:
-    record = read_record(bag)
+    record = read_recording(bag)
     assert conditions_of(bag, record) == OF_CYLINDER_2
     metadata = {**record.metadata, 'conditions': 'load_mass: 1.0 kg\nrest_time: 60.0 s\n'}
     told = replace(record, metadata=metadata)

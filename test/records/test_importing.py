@@ -11,7 +11,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import importing, read_record
+from pneu_rig_ros.records import importing, read_recording
 from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.exporting import read_signals, write_csv, write_parquet
 from pneu_rig_ros.records.importing import smoothed_velocity, write_bag
@@ -93,7 +93,7 @@ def test_foreign_bag_is_read_by_stamps_joint_names_and_units(foreign: Path) -> N
 def test_foreign_bag_becomes_a_record(foreign: Path, tmp_path: Path) -> None:
     table = read_table(foreign, {'topics': TOPICS})
     write_bag(table, tmp_path / 'ours', {'load_mass': 2.0}, load_configuration('cylinder_1'))
-    record = read_record(tmp_path / 'ours')
+    record = read_recording(tmp_path / 'ours')
     assert record.interval_ns == 2_000_000
     assert record.start_ns == START
     np.testing.assert_array_equal(record.position, table['position'])
@@ -152,9 +152,9 @@ def test_bag_and_table_are_not_mixed_up(foreign: Path, bag: Path, tmp_path: Path
 
 
 def test_own_bag_needs_no_mapping_and_comes_back_the_same(bag: Path, tmp_path: Path) -> None:
-    table, record = read_table(bag), read_record(bag)
+    table, record = read_table(bag), read_recording(bag)
     write_bag(table, tmp_path / 'again')
-    again = read_record(tmp_path / 'again')
+    again = read_recording(tmp_path / 'again')
     for name in ('position', 'velocity', 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2'):
         np.testing.assert_array_equal(getattr(again, name), getattr(record, name))
     assert again.interval_ns == record.interval_ns
@@ -162,7 +162,7 @@ def test_own_bag_needs_no_mapping_and_comes_back_the_same(bag: Path, tmp_path: P
 
 
 def test_velocity_is_made_as_the_rig_makes_it(bag: Path) -> None:
-    record = read_record(bag)
+    record = read_recording(bag)
     made = smoothed_velocity(record.position, record.interval)
     np.testing.assert_allclose(made, record.velocity, atol=1e-12)
     slow = smoothed_velocity(np.array([0.0, 1.0, 3.0]), 0.02)
@@ -181,7 +181,7 @@ def test_part_of_a_rig_is_kept_and_told_from_a_whole_one(tmp_path: Path) -> None
     assert set(again.signals) == {'pressure_1', 'force'}
     np.testing.assert_array_equal(again['force'], table['force'])
     with pytest.raises(RigError):
-        read_record(tmp_path / 'part')
+        read_recording(tmp_path / 'part')
     columns = [column.title for column in read_signals(tmp_path / 'part').columns]
     assert columns == ['stamp_ns', 'time_s', 'pressure_1_Pa', 'force_N']
 
@@ -218,7 +218,7 @@ def test_csv_reads_back_to_the_same_signals(bag: Path, tmp_path: Path) -> None:
     units = {'position': 'm', 'pressure_1': 'Pa', 'voltage_2': 'V'}
     mapping = {name: {'column': f'{name}_{unit}', 'unit': unit} for name, unit in units.items()}
     table = read_table(path, {'time': {'column': 'time_s', 'unit': 's'}, **mapping})
-    record = read_record(bag)
+    record = read_recording(bag)
     assert table.grid.interval_ns == record.interval_ns
     for name in units:
         np.testing.assert_allclose(table[name], getattr(record, name), rtol=1e-9)
@@ -228,7 +228,7 @@ def test_csv_reads_back_to_the_same_signals(bag: Path, tmp_path: Path) -> None:
 
 def test_parquet_holds_signals_units_and_conditions(bag: Path, tmp_path: Path) -> None:
     path = write_parquet(read_signals(bag), tmp_path / 'signals.parquet')
-    table, record = parquet.read_table(path), read_record(bag)
+    table, record = parquet.read_table(path), read_recording(bag)
     np.testing.assert_array_equal(table['position_m'].to_numpy(), record.position)
     np.testing.assert_array_equal(table['stamp_ns'].to_numpy(), record.stamps)
     assert table['friction_N'].null_count == int(np.isnan(record.friction).sum())
@@ -244,7 +244,7 @@ def test_table_as_a_record_is_what_the_bag_would_be(foreign: Path, tmp_path: Pat
     table = Table('here', full.time[kept], signals, full.epoch_ns, 1e5)
     direct = record_of(table, conditions={'load_mass': 2.0})
     write_bag(table, tmp_path / 'bag', {'load_mass': 2.0})
-    record = read_record(tmp_path / 'bag')
+    record = read_recording(tmp_path / 'bag')
     for name in ('position', 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2'):
         np.testing.assert_allclose(getattr(direct, name), getattr(record, name), rtol=1e-12)
     there = record.arrival_ns > 0

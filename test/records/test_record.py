@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import BagWriter, Record, read_record
+from pneu_rig_ros.records import BagWriter, Recording, read_recording
 from pneu_rig_ros.records.bag import last_text, open_bag
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.wire import PlantMessages, pack_valve_voltages
@@ -38,7 +38,7 @@ def write_bag(
 
 
 def test_every_value_of_a_simulation_is_read_back(bag: Path) -> None:
-    record = read_record(bag)
+    record = read_recording(bag)
     rig = Rig(load_configuration('cylinder_2', seed=7))
     expected = [rig.reset(), *(rig.step(*valve_voltages(0.34)) for _ in range(862))]
     assert record.position.tolist() == [sample.position for sample in expected]
@@ -60,13 +60,13 @@ def test_bag_of_ros2_bag_record_says_by_topic_what_rig_it_is_of(bag: Path, tmp_p
     assert data['rosbag2_bagfile_information']['custom_data']
     data['rosbag2_bagfile_information']['custom_data'] = None
     (copy / 'metadata.yaml').write_text(yaml.safe_dump(data))
-    record = read_record(copy)
+    record = read_recording(copy)
     assert record.configuration == load_configuration('cylinder_2', seed=7)
     assert record.metadata['cylinder'] == 'cylinder_2'
 
 
 def test_grid_is_exact(bag: Path) -> None:
-    record = read_record(bag)
+    record = read_recording(bag)
     assert record.start_ns == 0
     assert record.stamps.tolist() == [STEP * k for k in range(863)]
     assert record.duration == pytest.approx(0.99992)
@@ -77,7 +77,7 @@ def test_missing_samples_are_named_by_stamp_and_bridged(tmp_path: Path) -> None:
     start = 1_700_000_000_000_000_000
     stamps = [start + STEP * k for k in range(50)]
     lost = {('joint_states', 20), ('joint_states', 21), ('chamber_2/pressure', 0)}
-    record = read_record(write_bag(tmp_path / 'bag', stamps, lost))
+    record = read_recording(write_bag(tmp_path / 'bag', stamps, lost))
     assert record.missing['joint_states'].tolist() == [stamps[20], stamps[21]]
     assert record.missing['chamber_1/pressure'].tolist() == []
     assert record.missing['chamber_2/pressure'].tolist() == [stamps[0]]
@@ -87,7 +87,7 @@ def test_missing_samples_are_named_by_stamp_and_bridged(tmp_path: Path) -> None:
 
 def test_namespace_is_found(tmp_path: Path) -> None:
     bag = write_bag(tmp_path / 'bag', [0, STEP, 2 * STEP], prefix='/lab/rig_a')
-    assert read_record(bag).counts['joint_states'] == 3
+    assert read_recording(bag).counts['joint_states'] == 3
 
 
 def test_two_rigs_in_one_bag_are_refused(tmp_path: Path) -> None:
@@ -97,7 +97,7 @@ def test_two_rigs_in_one_bag_are_refused(tmp_path: Path) -> None:
         for name in ('/a/joint_states', '/b/joint_states'):
             writer.write(name, TOPICS['joint_states'].type, 0, messages.joint_states)
     with pytest.raises(RigError, match='several rigs, /a, /b'):
-        read_record(tmp_path / 'bag')
+        read_recording(tmp_path / 'bag')
 
 
 def test_last_text_of_a_topic_is_found(bag: Path) -> None:
@@ -117,7 +117,7 @@ def test_voltages_hold_from_their_arrival(tmp_path: Path) -> None:
             if sample.index == 2:
                 late = STEP * 2 + 10
                 writer.write('/valve_voltages', type_name, late, pack_valve_voltages(3.0, 2.0))
-    record = read_record(tmp_path / 'bag')
+    record = read_recording(tmp_path / 'bag')
     rest = valve_voltages(0.0)
     assert record.voltage_1.tolist() == [rest[0]] * 3 + [3.0] * 3
     assert record.voltage_2.tolist() == [rest[1]] * 3 + [2.0] * 3
@@ -136,24 +136,24 @@ def test_stamps_off_the_grid_are_refused(
 ) -> None:
     path = write_bag(tmp_path / 'bag', stamps)
     with pytest.raises(RigError, match=message):
-        read_record(path)
+        read_recording(path)
 
 
 def test_bag_without_a_rig_is_refused(tmp_path: Path) -> None:
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/chatter', 'std_msgs/msg/String')
     with pytest.raises(RigError, match='no topic joint_states'):
-        read_record(tmp_path / 'bag')
+        read_recording(tmp_path / 'bag')
 
 
 def test_no_bag_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RigError, match='does not exist'):
-        read_record(tmp_path / 'nowhere')
+        read_recording(tmp_path / 'nowhere')
     with pytest.raises(RigError, match=r'holds no \.mcap file'):
-        read_record(tmp_path)
+        read_recording(tmp_path)
 
 
-def ramp() -> Record:
+def ramp() -> Recording:
     values = np.linspace(0.0, 1.0, 10)
     signals = ('position', 'velocity', 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2')
     copies = {name: values.copy() for name in (*signals, 'friction')}
