@@ -50,11 +50,11 @@ def simulate(
     bar = output.progress_bar(title, duration, quiet)
     with options.directory(path.parent), bar as progress:
         run(configuration, u, duration, path, progress)
-    record = read_recording(path)
+    recording = read_recording(path)
     files = {'bag': path}
     if picture:
         from pneu_rig_ros.report.figure import draw_stroke
 
-        files['picture'] = draw_stroke(record, picture)
+        files['picture'] = draw_stroke(recording, picture)
     if as_json or not quiet:
-        output.tell_summary(summarise(record), files, as_json)
+        output.tell_summary(summarise(recording), files, as_json)

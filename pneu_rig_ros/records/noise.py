@@ -14,7 +14,7 @@ KEPT = 0.9
 TRIMMED = 0.79
 """Standard deviation of a normal variable whose largest tenth is left out [-]."""
 DUST = 1e-9
-"""Steps below this share of a signal's largest value are rounding of the computer's [-]."""
+"""Distances below this share of a signal's largest value are rounding of the computer's [-]."""
 
 
 def noise_of(signal: Floats) -> float:
@@ -41,9 +41,9 @@ def reading_noise(signal: Floats, configured: float) -> float:
 
 
 def smallest_step(signal: Floats) -> float:
-    """Return the smallest step between two readings [unit], 0 of a signal without any."""
-    known = signal[np.isfinite(signal)]
-    steps = np.abs(np.diff(known))
+    """Return the smallest distance of two different readings [unit], 0 where all are the same."""
+    known = np.unique(signal[np.isfinite(signal)])
+    steps = np.diff(known)
     steps = steps[steps > DUST * np.abs(known).max(initial=0.0)]
     return float(steps.min()) if steps.size else 0.0
 

@@ -28,7 +28,6 @@ from pneu_rig_ros.records.conditions import format_conditions, parse_conditions
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mapping import read_mapping
 from pneu_rig_ros.records.playback import Playback
-from pneu_rig_ros.records.table import read_table, uniform
 from pneu_rig_ros.records.units import convert
 from pneu_rig_ros.rig import configuration_from_yaml
 from pneu_rig_ros.rig.configuration import configuration_folder
@@ -87,10 +86,8 @@ def _quantity(data: bytes, _: Path) -> None:
 def _table(data: bytes, folder: Path) -> None:
     """Read a mapping and a table, parted by a line of ###."""
     mapping, _, table = data.partition(b'###\n')
-    read = uniform(
-        read_table(
-            _written(table, folder / 'table.csv'), _written(mapping, folder / 'mapping.yaml')
-        )
+    read = read_recording(
+        _written(table, folder / 'table.csv'), _written(mapping, folder / 'mapping.yaml')
     )
     assert np.isfinite(read.time).all()
     assert (np.diff(read.time) > 0).all()
@@ -159,7 +156,7 @@ def _foreign_bag(data: bytes, folder: Path) -> None:
     bag.mkdir()
     _written(data, bag / 'stroke.mcap')
     _written(seeds.foreign_metadata(), bag / 'metadata.yaml')
-    table = uniform(read_table(bag, seeds.FOREIGN_MAPPING))
+    table = read_recording(bag, seeds.FOREIGN_MAPPING)
     assert all(np.isfinite(values).all() for values in table.signals.values())
 
 

@@ -8,9 +8,9 @@ from time import process_time
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from pneu_rig_ros.analysis.segmentation import Mode, Segmentation, segment, segment_record
 
 from pneu_rig_ros.analysis.friction import Floats, ForceBalance
-from pneu_rig_ros.analysis.segmentation import Mode, Segmentation, segment, segment_record
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.plant import Plant, Trajectory

@@ -71,7 +71,7 @@ def test_losses_are_counted_by_topic(record: Recording) -> None:
     friction[[100, 101]] = np.nan
     missing = {**record.missing, 'joint_states': record.stamps[[3, 4, 5]]}
     counts = {**record.counts, 'velocity': record.counts['velocity'] - 7}
-    lossy = replace(record, friction=friction, missing=missing, counts=counts)
+    lossy = replace(record, missing=missing, counts=counts).with_signals(friction=friction)
     assert lost_samples(lossy) == {
         'joint_states': 3,
         'chamber_1/pressure': 0,
@@ -85,7 +85,7 @@ def test_losses_are_counted_by_topic(record: Recording) -> None:
 def test_friction_estimator_that_died_is_seen(record: Recording) -> None:
     friction = record.friction.copy()
     friction[1000:] = np.nan
-    assert lost_samples(replace(record, friction=friction))['friction'] == friction.size - 1025
+    assert lost_samples(record.with_signals(friction=friction))['friction'] == friction.size - 1025
 
 
 def test_summary_is_plain_json(record: Recording) -> None:

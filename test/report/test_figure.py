@@ -17,7 +17,9 @@ from pneu_rig_ros.simulate import simulate
 @pytest.fixture(scope='module')
 def record(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     configuration = load_configuration('cylinder_2', supply_pressure=6e5)
-    return read_recording(simulate(configuration, 0.34, 10.0, tmp_path_factory.mktemp('b') / 'bag'))
+    return read_recording(
+        simulate(configuration, 0.34, 10.0, tmp_path_factory.mktemp('b') / 'bag')
+    )
 
 
 def test_picture_is_a_small_png(record: Recording, tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
-from pneu_rig_ros.records.recording import UNITS
 from pneu_rig_ros.report import view_data
 from pneu_rig_ros.report.view_data import thinned
 from pneu_rig_ros.report.view_page import facts, write_view
@@ -162,7 +161,7 @@ def test_cycles_are_listed_and_lead_to_their_breakaway(record: Recording, shown:
     start, stop = visible(page)[0]
     assert start < cycles[2].breakaway_time < stop < start + 2.0
     assert 'near' in rows.nth(2).get_attribute('class')
-    assert page.locator('#mode').inner_text() in ('stick', 'presliding')
+    assert page.locator('#regime').inner_text() in ('dwell', 'presliding')
 
 
 def test_keys_step_by_a_sample_and_play_runs_to_the_end(record: Recording, shown: Any) -> None:
@@ -225,8 +224,8 @@ def test_facts_tell_the_operating_point(record: Recording) -> None:
 
 @pytest.mark.parametrize('times', [9, 90])
 def test_page_stays_below_five_megabytes(record: Recording, tmp_path: Path, times: int) -> None:
-    signals = {name: np.tile(getattr(record, name), times) for name in (*UNITS, 'arrival_ns')}
-    long = replace(record, **signals)
+    signals = {name: np.tile(values, times) for name, values in record.signals.items()}
+    long = Recording('long', 0, record.interval_ns, signals, configuration=record.configuration)
     page = write_view(tmp_path / 'page.html', long, 'long')
     assert long.duration > 7 * times - 1
     assert page.stat().st_size < 5e6

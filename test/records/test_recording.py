@@ -1,4 +1,4 @@
-"""A record refuses what is not one experiment on one grid."""
+"""A recording refuses what is not one run on one grid, and says what is in it."""
 
 import shutil
 from dataclasses import replace
@@ -11,6 +11,8 @@ import yaml
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, Recording, read_recording
 from pneu_rig_ros.records.bag import last_text, open_bag
+from pneu_rig_ros.records.noise import sensor_noise
+from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.wire import PlantMessages, pack_valve_voltages
 from pneu_rig_ros.rig import Rig, Sample, load_configuration
@@ -142,7 +144,7 @@ def test_stamps_off_the_grid_are_refused(
 def test_bag_without_a_rig_is_refused(tmp_path: Path) -> None:
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/chatter', 'std_msgs/msg/String')
-    with pytest.raises(RigError, match='no topic joint_states'):
+    with pytest.raises(RigError, match='none of the topics of this project; map its own'):
         read_recording(tmp_path / 'bag')
 
 
@@ -156,14 +158,19 @@ def test_no_bag_is_refused(tmp_path: Path) -> None:
 def ramp() -> Recording:
     values = np.linspace(0.0, 1.0, 10)
     signals = ('position', 'velocity', 'pressure_1', 'pressure_2', 'voltage_1', 'voltage_2')
-    copies = {name: values.copy() for name in (*signals, 'friction')}
-    return Record(start_ns=0, interval_ns=STEP, arrival_ns=np.arange(10), **copies)
+    return Recording('ramp', 0, STEP, {name: values.copy() for name in (*signals, 'friction')})
 
 
-@pytest.mark.parametrize('name', ['velocity', 'pressure_2', 'friction', 'arrival_ns'])
+@pytest.mark.parametrize('name', ['velocity', 'pressure_2', 'friction'])
 def test_unequal_lengths_are_refused(name: str) -> None:
     with pytest.raises(RigError, match=rf'{name} has shape \(9,\), position has \(10,\)'):
-        replace(ramp(), **{name: np.zeros(9)})
+        ramp().with_signals(**{name: np.zeros(9)})
+
+
+def test_arrivals_are_as_many_as_the_samples_and_else_their_stamps() -> None:
+    assert ramp().arrival_ns.tolist() == ramp().stamps.tolist()
+    with pytest.raises(RigError, match=r'arrival_ns has shape \(9,\), position has \(10,\)'):
+        replace(ramp(), arrival_ns=np.zeros(9, dtype=np.int64))
 
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf])
@@ -171,18 +178,76 @@ def test_values_that_are_not_finite_are_refused(bad: float) -> None:
     values = np.zeros(10)
     values[4] = bad
     with pytest.raises(RigError, match=r'pressure_1 is .* at sample 4, must be finite'):
-        replace(ramp(), pressure_1=values)
+        ramp().with_signals(pressure_1=values)
 
 
 def test_friction_may_have_gaps_but_no_infinity() -> None:
     values = np.zeros(10)
     values[0] = np.nan
-    assert np.isnan(replace(ramp(), friction=values).friction[0])
+    assert np.isnan(ramp().with_signals(friction=values).friction[0])
     values = np.full(10, np.inf)
     with pytest.raises(RigError, match='friction is inf'):
-        replace(ramp(), friction=values)
+        ramp().with_signals(friction=values)
 
 
 def test_signals_cannot_be_changed() -> None:
     with pytest.raises(ValueError, match='read-only'):
         ramp().position[0] = 1.0
+
+
+def test_what_is_there_is_told() -> None:
+    part = Recording('seal', 0, STEP, {'position': np.zeros(4), 'force': np.ones(4)})
+    assert 'force' in part
+    assert 'u' not in part
+    with pytest.raises(RigError, match=r'^seal: no pressure_1 in it; it has position, force$'):
+        part['pressure_1']
+    with pytest.raises(RigError, match='no voltage_1 in it'):
+        assert part.voltage_1 is None
+    assert not part.driven
+    with pytest.raises(RigError, match='empty: no samples'):
+        Recording('empty', 0, STEP, {})
+
+
+def test_voltages_and_velocity_follow_from_what_there_is() -> None:
+    u = np.array([0.0, 0.0, 0.34, 0.34])
+    recording = Recording('driven', 0, STEP, {'position': 1e-3 * np.arange(4.0), 'u': u})
+    assert recording.driven
+    pairs = zip(recording.voltage_1, recording.voltage_2, strict=True)
+    assert list(pairs) == [valve_voltages(value) for value in u]
+    assert recording.velocity.shape == (4,)
+    assert recording.with_signals(velocity=np.ones(4)).velocity.tolist() == [1.0] * 4
+
+
+def test_a_part_keeps_its_stamps() -> None:
+    whole = replace(ramp(), missing={'joint_states': np.array([2 * STEP, 7 * STEP])})
+    part = whole.cut(3, 9)
+    assert part.stamps.tolist() == whole.stamps[3:9].tolist()
+    assert part.arrival_ns.tolist() == whole.arrival_ns[3:9].tolist()
+    assert part.missing['joint_states'].tolist() == [7 * STEP]
+    np.testing.assert_array_equal(part['velocity'], whole['velocity'][3:9])
+    assert part.time[0] == 0.0
+
+
+def test_noise_and_resolution_are_those_of_the_sensors(bag: Path) -> None:
+    recording = read_recording(bag)
+    sensors = load_configuration('cylinder_2').sensors
+    position, pressure = sensor_noise(sensors)
+    assert recording.noise['position'] == pytest.approx(position, rel=0.2)
+    assert recording.noise['pressure_1'] == pytest.approx(pressure, rel=0.5)
+    assert recording.resolution['position'] == pytest.approx(sensors.position_span / 4095)
+    assert recording.noise['voltage_1'] == recording.resolution['voltage_1'] == 0.0
+
+
+def test_own_bag_brings_name_conditions_and_command(bag: Path) -> None:
+    recording = read_recording(bag / f'{bag.name}.mcap')
+    assert recording.name == bag.name
+    assert recording.conditions['supply_pressure'] == 4e5
+    assert set(recording['u'][1:]) == {0.34}
+    assert set(recording.signals) == {
+        *WHOLE,
+        'velocity',
+        'friction',
+        'u',
+        'voltage_1',
+        'voltage_2',
+    }
