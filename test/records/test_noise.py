@@ -28,7 +28,7 @@ def test_a_resting_reading_within_one_code_has_the_noise_of_the_data_sheet() -> 
 
 @pytest.mark.parametrize('step', [1e-5, 1e-3])
 def test_step_of_a_converter_is_seen_and_is_the_least_noise(step: float) -> None:
-    read = step * np.round(np.linspace(0.0, 0.1, 5000) / step)
+    read = step * np.round(np.linspace(0.0, 0.1, 50_000) / step)
     assert smallest_step(read) == pytest.approx(step, rel=1e-6)
     assert noise_of(read) == pytest.approx(step / np.sqrt(12.0), rel=0.7)
     assert noise_of(read) >= 0.999 * step / np.sqrt(12.0)
