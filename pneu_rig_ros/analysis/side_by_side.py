@@ -23,10 +23,9 @@ from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.records.conditions import CONDITIONS, apply_conditions
-from pneu_rig_ros.records.noise import sensor_noise
 from pneu_rig_ros.records.plausible import check_plausible
 from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.sensors import IDEAL
+from pneu_rig_ros.rig.sensors import IDEAL, sensor_noise
 
 
 class Condition(NamedTuple):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.rig.sensors import Sensors
-
 Floats = NDArray[np.float64]
 
 KEPT = 0.9
@@ -46,14 +44,6 @@ def smallest_step(signal: Floats) -> float:
     steps = np.diff(known)
     steps = steps[steps > DUST * np.abs(known).max(initial=0.0)]
     return float(steps.min()) if steps.size else 0.0
-
-
-def sensor_noise(sensors: Sensors) -> tuple[float, float]:
-    """Return the standard deviation of a reading of position [m] and pressure [Pa]: data sheet."""
-    codes = 2.0**sensors.resolution - 1.0
-    position = np.hypot(sensors.position_noise, sensors.position_span / codes / np.sqrt(12.0))
-    pressure = np.hypot(sensors.pressure_noise, sensors.pressure_span / codes / np.sqrt(12.0))
-    return float(position), float(pressure)
 
 
 def mean_noise(noise: float, code: float, samples: int) -> float:

@@ -19,9 +19,9 @@ from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.analysis.velocity import WINDOW
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
-from pneu_rig_ros.records.noise import sensor_noise
 from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig.sensors import sensor_noise
 from pneu_rig_ros.simulate import simulate
 
 INTERVAL = 1.16e-3

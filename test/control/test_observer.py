@@ -8,7 +8,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 
-from pneu_rig_ros.control.observer import REST, Measured, Observer
+from pneu_rig_ros.analysis.motion import REST_SPEED
+from pneu_rig_ros.control.observer import Measured, Observer
 from pneu_rig_ros.control.residual import NoiseBand, residual
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -73,7 +74,7 @@ def test_a_slide_after_a_long_rest_is_predicted_to_its_end() -> None:
             restarts = observer.restarts
             speeds.append(abs(observer.origin[1]))
     assert len(speeds) > 5
-    assert max(speeds) < 2.0 * REST
+    assert max(speeds) < 2.0 * REST_SPEED
 
 
 @pytest.mark.parametrize('model', MODELS)

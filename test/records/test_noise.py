@@ -7,10 +7,10 @@ from pneu_rig_ros.records.noise import (
     mean_noise,
     noise_of,
     reading_noise,
-    sensor_noise,
     smallest_step,
 )
 from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.sensors import sensor_noise
 
 
 @pytest.mark.parametrize('motion', [0.0, 0.02])
