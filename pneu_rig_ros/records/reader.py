@@ -45,8 +45,8 @@ def read_recording(
     path = Path(path)
     if mapping is None:
         if path.exists() and not is_bag(path):
-            raise RigError(f'{path} is no bag; a mapping (--map) must say which column is what, '
-                           'and its unit, as pneu-rig import takes it')  # fmt: skip
+            raise RigError(f'{path} is no bag; give its directory, or turn it into one: pneu-rig '
+                           'import; a mapping must say which column is what')  # fmt: skip
         if holds_rig(path):
             return _rig(path)
     known = read_mapping(mapping) if mapping is not None else None

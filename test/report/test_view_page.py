@@ -186,9 +186,15 @@ def test_page_fits_a_narrow_screen(record: Recording, shown: Any) -> None:
     assert page.evaluate('document.documentElement.scrollWidth') <= 420
 
 
+def undriven(record: Recording) -> Recording:
+    """Return the recording as if nobody had noted command and voltages."""
+    names = {'u', 'voltage_1', 'voltage_2'}
+    signals = {name: values for name, values in record.signals.items() if name not in names}
+    return replace(record, signals=signals)
+
+
 def test_rig_that_is_not_known_is_shown_without_friction(record: Recording, shown: Any) -> None:
-    counts = {t: n for t, n in record.counts.items() if t != 'valve_voltages'}
-    page = shown(replace(record, configuration=None, counts=counts))
+    page = shown(undriven(replace(record, configuration=None)))
     assert page.evaluate('stack.charts.length') == 3
     assert 'does not say which rig' in page.locator('aside').inner_text()
     assert page.locator('.events tbody tr').count() >= 3
@@ -214,10 +220,10 @@ def test_long_record_is_thinned_to_its_extremes_and_says_so(
 
 def test_facts_tell_the_operating_point(record: Recording) -> None:
     still, driven = np.full_like(record.voltage_1, 2.5), record.voltage_1
-    assert 'u = 0.34 V' in facts(replace(record, voltage_1=2.5 + 0.34 + 0 * driven))
-    assert 'u = 0.00 V' in facts(replace(record, voltage_1=still, voltage_2=still))
+    assert 'u = 0.34 V' in facts(record.with_signals(voltage_1=2.5 + 0.34 + 0 * driven))
+    assert 'u = 0.00 V' in facts(record.with_signals(voltage_1=still, voltage_2=still))
     assert 'supply 4 bar abs' in facts(record)
-    assert facts(replace(record, configuration=None, counts={})) == [
+    assert facts(undriven(replace(record, configuration=None))) == [
         '7.00 s, a sample every 1.16 ms'
     ]
 
