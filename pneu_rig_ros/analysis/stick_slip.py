@@ -42,8 +42,8 @@ class Cycle(NamedTuple):
 
 def cycles_of(recording: Recording, friction: Floats | None = None) -> list[Cycle]:
     """Return the stick-slip cycles of a recording, found as its noise allows."""
-    noise = recording.noise['position']
-    return find_cycles(recording.position, recording.interval, friction, noise)
+    position = recording.position
+    return find_cycles(position, recording.interval, friction, recording.noise['position'])
 
 
 def find_cycles(

@@ -11,6 +11,7 @@ from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
 from pneu_rig_ros.analysis.timing import measure_timing
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import WHOLE
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,8 @@ class Summary:
 
 
 def summarise(recording: Recording) -> Summary:
-    """Return the summary of a recording."""
+    """Return the summary of a recording; RigError when it is that of a part of a rig."""
+    recording.require(*WHOLE)
     known = recording.configuration is not None
     friction = friction_of(recording) if known and recording.position.size > 3 else None
     cycles = cycles_of(recording, friction)

@@ -112,3 +112,9 @@ def test_shortest_possible_bag_has_a_summary(tmp_path: Path) -> None:
     assert math.isnan(summary.rate)
     assert summary.to_dict()['rate'] is None
     assert summary.cycles == ()
+
+
+def test_part_of_a_rig_has_no_summary(record: Recording) -> None:
+    part = replace(record, signals={'position': record.position}, name='part')
+    with pytest.raises(RigError, match='part: no pressure_1 in it; it has position'):
+        summarise(part)
