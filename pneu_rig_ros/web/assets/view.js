@@ -115,13 +115,13 @@ function showAt(t) {
   drawing?.show(values);
   readings.show({ ...values, velocity: values.velocity_fit, time: t });
   document.getElementById('slider').value = t;
-  const regime = modeAt(t);
+  const regime = regimeAt(t);
   document.getElementById('regime').innerHTML = regime == null ? '' :
     `<span class="swatch" style="background:${REGIME_COLOURS[regime]}"></span>${bag.regime_names[regime]}`;
   markNear(t);
 }
 
-function modeAt(t) {
+function regimeAt(t) {
   let regime = null;
   for (const [start, number] of bag.regimes) {
     if (start > t) break;
