@@ -149,7 +149,7 @@ def effects() -> Lines:
 def _effect(name: str) -> Lines:
     effect = library.load(name)
     yield from ('', f'### {name}', '', f'{effect.title[:1].upper()}{effect.title[1:]}. Shows in')
-    yield f'{", ".join(effect.regimes)}. Source: {effect.source}.'
+    yield f'{", ".join(regime.label for regime in effect.regimes)}. Source: {effect.source}.'
     if effect.laws:
         yield f'Completes the friction law {" or ".join(f"`{law}`" for law in effect.laws)}.'
     if effect.describes:

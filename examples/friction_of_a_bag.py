@@ -6,10 +6,10 @@ import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.stick_slip import find_cycles
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration
 
-record = read_record(sys.argv[1])
+record = read_recording(sys.argv[1])
 configuration = record.configuration or load_configuration('cylinder_2')
 friction = friction_zero_phase(
     record.position,

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.nodes.twins import PROCESS
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.bag import open_bag
-from pneu_rig_ros.records.record import Stamps
+from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 from pneu_rig_ros.records.wire import typestore
 from reliability.witness import Received
@@ -56,7 +56,7 @@ def told(topic: str, cdr: bytes) -> tuple[str, bytes]:
     return f'{topic} of {status.name}, {process}', content
 
 
-def missing_samples(record: Record) -> int:
+def missing_samples(record: Recording) -> int:
     """
     Return how many messages of the sampled topics a record lacks.
 
@@ -66,7 +66,7 @@ def missing_samples(record: Record) -> int:
     return sum(_inside(record, missing) for missing in record.missing.values())
 
 
-def _inside(record: Record, missing: Stamps) -> int:
+def _inside(record: Recording, missing: Stamps) -> int:
     """Count the missing stamps [ns] of a topic between its first and its last one."""
     present = np.setdiff1d(record.stamps, missing, assume_unique=True)
     return int(((missing > present[0]) & (missing < present[-1])).sum())

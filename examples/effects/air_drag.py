@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -34,7 +34,7 @@ def contribution(
 EFFECT = Effect(
     title='air drags on the load',
     balance=Balance.FORCE,
-    regimes=('sliding',),
+    regimes=(Regime.SLIDING,),
     source='F. M. White, Fluid Mechanics, section 7.6',
     parameters=Parameters,
     null=Parameters(0.0),

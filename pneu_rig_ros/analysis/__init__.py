@@ -1,1 +1,1 @@
-"""What a record says: friction by Eq. 2, stick-slip cycles, timing. Imports records and scipy."""
+"""What a recording says: friction by Eq. 2, regimes, stick-slip cycles, timing."""

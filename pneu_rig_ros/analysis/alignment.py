@@ -1,33 +1,34 @@
-"""Two records brought to one time axis."""
+"""Two recordings brought to one time axis."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pneu_rig_ros.analysis.comparison import Run
-from pneu_rig_ros.analysis.friction import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
 LEAST_OVERLAP = 4
 """Samples that two runs must share."""
 
 
-def command_onset(record: Record) -> float | None:
+def command_onset(recording: Recording) -> float | None:
     """
     Return when the valve voltages first change [s] since the first sample.
 
-    0 for a record that starts with the valves driven already: their voltages differ. None for one
-    whose valves stay in the middle.
+    0 for a recording that starts with the valves driven already: their voltages differ. None for
+    one whose valves stay in the middle, or whose voltages are not known.
     """
-    driven = np.abs(record.voltage_1 - record.voltage_2) > 2.5 * DAC_STEP
-    return float(record.time[driven.argmax()]) if driven.any() else None
+    if not recording.driven:
+        return None
+    driven = np.abs(recording.voltage_1 - recording.voltage_2) > 2.5 * DAC_STEP
+    return float(recording.time[driven.argmax()]) if driven.any() else None
 
 
-def shift_between(measured: Record, other: Record) -> float:
+def shift_between(measured: Recording, other: Recording) -> float:
     """
-    Return by how much the other record's time is late [s], by the onset of the command.
+    Return by how much the other recording's time is late [s], by the onset of the command.
 
     0 where one of them has none. Stick-slip itself is no clock: its events are to be compared.
     """
@@ -35,9 +36,11 @@ def shift_between(measured: Record, other: Record) -> float:
     return 0.0 if None in onsets else float(onsets[1] or 0.0) - float(onsets[0] or 0.0)
 
 
-def common(measured: Run, other: Run, shift: float) -> tuple[Run, Run]:
+def common(measured: Recording, other: Recording, shift: float) -> tuple[Recording, Recording]:
     """
     Return both runs on the grid of the measured one, as far as both go.
+
+    The other one keeps position and pressures only.
 
     :param shift: time in the other run at the measured one's time 0 [s]
     :raises RigError: when they do not overlap
@@ -50,19 +53,9 @@ def common(measured: Run, other: Run, shift: float) -> tuple[Run, Run]:
             f'{measured.name} and {other.name} do not overlap when the second is shifted by '
             f'{-shift:g} s'
         )
-    part = slice(int(inside[0]), int(inside[-1]) + 1)
-
-    def resampled(signal: Floats) -> Floats:
-        return np.asarray(np.interp(time[part], other.time, signal))
-
-    return _with(measured, measured.interval, *(s[part] for s in _readings(measured))), _with(
-        other, measured.interval, *map(resampled, _readings(other))
+    first, end = int(inside[0]), int(inside[-1]) + 1
+    part = measured.cut(first, end)
+    signals = {name: np.interp(time[first:end], other.time, other[name]) for name in WHOLE}
+    return part, Recording(
+        other.name, part.start_ns, part.interval_ns, signals, configuration=other.configuration
     )
-
-
-def _readings(run: Run) -> tuple[Floats, Floats, Floats]:
-    return run.position, run.pressure_1, run.pressure_2
-
-
-def _with(run: Run, interval: float, x: Floats, p1: Floats, p2: Floats) -> Run:
-    return Run(run.name, interval, x, p1, p2, run.balance, run.stroke)

@@ -8,20 +8,16 @@ difference is one of the runs and not of the filters.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
-from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.sensors import Sensors
+from pneu_rig_ros.records import Recording
 
 UNITS = {'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa',
          'friction': 'N'}  # fmt: skip
@@ -29,6 +25,9 @@ UNITS = {'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': '
 
 END_SHARE = 0.98
 """A stroke counts as done at this share of the way to the end stop [-]."""
+
+LEAST_SAMPLES = 4
+"""Shorter runs have no friction force."""
 
 NOISE_SAMPLES = 8192
 """Length of the noise from which that of the derived signals is found."""
@@ -75,81 +74,61 @@ class Events(NamedTuple):
     stroke_time: float | None
 
 
-@dataclass(frozen=True)
-class Run:
+class Compared(NamedTuple):
     """
-    One run on a uniform grid.
+    A recording with what is derived of it to be compared.
 
-    :param name: for people
-    :param interval: sampling interval [s]
-    :param position: [m], shape (n,)
-    :param pressure_1: cap end, absolute [Pa], shape (n,)
-    :param pressure_2: rod end, absolute [Pa], shape (n,)
+    :param recording: the run
+    :param signals: name of :data:`UNITS` -> signal, shape (n,); without friction where the rig is
+        not known, or the sampling too slow for its filter
+    :param events: what happens in it
+    """
+
+    recording: Recording
+    signals: Mapping[str, Floats]
+    events: Events
+
+
+def compared(recording: Recording) -> Compared:
+    """
+    Derive what is compared of a recording of a whole rig.
+
+    :raises RigError: when it has fewer than 4 samples, or is that of a part
+    """
+    rig = recording.configuration
+    signals = derived_signals(
+        recording.position, recording.pressure_1, recording.pressure_2, recording.interval,
+        ForceBalance.of(rig) if rig else None, recording.name,
+    )  # fmt: skip
+    stroke = rig.model.cylinder.stroke if rig else None
+    cycles = cycles_of(recording, signals.get('friction'))
+    reached = stroke_time(recording.position, recording.interval, stroke)
+    return Compared(recording, signals, Events(tuple(cycles), reached))
+
+
+def derived_signals(
+    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
+    balance: ForceBalance | None, name: str = 'run',
+) -> dict[str, Floats]:  # fmt: skip
+    """
+    Return the signals that are compared, shape (n,) each.
+
     :param balance: constants of Eq. 2, None where they are not known: then no friction
-    :param stroke: L [m], None where it is not known
-    :raises RigError: for fewer than 4 samples, or signals of different lengths
+    :param name: what to call the run in an error
+    :raises RigError: for fewer than 4 samples
     """
-
-    name: str
-    interval: float
-    position: Floats
-    pressure_1: Floats
-    pressure_2: Floats
-    balance: ForceBalance | None = None
-    stroke: float | None = None
-
-    def __post_init__(self) -> None:
-        """Check the lengths."""
-        sizes = [self.position.size, self.pressure_1.size, self.pressure_2.size]
-        if len(set(sizes)) > 1:
-            counts = ', '.join(map(str, sizes))
-            raise RigError(f'{self.name}: {counts} samples of position, pressure_1, pressure_2; '
-                           'must be as many of each')  # fmt: skip
-        if sizes[0] < 4:
-            raise RigError(f'{self.name}: {sizes[0]} samples, at least 4 are needed')
-
-    @classmethod
-    def of(
-        cls, name: str, record: Record, configuration: RigConfiguration | None = None
-    ) -> Run:  # fmt: skip
-        """Return the run of a record; of the rig `configuration`, else of the record's own."""
-        rig = configuration or record.configuration
-        return cls(
-            name, record.interval, record.position, record.pressure_1, record.pressure_2,
-            ForceBalance.of(rig) if rig else None,
-            rig.model.cylinder.stroke if rig else None,
-        )  # fmt: skip
-
-    @property
-    def time(self) -> Floats:
-        """Time since the first sample [s], shape (n,)."""
-        return self.interval * np.arange(self.position.size, dtype=np.float64)
-
-    @cached_property
-    def signals(self) -> dict[str, Floats]:
-        """
-        Name of :data:`UNITS` -> signal, shape (n,).
-
-        Without friction where the rig is not known, or the sampling too slow for its filter.
-        """
-        found = {
-            'position': self.position,
-            'velocity': velocity_of(self.position, self.interval),
-            'pressure_1': self.pressure_1,
-            'pressure_2': self.pressure_2,
-        }
-        if self.balance is not None and 2.0 * CUTOFF * self.interval < 1.0:
-            found['friction'] = friction_zero_phase(
-                self.position, self.pressure_1, self.pressure_2, self.interval, self.balance
-            )
-        return found
-
-    @cached_property
-    def events(self) -> Events:
-        """Stick-slip cycles and stroke time."""
-        cycles = find_cycles(self.position, self.interval, self.signals.get('friction'))
-        reached = stroke_time(self.position, self.interval, self.stroke)
-        return Events(tuple(cycles), reached)
+    if position.size < LEAST_SAMPLES:
+        raise RigError(f'{name}: {position.size} samples, at least {LEAST_SAMPLES} are needed')
+    found = {
+        'position': position,
+        'velocity': velocity_of(position, interval),
+        'pressure_1': pressure_1,
+        'pressure_2': pressure_2,
+    }
+    if balance is not None and 2.0 * CUTOFF * interval < 1.0:
+        friction = friction_zero_phase(position, pressure_1, pressure_2, interval, balance)
+        found['friction'] = friction
+    return found
 
 
 def compare_signals(
@@ -190,13 +169,6 @@ def _gap(difference: Floats, unit: str, noise: float | None) -> SignalGap:
     return SignalGap(unit, rmse, float(np.abs(difference).max()), float(difference.mean()), noise)
 
 
-def compare_runs(
-    measured: Run, simulated: Run, noise: Mapping[str, float] | None = None
-) -> dict[str, SignalGap]:
-    """Return how far a simulated run is from a measured one; see :func:`compare_signals`."""
-    return compare_signals(measured.signals, simulated.signals, noise)
-
-
 def signal_noise(
     position_noise: float, pressure_noise: float, interval: float,
     balance: ForceBalance | None = None,
@@ -216,19 +188,11 @@ def signal_noise(
     x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])
     still = None if balance is None else ForceBalance(
         balance.area_1, balance.area_2, balance.mass, 0.0)  # fmt: skip
-    run = Run('noise', interval, x, p1, p2, still)
+    signals = derived_signals(x, p1, p2, interval, still)
     inner = slice(NOISE_SAMPLES // 8, -NOISE_SAMPLES // 8)  # ends are padded, not estimated
-    found = {name: float(np.std(signal[inner])) for name, signal in run.signals.items()}
+    found = {name: float(np.std(signal[inner])) for name, signal in signals.items()}
     return found | {'position': position_noise,
                     'pressure_1': pressure_noise, 'pressure_2': pressure_noise}  # fmt: skip
-
-
-def sensor_noise(sensors: Sensors) -> tuple[float, float]:
-    """Return the standard deviation of a reading of position [m] and pressure [Pa]: data sheet."""
-    codes = 2.0**sensors.resolution - 1.0
-    position = np.hypot(sensors.position_noise, sensors.position_span / codes / np.sqrt(12.0))
-    pressure = np.hypot(sensors.pressure_noise, sensors.pressure_span / codes / np.sqrt(12.0))
-    return float(position), float(pressure)
 
 
 def stroke_time(position: Floats, interval: float, stroke: float | None) -> float | None:

@@ -7,8 +7,8 @@ In gauge form, so that the atmosphere on the rod's cross-section does not count 
 
 The acceleration a is the twice differentiated position, low-passed without phase shift: a
 first-order Butterworth filter at 32 Hz, run forwards and backwards (section 2.1). Offline the
-whole record is at hand. Live, the two-sided impulse response of that same filter is cut off where
-0.3 % of its area is left, so that the live force is the offline force, later by exactly 25
+whole recording is at hand. Live, the two-sided impulse response of that same filter is cut off
+where 0.3 % of its area is left, so that the live force is the offline force, later by exactly 25
 sampling intervals of 1.16 ms: ``DELAY`` = 29.0 ms.
 """
 
@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.records import Record
+    from pneu_rig_ros.records import Recording
     from pneu_rig_ros.rig import RigConfiguration
 
 CUTOFF = 32.0
@@ -119,7 +119,7 @@ def acceleration_zero_phase(
     Return the acceleration [m/s^2] of equally spaced positions [m], same shape (n,).
 
     Second central difference, then forward-backward first-order Butterworth; no phase shift. The
-    ends of a record say little about acceleration: there it fades to 0 within ``DELAY``.
+    ends of a recording say little about acceleration: there it fades to 0 within ``DELAY``.
     """
     from scipy.signal import butter, filtfilt
 
@@ -197,18 +197,18 @@ class CausalFriction:
         return force - float(self._kernel @ window)
 
 
-def friction_of(record: Record) -> Floats:
+def friction_of(recording: Recording) -> Floats:
     """
-    Return the friction force F_r of a record [N], shape (n,), by the zero-phase estimator.
+    Return the friction force F_r of a recording [N], shape (n,), by the zero-phase estimator.
 
-    :raises RigError: when the record does not say what rig it is of
+    :raises RigError: when the recording does not say what rig it is of
     """
-    if record.configuration is None:
+    if recording.configuration is None:
         raise RigError(
             'the bag does not hold the configuration of the rig, so piston areas and mass for '
             'Eq. 2 are unknown; import it with --cylinder, or record rig_description too'
         )
-    balance = ForceBalance.of(record.configuration)
+    balance = ForceBalance.of(recording.configuration)
     return friction_zero_phase(
-        record.position, record.pressure_1, record.pressure_2, record.interval, balance
+        recording.position, recording.pressure_1, recording.pressure_2, recording.interval, balance
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,24 +11,21 @@ import numpy as np
 
 from pneu_rig_ros.analysis.alignment import common, shift_between
 from pneu_rig_ros.analysis.comparison import (
+    Compared,
     Events,
-    Run,
     SignalGap,
-    compare_runs,
-    sensor_noise,
+    compare_signals,
+    compared,
     signal_noise,
 )
+from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record, read_record
-from pneu_rig_ros.records.conditions import (
-    CONDITIONS,
-    apply_conditions,
-    conditions_of,
-)
-from pneu_rig_ros.records.plausible import check_plausible, signals_of
+from pneu_rig_ros.records import Recording, read_recording
+from pneu_rig_ros.records.conditions import CONDITIONS, apply_conditions
+from pneu_rig_ros.records.plausible import check_plausible
 from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.sensors import IDEAL
+from pneu_rig_ros.rig.sensors import IDEAL, sensor_noise
 
 
 class Condition(NamedTuple):
@@ -59,8 +56,8 @@ class Comparison:
     :param second: what to call the second run
     """
 
-    measured: Run
-    simulated: Run
+    measured: Compared
+    simulated: Compared
     gaps: Mapping[str, SignalGap]
     noise: Mapping[str, float]
     shift: float
@@ -70,10 +67,10 @@ class Comparison:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, SI units."""
         return {
-            'measured': self.measured.name,
-            'model': self.simulated.name,
-            'samples': int(self.measured.position.size),
-            'interval': self.measured.interval,
+            'measured': self.measured.recording.name,
+            'model': self.simulated.recording.name,
+            'samples': self.measured.recording.size,
+            'interval': self.measured.recording.interval,
             'shift': self.shift,
             'conditions': {c.name: {'value': c.value, 'unit': CONDITIONS[c.name].unit,
                                     'from': 'bag' if c.measured else 'model'}
@@ -104,18 +101,17 @@ def compare_with_model(
     :raises RigError: when the bag cannot be read, has no voltages to drive the model with, or its
         conditions are out of range
     """
-    record = read_record(bag)
-    if not record.counts.get('valve_voltages'):
+    recording = read_recording(bag)
+    if not recording.driven:
         raise RigError(f'{bag}: no valve_voltages in it, so that no model can be driven; '
                        'import it with u, or voltage_1 and voltage_2')  # fmt: skip
-    known = conditions_of(bag, record)
-    model = apply_conditions(configuration, known)
-    check_plausible(bag, signals_of(record), model)
-    measured = Run.of(str(bag), record, _rig(record, known) or model)
-    simulated = rerun(record, model, name)
+    model = apply_conditions(configuration, recording.conditions)
+    check_plausible(bag, recording.signals, model)
+    measured = replace(recording, name=str(bag), configuration=_rig(recording) or model)
+    simulated = rerun(recording, model, name)
+    noise = _sensors(recording.configuration or configuration)
     used = _all_conditions(model)
-    noise = _sensors(record, configuration)
-    return _compared(measured, simulated, noise, 0.0, known, used, 'simulated')
+    return _compared(measured, simulated, noise, 0.0, used, 'simulated')
 
 
 def compare_with_bag(
@@ -128,38 +124,40 @@ def compare_with_bag(
         command when not given
     :raises RigError: when one cannot be read, or they do not overlap
     """
-    records = read_record(bag), read_record(other)
-    known = [conditions_of(path, r) for path, r in zip((bag, other), records, strict=True)]
-    rigs = [_rig(r, k) for r, k in zip(records, known, strict=True)]
+    recordings = read_recording(bag), read_recording(other)
+    rigs = [_rig(recording) for recording in recordings]
     first, second = (
-        Run.of(str(path), record, rig or rigs[0] or rigs[1])
-        for path, record, rig in zip((bag, other), records, rigs, strict=True)
+        replace(recording, name=str(path), configuration=rig or rigs[0] or rigs[1])
+        for path, recording, rig in zip((bag, other), recordings, rigs, strict=True)
     )
-    late = shift_between(*records) if shift is None else shift
-    aligned = common(first, second, late)
-    used = _all_conditions(rigs[0]) if rigs[0] else known[0]
-    noise = _sensors(records[0], rigs[0] or rigs[1])
-    return _compared(*aligned, noise, late, known[0], used, 'second bag')
+    late = shift_between(first, second) if shift is None else shift
+    used = _all_conditions(rigs[0]) if rigs[0] else first.conditions
+    noise = _sensors(rigs[0] or rigs[1])
+    return _compared(*common(first, second, late), noise, late, used, 'second bag')
 
 
 def _compared(
-    measured: Run, simulated: Run, noise: tuple[float, float] | None, shift: float,
-    known: Mapping[str, float], used: Mapping[str, float], second: str,
+    measured: Recording, simulated: Recording, noise: tuple[float, float] | None, shift: float,
+    used: Mapping[str, float], second: str,
 ) -> Comparison:  # fmt: skip
-    levels = {} if noise is None else signal_noise(*noise, measured.interval, measured.balance)
+    rig = measured.configuration
+    balance = ForceBalance.of(rig) if rig else None
+    levels = {} if noise is None else signal_noise(*noise, measured.interval, balance)
+    known = measured.conditions
     conditions = tuple(Condition(name, value, name in known) for name, value in used.items())
-    gaps = compare_runs(measured, simulated, levels)
-    return Comparison(measured, simulated, gaps, levels, shift, conditions, second)
+    sides = compared(measured), compared(simulated)
+    gaps = compare_signals(sides[0].signals, sides[1].signals, levels)
+    return Comparison(*sides, gaps, levels, shift, conditions, second)
 
 
-def _rig(record: Record, conditions: Mapping[str, float]) -> RigConfiguration | None:
-    """Return the record's own rig under its conditions."""
-    return record.configuration and apply_conditions(record.configuration, conditions)
+def _rig(recording: Recording) -> RigConfiguration | None:
+    """Return the recording's own rig under its conditions."""
+    own = recording.configuration
+    return own and apply_conditions(own, recording.conditions)
 
 
-def _sensors(record: Record, other: RigConfiguration | None) -> tuple[float, float] | None:
+def _sensors(rig: RigConfiguration | None) -> tuple[float, float] | None:
     """Return the noise of position [m] and pressure [Pa]; None without any, or if unknown."""
-    rig = record.configuration or other
     return None if rig is None or rig.sensors.kind == IDEAL else sensor_noise(rig.sensors)
 
 

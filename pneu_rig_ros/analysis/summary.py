@@ -1,4 +1,4 @@
-"""What a record comes to in a few numbers."""
+"""What a recording comes to in a few numbers."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import friction_of
-from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
 from pneu_rig_ros.analysis.timing import measure_timing
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import WHOLE
 
 
 @dataclass(frozen=True)
 class Summary:
     """
-    The numbers of one record, SI units.
+    The numbers of one recording, SI units.
 
     :param cylinder: name of the cylinder, 'unknown' if the bag does not say
     :param friction_model: name of the plant's friction law, 'unknown' of a measured rig
     :param seed: of the sensor noise, 'unknown' of a measured rig
-    :param source: file that the record was imported from, None of a plant's
+    :param source: file that the recording was imported from, None of a plant's
     :param duration: from the first to the last sample [s]
     :param samples: on the sampling grid
     :param interval: sampling interval [s]
@@ -57,26 +58,27 @@ class Summary:
         return {key: None if value != value else value for key, value in data.items()}
 
 
-def summarise(record: Record) -> Summary:
-    """Return the summary of a record."""
-    known = record.configuration is not None
-    friction = friction_of(record) if known and record.position.size > 3 else None
-    cycles = find_cycles(record.position, record.interval, friction)
+def summarise(recording: Recording) -> Summary:
+    """Return the summary of a recording; RigError when it is that of a part of a rig."""
+    recording.require(*WHOLE)
+    known = recording.configuration is not None
+    friction = friction_of(recording) if known and recording.position.size > 3 else None
+    cycles = cycles_of(recording, friction)
     peaks = [cycle.peak_friction for cycle in cycles] if friction is not None else []
-    timing = measure_timing(record)
+    timing = measure_timing(recording)
     return Summary(
-        cylinder=record.metadata.get('cylinder', 'unknown'),
-        friction_model=record.metadata.get('friction_model', 'unknown'),
-        seed=record.metadata.get('seed', 'unknown'),
-        source=record.metadata.get('source'),
-        duration=record.duration,
-        samples=record.position.size,
-        interval=record.interval,
+        cylinder=recording.metadata.get('cylinder', 'unknown'),
+        friction_model=recording.metadata.get('friction_model', 'unknown'),
+        seed=recording.metadata.get('seed', 'unknown'),
+        source=recording.metadata.get('source'),
+        duration=recording.duration,
+        samples=recording.position.size,
+        interval=recording.interval,
         rate=timing.rate,
         jitter_p50=timing.jitter_p50,
         jitter_p99=timing.jitter_p99,
         lost=timing.lost,
-        travel=float(np.ptp(record.position)),
+        travel=float(np.ptp(recording.position)),
         peak_friction=max(peaks, default=None),
         cycles=tuple(cycles),
     )

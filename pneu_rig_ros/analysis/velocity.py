@@ -3,7 +3,8 @@ The speed of the piston, from the measured position alone.
 
 One window cannot serve creep of 1 mm/s and slips of 50 ms: the speed is the slope of a straight
 line through as many positions as are consistent with one (Lepski's method), at first ``WINDOW``,
-which leaves 0.4 mm/s of the noise and the 73 um steps of the rig's position sensor.
+which leaves 0.4 mm/s of the noise and the 73 um steps of the rig's position sensor. A sensor with
+more noise, or fewer samples, gets windows so much longer that they leave as little.
 """
 
 from __future__ import annotations
@@ -27,13 +28,19 @@ RESOLUTION = 0.3 / 4096
 """Smallest step of the rig's position sensor, 300 mm in 12 bits [m]."""
 
 NOISE = 29e-6
-"""Standard deviation of a measured position [m]: quantisation, and noise of 20 um."""
+"""Standard deviation of a position read by the rig [m]: quantisation, and noise of 20 um."""
+
+SPEED_NOISE = 4e-4
+"""A line fit of the shortest length leaves so much noise of the speed at most [m/s]."""
 
 CONSISTENT = 2.4
 """Two fits of the speed agree within so many standard deviations [-]."""
 
 LEAST_TRAVEL = 1e-3
 """A piston that went less far has not moved [m]."""
+
+LEAST_TRAVEL_TO_NOISE = 12.0
+"""Nor one that went less far than so many standard deviations of a reading [-]."""
 
 
 def velocity_of(position: Floats, interval: float, window: float = WINDOW) -> Floats:
@@ -45,7 +52,21 @@ def velocity_of(position: Floats, interval: float, window: float = WINDOW) -> Fl
     return slope
 
 
-def adaptive_velocity(position: Floats, interval: float, shortest: float = WINDOW) -> Floats:
+def window_for(interval: float, noise: float = NOISE) -> float:
+    """
+    Return the length of the shortest line fits that give the speed [s].
+
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]; one smaller than the rig's counts
+        as that
+    """
+    left = speed_noise(WINDOW, interval, noise)
+    return WINDOW * float(max(1.0, (left / SPEED_NOISE) ** (2 / 3)))
+
+
+def adaptive_velocity(
+    position: Floats, interval: float, shortest: float | None = None, noise: float = NOISE
+) -> Floats:
     """
     Return the velocity [m/s] by the longest line fits that all shorter ones agree with.
 
@@ -54,37 +75,46 @@ def adaptive_velocity(position: Floats, interval: float, shortest: float = WINDO
 
     :param position: measured position [m], shape (n,), equally spaced
     :param interval: sampling interval [s]
-    :param shortest: length of the shortest line fit [s]
+    :param shortest: length of the shortest line fit [s]; ``window_for`` when not given
+    :param noise: standard deviation of a measured position [m]
     """
+    shortest = shortest or window_for(interval, noise)
     velocity = velocity_of(position, interval, shortest)
     low, high = np.full_like(velocity, -np.inf), np.full_like(velocity, np.inf)
     agrees = np.ones(velocity.size, dtype=np.bool_)
     for factor in WIDENING:
         slope = velocity_of(position, interval, factor * shortest)
-        margin = CONSISTENT * speed_noise(factor * shortest, interval)
+        margin = CONSISTENT * speed_noise(factor * shortest, interval, noise)
         agrees &= (slope >= low) & (slope <= high)
         velocity = np.where(agrees, slope, velocity)
         low, high = np.maximum(low, slope - margin), np.minimum(high, slope + margin)
     return velocity
 
 
-def feed(position: Floats, interval: float) -> float:
+def feed(position: Floats, interval: float, noise: float = NOISE) -> float:
     """
     Return the mean speed V between the ends of the travel [m/s], 0 for a piston at rest.
 
     It is the speed at which the air feeds the piston.
     """
-    margin = LEAST_TRAVEL / 2
+    least = least_travel(noise)
+    margin = least / 2
     under_way = (position > position.min() + margin) & (position < position.max() - margin)
-    if np.ptp(position) < LEAST_TRAVEL or not under_way.any():
+    if np.ptp(position) < least or not under_way.any():
         return 0.0
-    return float(np.abs(velocity_of(position, interval, FEED_WINDOW))[under_way].mean())
+    window = FEED_WINDOW * window_for(interval, noise) / WINDOW
+    return float(np.abs(velocity_of(position, interval, window))[under_way].mean())
 
 
-def speed_noise(window: float, interval: float) -> float:
+def least_travel(noise: float = NOISE) -> float:
+    """Return how far a piston must go to have moved [m], with readings of such a noise [m]."""
+    return max(LEAST_TRAVEL, LEAST_TRAVEL_TO_NOISE * noise)
+
+
+def speed_noise(window: float, interval: float, noise: float = NOISE) -> float:
     """Return the standard deviation [m/s] of the slope of a line through a window [s]."""
     samples = _odd(window / interval)
-    return NOISE / interval * float(np.sqrt(12.0 / samples**3))
+    return max(noise, NOISE) / interval * float(np.sqrt(12.0 / samples**3))
 
 
 def running_mean(signal: Floats, interval: float, window: float) -> Floats:

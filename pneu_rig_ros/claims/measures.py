@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.analysis.stick_slip import find_rests
+from pneu_rig_ros.analysis.motion import find_rests
 from pneu_rig_ros.claims.experiments import INTERVAL, Stroke
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]

@@ -4,7 +4,7 @@ The paper's statements, each measured on simulated strokes.
 A statement holds when each of its findings does. What the text gives in words ("nearly
 unchanged", "extremely small") is put into a number in the finding itself, so that it can be read.
 Where a finding compares dwells or slips of strokes, these are the medians of each. A dwell is a
-rest of ``analysis.stick_slip``: slower than 1 mm/s for at least 60 ms.
+rest of ``analysis.motion``: slower than 1 mm/s for at least 60 ms.
 """
 
 from pneu_rig_ros.claims import captions, trends

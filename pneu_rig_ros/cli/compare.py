@@ -90,7 +90,8 @@ def _print(comparison: Comparison, page: Path | None) -> None:
     heads = '', '>measured', f'>{comparison.second}'
     output.print_table(output.table(heads, event_rows(comparison)))
     terminal.print()
-    rows = {'measured': comparison.measured.name, comparison.second: comparison.simulated.name}
+    sides = [side.recording.name for side in (comparison.measured, comparison.simulated)]
+    rows = {'measured': sides[0], comparison.second: sides[1]}
     rows['conditions'] = f',\n{"":<{output.NAME_WIDTH}}'.join(condition_texts(comparison)) or '-'
     if comparison.shift:
         rows['shifted by'] = f'{-comparison.shift:.3f} s'

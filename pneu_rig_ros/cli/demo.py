@@ -106,11 +106,11 @@ def _plant_parameters(cylinder: str, settings: dict[str, Any]) -> dict[str, Valu
 
 def _show(path: Path, as_json: bool, quiet: bool) -> None:
     from pneu_rig_ros.analysis.summary import summarise
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.report.figure import draw_stroke
 
-    record = read_record(path)
-    picture = draw_stroke(record, path / 'stroke.png')
+    recording = read_recording(path)
+    picture = draw_stroke(recording, path / 'stroke.png')
     if as_json or not quiet:
         files = {'bag': path, 'picture': picture}
-        output.tell_summary(summarise(record), files, as_json)
+        output.tell_summary(summarise(recording), files, as_json)

@@ -57,7 +57,7 @@ def plain(effect: Effect) -> dict[str, Any]:
     return {
         'title': effect.title,
         'balance': effect.balance.name.lower(),
-        'regimes': list(effect.regimes),
+        'regimes': [regime.label for regime in effect.regimes],
         'describes': effect.describes,
         'source': effect.source,
         'states': list(effect.states),

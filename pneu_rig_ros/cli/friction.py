@@ -12,7 +12,7 @@ from pneu_rig_ros.cli import options, output
 if TYPE_CHECKING:
     from pneu_rig_ros.analysis.friction import Floats
     from pneu_rig_ros.analysis.stick_slip import Cycle
-    from pneu_rig_ros.records import Record
+    from pneu_rig_ros.records import Recording
 
 
 @click.command(
@@ -37,33 +37,33 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     png = options.new_picture(png)
 
     from pneu_rig_ros.analysis.friction import friction_of
-    from pneu_rig_ros.analysis.stick_slip import find_cycles
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.analysis.stick_slip import cycles_of
+    from pneu_rig_ros.records import read_recording
 
-    record = read_record(bag)
-    force = friction_of(record)
-    cycles = find_cycles(record.position, record.interval, force)
+    recording = read_recording(bag)
+    force = friction_of(recording)
+    cycles = cycles_of(recording, force)
     files: dict[str, Path] = {}
     if csv:
-        files['csv'] = _write_csv(csv, record, force)
+        files['csv'] = _write_csv(csv, recording, force)
     if png:
         from pneu_rig_ros.report.figure import draw_stroke
 
-        files['picture'] = draw_stroke(record, png)
+        files['picture'] = draw_stroke(recording, png)
     if as_json:
         output.print_json(_plain(bag, force, cycles, files))
     else:
         _print(force, cycles, files)
 
 
-def _write_csv(path: Path, record: Record, force: Floats) -> Path:
+def _write_csv(path: Path, recording: Recording, force: Floats) -> Path:
     import numpy as np
 
     from pneu_rig_ros.errors import RigError
 
     head = 'time_s,position_m,velocity_m_per_s,pressure_1_Pa,pressure_2_Pa,friction_N'
-    signals = (record.time, record.position, record.velocity, record.pressure_1,
-               record.pressure_2, force)  # fmt: skip
+    signals = (recording.time, recording.position, recording.velocity, recording.pressure_1,
+               recording.pressure_2, force)  # fmt: skip
     try:
         np.savetxt(path, np.column_stack(signals), '%.9g', ',', header=head, comments='')
     except OSError as error:

@@ -10,8 +10,7 @@ import click
 from pneu_rig_ros.cli import options, output
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.records.grid import Grid
-    from pneu_rig_ros.records.table import Table
+    from pneu_rig_ros.records import Recording
 
 
 @click.command(
@@ -79,53 +78,54 @@ def import_(
 
     from pneu_rig_ros.records.conditions import read_conditions
     from pneu_rig_ros.records.importing import write_bag
-    from pneu_rig_ros.records.table import read_table
+    from pneu_rig_ros.records.reader import read_recording
 
     known = read_conditions(conditions) if conditions else {}
     configuration = options.load(cylinder, {}) if cylinder else None
-    table = read_table(source, mapping, known.get('atmospheric_pressure'))
-    bar = output.step_bar('samples', table.time.size, quiet=quiet)
+    recording = read_recording(source, mapping, known.get('atmospheric_pressure'))
+    bar = output.step_bar('samples', recording.size, quiet=quiet)
     with options.directory(out.parent), bar as progress:
-        grid = write_bag(table, out, known, configuration, progress)
+        write_bag(recording, out, known, configuration, progress)
+    data = _plain(recording, out)
     if as_json:
-        output.print_json(_plain(table, grid, out))
+        output.print_json(data)
     elif not quiet:
-        _print(table, grid, out)
+        _print(data)
 
 
-def _plain(table: Table, grid: Grid, out: Path) -> dict[str, Any]:
+def _plain(recording: Recording, out: Path) -> dict[str, Any]:
     from pneu_rig_ros.records.conditions import FILE_NAME, read_conditions
 
     file = out / FILE_NAME
+    missing = max((stamps.size for stamps in recording.missing.values()), default=0)
     return {
         'bag': str(out),
-        'source': table.source,
-        'signals': list(table.signals),
-        'samples': int(grid.sample.size),
-        'missing': grid.missing,
-        'interval': grid.interval_ns * 1e-9,
-        'duration': int(grid.sample[-1]) * grid.interval_ns * 1e-9,
+        'source': recording.metadata['source'],
+        'signals': list(recording.signals),
+        'samples': recording.size - missing,
+        'missing': missing,
+        'interval': recording.interval,
+        'duration': recording.duration,
         'conditions': read_conditions(file) if file.exists() else {},
-        'notes': [*table.notes, *([grid.note] if grid.note else [])],
+        'notes': list(recording.notes),
     }
 
 
-def _print(table: Table, grid: Grid, out: Path) -> None:
+def _print(data: dict[str, Any]) -> None:
     from pneu_rig_ros.records.conditions import CONDITIONS
-    from pneu_rig_ros.records.importing import COMPLETE
+    from pneu_rig_ros.records.recording import WHOLE
 
-    data = _plain(table, grid, out)
     conditions = [f'{name} {value:g} {CONDITIONS[name].unit}'
                   for name, value in data['conditions'].items()]  # fmt: skip
     rows = {
-        'signals': ', '.join(table.signals),
-        'samples': f'{grid.sample.size} every {grid.interval_ns * 1e-6:g} ms, '
+        'signals': ', '.join(data['signals']),
+        'samples': f'{data["samples"]} every {data["interval"] * 1e3:g} ms, '
         f'{data["duration"]:.2f} s',
         'conditions': ', '.join(conditions) or 'not given: those of the model will count',
     }
-    absent = [name for name in COMPLETE if name not in table]
+    absent = [name for name in WHOLE if name not in data['signals']]
     if absent:
-        rows['part of a rig'] = f'without {", ".join(absent)}; export and read_table take it'
+        rows['part of a rig'] = f'without {", ".join(absent)}; export and read_recording take it'
     for number, note in enumerate(data['notes']):
         rows['note' if number == 0 else f'note {number + 1}'] = note
-    output.print_values({**rows, 'bag': str(out)})
+    output.print_values({**rows, 'bag': data['bag']})

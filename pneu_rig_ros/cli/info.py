@@ -10,7 +10,7 @@ import click
 from pneu_rig_ros.cli import options, output
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.records import Record
+    from pneu_rig_ros.records import Recording
 
 
 @click.command(
@@ -24,29 +24,30 @@ if TYPE_CHECKING:
 def info(bag: Path, as_json: bool) -> None:
     """Tell what a bag holds: rig, topics, timing, losses, stick-slip cycles."""
     from pneu_rig_ros.analysis.summary import summarise
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
 
-    record = read_record(bag)
-    summary = summarise(record)
+    recording = read_recording(bag)
+    summary = summarise(recording)
     if as_json:
-        output.print_json({'bag': str(bag), **_origin(record), 'messages': dict(record.counts),
-                           'checksums': record.protected, **summary.to_dict()})  # fmt: skip
+        data = {'messages': dict(recording.counts), 'checksums': recording.protected}
+        output.print_json({'bag': str(bag), **_origin(recording), **data, **summary.to_dict()})
         return
     output.print_summary(summary, {'bag': bag})
-    origin = _origin(record)
+    origin = _origin(recording)
     text = f'pneu_rig_ros {origin["package_version"]}, revision {origin["git_revision"]}'
-    checked = 'of every message' if record.protected else 'none: changed bits would go unnoticed'
+    whole, lacking = 'of every message', 'none: changed bits would go unnoticed'
+    checked = whole if recording.protected else lacking
     output.print_values({'written by': text, 'checksums': checked})
     output.console().print()
-    _print_topics(record, summary.lost)
+    _print_topics(recording, summary.lost)
 
 
-def _origin(record: Record) -> dict[str, Any]:
+def _origin(recording: Recording) -> dict[str, Any]:
     keys = ('package_version', 'git_revision')
-    return {key: record.metadata.get(key, 'unknown') for key in keys}
+    return {key: recording.metadata.get(key, 'unknown') for key in keys}
 
 
-def _print_topics(record: Record, lost: dict[str, int]) -> None:
+def _print_topics(recording: Recording, lost: dict[str, int]) -> None:
     from rich import box
     from rich.table import Table
 
@@ -57,7 +58,7 @@ def _print_topics(record: Record, lost: dict[str, int]) -> None:
         table.add_column(name)
     for name in ('messages', 'lost'):
         table.add_column(name, justify='right')
-    for topic, count in record.counts.items():
+    for topic, count in recording.counts.items():
         missing = str(lost[topic]) if topic in lost else output.NOT_KNOWN
         table.add_row(topic, TOPICS[topic].type, str(count), missing)
     output.console().print(table)

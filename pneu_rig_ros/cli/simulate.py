@@ -43,18 +43,18 @@ def simulate(
     path = options.bag_path(out, cylinder)
 
     from pneu_rig_ros.analysis.summary import summarise
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.simulate import simulate as run
 
     title = f'{configuration.name} at u = {u:g} V'
     bar = output.progress_bar(title, duration, quiet)
     with options.directory(path.parent), bar as progress:
         run(configuration, u, duration, path, progress)
-    record = read_record(path)
+    recording = read_recording(path)
     files = {'bag': path}
     if picture:
         from pneu_rig_ros.report.figure import draw_stroke
 
-        files['picture'] = draw_stroke(record, picture)
+        files['picture'] = draw_stroke(recording, picture)
     if as_json or not quiet:
-        output.tell_summary(summarise(record), files, as_json)
+        output.tell_summary(summarise(recording), files, as_json)

@@ -40,9 +40,9 @@ def view(
     title = bag.stem if bag.suffix == '.mcap' else bag.name
     page = options.new_file(out or bag.with_name(f'{title}.html'), '--out')
 
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.report.view_page import write_view
 
-    write_view(page, read_record(bag), title, start, stop)
+    write_view(page, read_recording(bag), title, start, stop)
     if not quiet:
         output.print_values({'page': str(page)})

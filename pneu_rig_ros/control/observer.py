@@ -13,7 +13,7 @@ measurement, as in multiple shooting, but no more often than needed to see what 
   velocity and pressures are set to the measured ones, and the bristle goes on as it is.
 - A hole in the samples, or their start, is bridged by waiting for a rest.
 
-What is measured is averaged over ``WINDOW``, so that noise is not fed into the model.
+What is measured is averaged over 50 ms, so that noise is not fed into the model.
 """
 
 from __future__ import annotations
@@ -24,18 +24,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pneu_rig_ros.analysis.motion import REST_SPEED
+from pneu_rig_ros.control.rest import RestDetector
 from pneu_rig_ros.model import follow
 from pneu_rig_ros.model.plant import Plant, PlantState
 from pneu_rig_ros.rig.configuration import RigConfiguration, override
-
-WINDOW = 0.05
-"""Length of the means and line fits that the model is restarted from [s]."""
-
-REST = 1e-3
-"""Measured speed below which the piston rests [m/s]."""
-
-MOTION = 3.0
-"""A piston faster than this multiple of the speed of rest moves [-]."""
+from pneu_rig_ros.rig.sensors import sensor_noise
 
 HORIZON = 1.0
 """Default longest prediction of a piston that does not come to rest [s]."""
@@ -51,40 +45,24 @@ class Measured(NamedTuple):
 
 class Window:
     """
-    The latest samples: is the piston at rest, and where exactly is everything?
+    The latest samples: where exactly is everything?
 
+    :param size: samples of the line fits
     :param interval: sampling interval [s]
     """
 
-    def __init__(self, interval: float) -> None:
-        self._size = max(2, round(WINDOW / interval))
-        self._interval = interval
-        self._samples: deque[Measured] = deque(maxlen=2 * self._size)
-        self._sums = [0.0, 0.0]
-        ages = interval * (np.arange(self._size) - (self._size - 1))
-        self._design = np.linalg.pinv(np.column_stack([np.ones(self._size), ages]))
+    def __init__(self, size: int, interval: float) -> None:
+        self._samples: deque[Measured] = deque(maxlen=size)
+        ages = interval * (np.arange(size) - (size - 1))
+        self._design = np.linalg.pinv(np.column_stack([np.ones(size), ages]))
 
-    def push(self, measured: Measured) -> float | None:
-        """Take the next sample; return the speed [m/s] as soon as the window is full."""
-        samples, size = self._samples, self._size
-        full = len(samples) == 2 * size
-        older, newer = self._sums
-        if full:
-            older += samples[size].position - samples[0].position
-            newer += measured.position - samples[size].position
-        samples.append(measured)
-        if not full:
-            positions = [sample.position for sample in samples]
-            older, newer = sum(positions[:size]), sum(positions[size:])
-        self._sums = [older, newer]
-        if len(samples) < 2 * size:
-            return None
-        return (newer - older) / (size * size * self._interval)
+    def push(self, measured: Measured) -> None:
+        """Take the next sample."""
+        self._samples.append(measured)
 
     def state(self) -> tuple[float, float, float, float]:
-        """Return x [m], v [m/s], p1, p2 [Pa] now, by line fits over the newer half."""
-        newer = np.array(list(self._samples)[self._size :])
-        (x, p1, p2), (v, _, _) = self._design @ newer
+        """Return x [m], v [m/s], p1, p2 [Pa] now, by line fits over a full window."""
+        (x, p1, p2), (v, _, _) = self._design @ np.array(self._samples)
         return float(x), float(v), float(p1), float(p2)
 
     def clear(self) -> None:
@@ -96,7 +74,7 @@ class Observer:
     """
     The model beside the rig.
 
-    :param configuration: the model; its sensors play no part
+    :param configuration: the model; its sensors tell how noisy what is measured is
     :param horizon: longest prediction of a piston that does not come to rest [s]
     """
 
@@ -107,7 +85,8 @@ class Observer:
         self._horizon = horizon
         self._plant = Plant(configuration.model, configuration.effects)
         self._warm_up()
-        self._window = Window(self._interval)
+        self._rest = RestDetector(self._interval, sensor_noise(configuration.sensors)[0])
+        self._window = Window(self._rest.size, self._interval)
         self.reset()
 
     def _warm_up(self) -> None:
@@ -120,9 +99,9 @@ class Observer:
 
     def reset(self) -> None:
         """Forget the rig: wait for its next rest."""
+        self._rest.reset()
         self._window.clear()
         self._running = False
-        self._resting = True  # until it is seen to move
         self._fastest = 0.0
         self._sliding = math.inf
         self._held = math.inf
@@ -154,9 +133,11 @@ class Observer:
         :param measured: the sample
         """
         state = self._advance(voltages) if self._running else None
-        speed = self._window.push(measured)
+        rested = self._rest.resting
+        self._window.push(measured)
+        speed = self._rest.push(measured.position)
         if speed is not None:
-            self._compare(abs(speed))
+            self._compare(speed, rested)
         return state
 
     def _advance(self, voltages: tuple[float, float]) -> PlantState:
@@ -170,13 +151,15 @@ class Observer:
         self._held = self._held + self._interval if state.sticking else 0.0
         return state
 
-    def _compare(self, speed: float) -> None:
-        """Decide whether the model goes on from the measured state."""
-        came_to_rest = speed < REST and not (self._resting and self._running)
-        if came_to_rest:
-            self._resting = True
-        elif self._resting and speed > MOTION * REST:
-            self._resting, self._fastest, self._sliding = False, speed, 0.0
+    def _compare(self, speed: float, rested: bool) -> None:
+        """
+        Decide whether the model goes on from the measured state.
+
+        :param rested: whether the piston rested before this sample
+        """
+        came_to_rest = speed < REST_SPEED and not (rested and self._running)
+        if rested and not self._rest.resting:
+            self._fastest, self._sliding = speed, 0.0
         self._fastest = max(speed, self._fastest)
         self._sliding += self._interval
         if came_to_rest:
@@ -186,7 +169,7 @@ class Observer:
             self._restart(follow.HOLD | (follow.BREAK if missed else 0))
         elif (
             self._running
-            and not self._resting
+            and not self._rest.resting
             and min(self._sliding, self._since_restart) >= self._horizon
         ):
             self._restart(follow.MOTION | follow.PRESSURES)

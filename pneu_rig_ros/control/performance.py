@@ -1,16 +1,12 @@
 """How well a position was controlled, from true or measured positions."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import Floats
-
-REST = 3e-3
-"""A piston slower than this rests [m/s]; creep and sensor noise stay below it."""
-
-WINDOW = 0.046
-"""Length of the two means of the position whose difference is the speed [s]."""
+from pneu_rig_ros.control.rest import RestDetector
 
 
 class Tracking(NamedTuple):
@@ -36,13 +32,17 @@ def tracking(reference: Floats, position: Floats, interval: float) -> Tracking:
     :param interval: sampling interval [s]
     """
     error = reference - position
-    lag = max(1, round(WINDOW / interval))
-    means = np.convolve(position, np.full(lag, 1.0 / lag), mode='valid')
-    speed = np.abs(means[lag:] - means[:-lag]) / (lag * interval)
-    moving = speed > REST
     return Tracking(
         rms_error=float(np.sqrt(np.mean(error**2))),
         max_error=float(np.abs(error).max()),
         wander=float(np.ptp(position)),
-        slips=int(np.count_nonzero(moving[1:] & ~moving[:-1])),
+        slips=_slips(position, interval),
     )
+
+
+def _slips(position: Floats, interval: float) -> int:
+    """Count how often the piston set off; one that moves already from the first has not."""
+    detector = RestDetector(interval)
+    decided = ((detector.push(place), detector.resting) for place in position.tolist())
+    states = [resting for speed, resting in decided if speed is not None]
+    return sum(before and not after for before, after in pairwise(states))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from pneu_rig_ros.control.observer import Measured
 from pneu_rig_ros.model.plant import PlantState
-from pneu_rig_ros.rig.sensors import Channel, Sensors
+from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
 
 SIGNALS = ('position', 'pressure_1', 'pressure_2')
 
@@ -39,10 +39,8 @@ class NoiseBand:
     """
 
     def __init__(self, sensors: Sensors, multiple: float) -> None:
-        levels = 2.0**sensors.resolution
-        position = Channel(sensors.position_span, levels, 1.0, sensors.position_noise)
-        pressure = Channel(sensors.pressure_span, levels, 1.0, sensors.pressure_noise)
-        self._noise = [multiple * c.variance**0.5 for c in (position, pressure, pressure)]
+        position, pressure = sensor_noise(sensors)
+        self._noise = [multiple * level for level in (position, pressure, pressure)]
         self._classes = (
             sensors.position_class, sensors.pressure_class, sensors.pressure_class
         )  # fmt: skip

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
 from typing import Any, NamedTuple
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import compiled
 
 
@@ -49,6 +50,21 @@ class Balance(Enum):
     def unit(self) -> str:
         """Unit of the pair; two units where the two differ."""
         return self.value.removesuffix(' (read)')
+
+
+class Regime(IntEnum):
+    """Regime of motion of the piston; `analysis.motion` says how each is told from the others."""
+
+    DWELL = 0
+    PRESLIDING = 1
+    BREAKAWAY = 2
+    SLIDING = 3
+    END_STOP = 4
+
+    @property
+    def label(self) -> str:
+        """Name for people, such as 'end stop'."""
+        return self.name.lower().replace('_', ' ')
 
 
 class Need(Enum):
@@ -167,7 +183,7 @@ class Effect:
 
     :param title: a short sentence
     :param balance: where the contribution enters
-    :param regimes: where it must show: any of dwell, presliding, breakaway, sliding, end stop
+    :param regimes: where it must show
     :param source: literature
     :param parameters: ``NamedTuple`` class, each field ``Annotated`` with its ``Quantity``
     :param null: the parameters with which the effect vanishes exactly
@@ -180,11 +196,12 @@ class Effect:
     :param needs: without any of which it does not show in a part of a rig
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
         compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
+    :raises RigError: when the regimes are not some of :class:`Regime`, each once
     """
 
     title: str
     balance: Balance
-    regimes: tuple[str, ...]
+    regimes: tuple[Regime, ...]
     source: str
     parameters: type[Any]
     null: Any
@@ -196,3 +213,11 @@ class Effect:
     states: tuple[str, ...] = ()
     describes: bool = False
     needs: tuple[Need, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the regimes, which a fit and its report rely on."""
+        known = all(isinstance(regime, Regime) for regime in self.regimes)
+        if not self.regimes or not known or len(set(self.regimes)) < len(self.regimes):
+            allowed = ', '.join(f'Regime.{regime.name}' for regime in Regime)
+            raise RigError(f'effect "{self.title}": regimes {self.regimes!r}, must be some of '
+                           f'{allowed}, each once')  # fmt: skip

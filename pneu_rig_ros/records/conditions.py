@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol, cast
+from typing import cast
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
@@ -37,29 +37,20 @@ CONDITIONS: dict[str, Quantity] = {
 """Name -> unit, range and meaning; pressures absolute."""
 
 
-class Described(Protocol):
-    """A record or a table: what its bag says of the run besides the signals."""
-
-    @property
-    def metadata(self) -> Mapping[str, str]:
-        """Custom data of the bag."""
-
-    @property
-    def configuration(self) -> RigConfiguration | None:
-        """The rig, where the bag holds it."""
-
-
-def conditions_of(path: Path | str, read: Described) -> dict[str, float]:
+def conditions_of(
+    path: Path | str, configuration: RigConfiguration | None, metadata: Mapping[str, str]
+) -> dict[str, float]:
     """
     Return the conditions of a run that are known, SI units, absolute pressures.
 
     :param path: the bag's directory, a file in it, or a text table
-    :param read: what was read from it
+    :param configuration: the rig, where the bag holds it
+    :param metadata: custom data of the bag
     :return: name of :data:`CONDITIONS` -> value
     :raises RigError: when a source holds anything else
     """
-    found = _configured(read.configuration)
-    text = read.metadata.get('conditions')
+    found = _configured(configuration)
+    text = metadata.get('conditions')
     if text:
         found |= parse_conditions(text, f'{path}: metadata conditions')
     return found | conditions_beside(path)

@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.conditions import conditions_of, format_conditions
-from pneu_rig_ros.records.mapping import SIGNALS
-from pneu_rig_ros.records.reader import read_record
-from pneu_rig_ros.records.record import UNITS, Floats, Record
-from pneu_rig_ros.records.table import read_table, uniform
+from pneu_rig_ros.records.conditions import format_conditions
+from pneu_rig_ros.records.reader import read_recording
+from pneu_rig_ros.records.recording import SIGNALS, Recording
 
 
 class Column(NamedTuple):
@@ -57,34 +55,16 @@ def read_signals(bag: Path | str) -> Signals:
 
     :raises RigError: when it is no bag, or is cut off
     """
-    table = uniform(read_table(bag))
-    if not {'position', 'pressure_1', 'pressure_2'} <= set(table.signals):
-        stamps = table.epoch_ns + np.round(table.time * 1e9).astype(np.int64)
-        return Signals(_columns(stamps, table.time, table.signals), {})
-    record = read_record(bag)
-    signals = {name: getattr(record, name) for name in UNITS}
-    others = {name: values for name, values in table.signals.items() if name not in signals}
-    if table.time.shape == record.time.shape:
-        signals |= others
-    conditions = format_conditions(conditions_of(bag, record))
-    metadata = dict(record.metadata) | {'conditions': conditions}
-    return Signals(_columns(record.stamps, record.time, _recorded(record, signals)), metadata)
+    recording = read_recording(bag)
+    conditions = format_conditions(recording.conditions)
+    metadata = {**recording.metadata, 'conditions': conditions}
+    return Signals(_columns(recording), metadata)
 
 
-def _recorded(record: Record, signals: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Leave out what the bag has no message of."""
-    nothing = {'friction'} if np.isnan(record.friction).all() else set()
-    if not record.counts.get('valve_voltages'):
-        nothing |= {'voltage_1', 'voltage_2'}
-    return {name: values for name, values in signals.items() if name not in nothing}
-
-
-def _columns(
-    stamps: NDArray[np.int64], time: Floats, signals: Mapping[str, Floats]
-) -> list[Column]:
-    first = [Column('stamp', 'ns', stamps), Column('time', 's', time)]
-    return first + [Column(name, SIGNALS[name], signals[name])
-                    for name in SIGNALS if name in signals]  # fmt: skip
+def _columns(recording: Recording) -> list[Column]:
+    first = [Column('stamp', 'ns', recording.stamps), Column('time', 's', recording.time)]
+    return first + [Column(name, SIGNALS[name], recording[name])
+                    for name in SIGNALS if name in recording]  # fmt: skip
 
 
 def write_csv(signals: Signals, path: Path) -> Path:

@@ -1,7 +1,7 @@
 """
 The uniform sampling grid under stamps that somebody else took.
 
-A record's samples lie at ``start + k * interval`` exactly. Stamps that do so but for their own
+A recording's samples lie at ``start + k * interval`` exactly. Stamps that do so but for their own
 rounding, or with samples missing, are put on that grid as they are. Stamps that jitter by more are
 taken as the times of the samples, and the signals are interpolated onto the grid.
 """
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.record import Floats, Stamps, check_gaps
+from pneu_rig_ros.records.recording import Floats, Stamps
 
 HELD = ('u', 'voltage_1', 'voltage_2')
 """Signals that keep their value until the next one; the others are interpolated linearly."""
@@ -25,6 +25,28 @@ JITTER = 0.02
 
 LONGEST = 4e9
 """Most seconds from the epoch to a sample: in nanoseconds it must be a 64-bit number."""
+
+
+MOST_MISSING = 1_000_000
+"""So many samples may be missing beside ten for each that there is."""
+
+
+class Columns(NamedTuple):
+    """
+    Signals as they were read, at instants that somebody else took.
+
+    :param time: [s], shape (n,), increasing
+    :param signals: name -> values, SI units, absolute pressures, shape (n,) each
+    :param epoch_ns: what the time counts from [ns since 1970], 0 where it is not known
+    :param gauge: whether there were gauge pressures among them
+    :param notes: what a person should know of the reading
+    """
+
+    time: Floats
+    signals: Mapping[str, Floats]
+    epoch_ns: int
+    gauge: bool
+    notes: tuple[str, ...] = ()
 
 
 class Grid(NamedTuple):
@@ -45,27 +67,43 @@ class Grid(NamedTuple):
     note: str
 
     @property
-    def missing(self) -> int:
-        """Number of samples that the grid has and the signals have not."""
-        return int(self.sample[-1]) + 1 - self.sample.size
+    def size(self) -> int:
+        """Number of samples of the grid."""
+        return int(self.sample[-1]) + 1
 
-    def filled(self) -> tuple[Floats, dict[str, Floats]]:
-        """Return time since sample 0 [s] and the signals without gaps, shape (m,)."""
-        every = np.arange(int(self.sample[-1]) + 1)
-        known, wanted = self.sample.astype(np.float64), every.astype(np.float64)
-        signals = {name: resample(wanted, known, v, name) for name, v in self.signals.items()}
-        return np.asarray(wanted * (self.interval_ns * 1e-9), dtype=np.float64), signals
+    @property
+    def missing(self) -> Stamps:
+        """Stamps of the samples that the grid has and the signals have not [ns]."""
+        numbers = np.setdiff1d(np.arange(self.size), self.sample, assume_unique=True)
+        return np.asarray(self.start_ns + self.interval_ns * numbers, dtype=np.int64)
+
+    def filled(self) -> dict[str, Floats]:
+        """Return the signals without gaps, shape (size,) each."""
+        wanted, known = np.arange(self.size, dtype=np.float64), self.sample.astype(np.float64)
+        return {name: resample(wanted, known, v, name) for name, v in self.signals.items()}
 
 
-def to_grid(time: Floats, signals: Mapping[str, Floats], epoch_ns: int = 0) -> Grid:
+def check_gaps(wanted: int, there: int) -> None:
+    """
+    Raise RigError when far more samples are missing than there are: some stamp must be wrong.
+
+    :param wanted: samples from the first stamp to the last
+    :param there: samples that there are
+    """
+    if wanted > 10 * there + MOST_MISSING:
+        raise RigError(f'{there} samples are stamped as if they were {wanted}: is a stamp wrong, '
+                       'or were two recordings put together?')  # fmt: skip
+
+
+def to_grid(columns: Columns) -> Grid:
     """
     Put signals on the uniform grid of their own sampling interval.
 
-    :param time: [s], shape (n,), increasing
-    :param signals: name -> values, each of shape (n,)
-    :param epoch_ns: what the time counts from [ns]
-    :raises RigError: when the stamps are so uneven that there is no such grid
+    :raises RigError: when the stamps are so uneven that there is no such grid, or too few
     """
+    time, signals = columns.time, columns.signals
+    if time.size < 2:
+        raise RigError(f'{time.size} samples, at least 2 are needed')
     steps = np.diff(time)
     if np.abs(time).max() > LONGEST:
         raise RigError(
@@ -87,7 +125,7 @@ def to_grid(time: Floats, signals: Mapping[str, Floats], epoch_ns: int = 0) -> G
             f'time steps of {_ms(steps.min())} to {_ms(steps.max())} ms: interpolated onto '
             f'steps of {_ms(interval_ns * 1e-9)} ms'
         )
-    start_ns = epoch_ns + round(float(time[0]) * 1e9)
+    start_ns = columns.epoch_ns + round(float(time[0]) * 1e9)
     if start_ns < 0:
         notes.append(f'time starts at {time[0]:g} s; moved to 0 s')
         start_ns = 0

@@ -31,23 +31,9 @@ from typing import Any
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
+from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.units import convert
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
-
-SIGNALS = {
-    'position': 'm',
-    'velocity': 'm/s',
-    'pressure_1': 'Pa',
-    'pressure_2': 'Pa',
-    'u': 'V',
-    'voltage_1': 'V',
-    'voltage_2': 'V',
-    'force': 'N',
-    'friction': 'N',
-}
-"""Signal that can be mapped -> its SI unit; a `force` is measured, `friction` estimated."""
-
-PRESSURES = ('pressure_1', 'pressure_2')
 
 SEPARATORS = {',': ',', ';': ';', '\t': '\t', ' ': ' ', 'comma': ',', 'semicolon': ';',
               'tab': '\t', 'blank': ' ', 'space': ' '}  # fmt: skip
@@ -103,7 +89,7 @@ class TableMapping:
     A mapping file, checked.
 
     :param origin: what to call it in an error
-    :param signals: name of :data:`SIGNALS` -> where it is
+    :param signals: name of `recording.SIGNALS` -> where it is
     :param time: column of the time, None where the interval says it, or in a bag
     :param interval: [s], None where a column says the time
     :param layout: of a text table

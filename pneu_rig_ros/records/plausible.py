@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.record import Record
 from pneu_rig_ros.rig import RigConfiguration
 
 Floats = NDArray[np.float64]
@@ -21,11 +20,6 @@ BEYOND = 0.25
 """How far beyond the end stops a position may be, as a share of the stroke [-]."""
 LEAST, MOST = 0.5, 5.0
 """Of absolute pressures: in pressures of the surroundings, and of the supply [-]."""
-
-
-def signals_of(record: Record) -> dict[str, Floats]:
-    """Return the signals of a record that can be impossible."""
-    return {name: getattr(record, name) for name in ('position', 'pressure_1', 'pressure_2')}
 
 
 def check_plausible(

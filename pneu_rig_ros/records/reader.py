@@ -1,219 +1,117 @@
-"""Reads a bag into a `Record`: messages in any order, signals on one sampling grid out."""
+"""The one reader: a bag of any rig, or a text table, into a `Recording`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import wire
-from pneu_rig_ros.records.bag import custom_data, find_namespace, open_bag
-from pneu_rig_ros.records.description import configuration_in
-from pneu_rig_ros.records.integrity import unprotected_messages
-from pneu_rig_ros.records.record import (
-    NEVER,
-    UNITS,
-    Floats,
-    Record,
-    Stamps,
-    check_gaps,
-    check_stamps,
+from pneu_rig_ros.records.conditions import (
+    BAG_FILES,
+    conditions_beside,
+    conditions_of,
+    with_zero,
 )
-from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.records.description import configuration_in
+from pneu_rig_ros.records.grid import Columns, to_grid
+from pneu_rig_ros.records.mapped_bag import read_mapped_bag
+from pneu_rig_ros.records.mapping import TableMapping, read_mapping
+from pneu_rig_ros.records.own_bag import holds_rig, read_own_bag
+from pneu_rig_ros.records.recording import NEVER, Recording
+from pneu_rig_ros.records.text_table import read_columns
+from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE
 
-SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
-"""Topics without which there is no record."""
-
-
-class Stream(NamedTuple):
-    """One topic: m messages in the order of their arrival."""
-
-    arrival_ns: Stamps
-    """Shape (m,)."""
-    values: Floats
-    """Shape (m, number of values)."""
-    stamps: Stamps
-    """Shape (m,); empty for messages without a stamp."""
+UNPROTECTED = 'no checksums: changed bits would not be noticed'
 
 
-def _joint_state(cdr: bytes) -> tuple[int, float, float]:
-    reading = wire.unpack_joint_state(cdr)
-    return reading.stamp_ns, reading.position, reading.velocity
-
-
-def _effort(cdr: bytes) -> tuple[int, float]:
-    reading = wire.unpack_joint_state(cdr)
-    return reading.stamp_ns, reading.effort
-
-
-def _pressure(cdr: bytes) -> tuple[int, float]:
-    reading = wire.unpack_fluid_pressure(cdr)
-    return reading.stamp_ns, reading.pressure
-
-
-_DECODERS: dict[str, Callable[[bytes], tuple[Any, ...]]] = {
-    'joint_states': _joint_state,
-    'chamber_1/pressure': _pressure,
-    'chamber_2/pressure': _pressure,
-    'friction': _effort,
-    'valve_voltages': lambda cdr: (0, *wire.unpack_valve_voltages(cdr)),
-}
-
-
-def read_record(path: Path | str) -> Record:
+def read_recording(
+    path: Path | str,
+    mapping: Path | str | Mapping[str, Any] | TableMapping | None = None,
+    atmospheric_pressure: float | None = None,
+) -> Recording:
     """
-    Read a complete bag.
+    Read a bag or a text table.
 
-    :param path: the bag's directory, or a file in it
-    :raises RigError: when it is no bag, is cut off, or holds no rig's signals
+    :param path: a bag's directory or a file in it, or a text file
+    :param mapping: where the signals are: a YAML file, or what it would hold. A bag with the
+        topics of this project needs none
+    :param atmospheric_pressure: zero of gauge pressures [Pa] where neither the mapping nor the
+        conditions beside the data say it; 1e5 Pa when not given
+    :raises RigError: in one line for what is wrong in the file or in the mapping
     """
-    with open_bag(path) as reader:
-        namespace = find_namespace(reader.connections)
-        metadata = custom_data(reader)
-        protected = not unprotected_messages(reader)
-        counts = _counts(reader, namespace)
-        try:
-            streams = _streams(reader, namespace)
-        except RigError as error:
-            raise RigError(f'{path}: {error}') from error
+    path = Path(path)
+    if mapping is None:
+        if path.exists() and not is_bag(path):
+            raise RigError(f'{path} is no bag; give its directory, or turn it into one: pneu-rig '
+                           'import; a mapping must say which column is what')  # fmt: skip
+        if holds_rig(path):
+            return _rig(path)
+    known = read_mapping(mapping) if mapping is not None else None
+    zero = _zero(path, known, atmospheric_pressure)
+    if is_bag(path):
+        bag = read_mapped_bag(path, known, zero)
+        return _gridded(path, bag.columns, zero, bag.metadata, bag.protected)
+    assert known is not None
+    return _gridded(path, read_columns(path, known, zero), zero, {}, True)
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path is that of a bag, or of a file in one, and not of a text table."""
+    return path.is_dir() or path.suffix in (*BAG_FILES, '.bag') or path.name == 'metadata.yaml'
+
+
+def name_of(path: Path) -> str:
+    """Return what to call the run in a bag's directory, in a file of one or in a text table."""
+    if path.suffix in BAG_FILES or path.name == 'metadata.yaml':
+        return path.resolve().parent.name
+    return path.resolve().name if path.is_dir() else path.stem
+
+
+def _zero(path: Path, mapping: TableMapping | None, given: float | None) -> float:
+    own = mapping.atmospheric_pressure if mapping else None
+    beside = conditions_beside(path).get('atmospheric_pressure')
+    known = (value for value in (own, beside, given) if value is not None)
+    return next(known, STANDARD_ATMOSPHERE)
+
+
+def _rig(path: Path) -> Recording:
+    bag = read_own_bag(path)
+    configuration = configuration_in(bag.metadata)
+    return Recording(
+        name=name_of(path),
+        configuration=configuration,
+        conditions=conditions_of(path, configuration, bag.metadata),
+        **bag._asdict(),
+    )
+
+
+def _gridded(
+    path: Path, columns: Columns, zero: float, metadata: Mapping[str, str], protected: bool
+) -> Recording:
+    """Return columns on the uniform grid of their own, with the conditions of their run."""
+    configuration = configuration_in(metadata)
+    known = conditions_of(path, configuration, metadata)
+    surroundings = zero if columns.gauge else None
     try:
-        return _align(streams, counts, metadata, protected)
+        grid = to_grid(columns)
+        conditions = with_zero(known, surroundings)
     except RigError as error:
         raise RigError(f'{path}: {error}') from error
-
-
-def _counts(reader: Reader, namespace: str) -> dict[str, int]:
-    present = {c.topic: c.msgcount for c in reader.connections}
-    names = {topic: topic if topic.startswith('/') else f'{namespace}/{topic}' for topic in TOPICS}
-    return {topic: present[name] for topic, name in names.items() if name in present}
-
-
-def _streams(reader: Reader, namespace: str) -> dict[str, Stream]:
-    """Decode the topics of a record in one pass over the bag."""
-    names = {f'{namespace}/{topic}': topic for topic in _DECODERS}
-    connections = [c for c in reader.connections if c.topic in names]
-    arrivals: dict[str, list[int]] = {topic: [] for topic in _DECODERS}
-    rows: dict[str, list[tuple[Any, ...]]] = {topic: [] for topic in _DECODERS}
-    for connection in connections:
-        _check_type(connection, names[connection.topic])
-    for connection, arrival_ns, cdr in reader.messages(connections):
-        topic = names[connection.topic]
-        arrivals[topic].append(arrival_ns)
-        try:
-            rows[topic].append(_DECODERS[topic](cdr))
-        except RigError as error:
-            number = len(rows[topic]) + 1
-            raise RigError(f'{connection.topic}: message {number}: {error}') from error
-    for connection in connections:
-        found = len(rows[names[connection.topic]])
-        if found != connection.msgcount:
-            raise RigError(f'{connection.topic}: {found} messages, the index says '
-                           f'{connection.msgcount}')  # fmt: skip
-    return {topic: _stream(arrivals[topic], rows[topic]) for topic in _DECODERS}
-
-
-def _check_type(connection: Connection, topic: str) -> None:
-    if connection.msgtype != TOPICS[topic].type:
-        raise RigError(f'{connection.topic} is {connection.msgtype}, must be {TOPICS[topic].type}')
-
-
-def _stream(arrivals: list[int], rows: list[tuple[Any, ...]]) -> Stream:
-    stamps, *values = zip(*rows, strict=True) if rows else ((), ())
-    return Stream(
-        np.array(arrivals, dtype=np.int64),
-        np.array(values, dtype=np.float64).T,
-        np.array(stamps, dtype=np.int64),
-    )
-
-
-def _align(
-    streams: dict[str, Stream], counts: dict[str, int], metadata: dict[str, str], protected: bool
-) -> Record:
-    for topic in SAMPLED:
-        if streams[topic].stamps.size == 0:
-            raise RigError(
-                f'no message on {topic}: was the plant running and unpaused, '
-                'or is this a part of a rig?'
-            )
-    configuration = configuration_in(metadata)
-    interval = _interval(streams['joint_states'].stamps, configuration)
-    start = min(int(streams[topic].stamps.min()) for topic in SAMPLED)
-    end = max(int(streams[topic].stamps.max()) for topic in SAMPLED)
-    for topic in (*SAMPLED, 'friction'):
-        check_stamps(streams[topic].stamps, start, interval, topic)
-    check_gaps((end - start) // interval + 1, streams['joint_states'].stamps.size)
-    grid = np.arange(start, end + 1, interval, dtype=np.int64)
-    joint, cap, rod = (streams[topic] for topic in SAMPLED)
+    stamps = grid.start_ns + grid.interval_ns * np.arange(grid.size, dtype=np.int64)
     arrival = np.full(grid.size, NEVER, dtype=np.int64)
-    arrival[(joint.stamps - start) // interval] = joint.arrival_ns
-    voltages = _hold(streams['valve_voltages'], arrival)
-    signals = {
-        'position': _fill(joint, 0, grid),
-        'velocity': _fill(joint, 1, grid),
-        'pressure_1': _fill(cap, 0, grid),
-        'pressure_2': _fill(rod, 0, grid),
-        'voltage_1': voltages[:, 0].copy(),
-        'voltage_2': voltages[:, 1].copy(),
-        'friction': _place(streams['friction'], grid, interval),
-    }
-    assert set(signals) == set(UNITS)
-    missing = {
-        topic: np.setdiff1d(grid, streams[topic].stamps, assume_unique=True)
-        for topic in (*SAMPLED, 'friction')
-        if counts.get(topic)
-    }
-    return Record(
-        start_ns=start,
-        interval_ns=interval,
+    arrival[grid.sample] = stamps[grid.sample]
+    notes = (*columns.notes, grid.note, '' if protected else UNPROTECTED)
+    return Recording(
+        name_of(path), grid.start_ns, grid.interval_ns, grid.filled(),
+        missing=dict.fromkeys(grid.signals, grid.missing),
         arrival_ns=arrival,
-        missing=missing,
-        counts=counts,
+        metadata={'source': str(path), **metadata},
         configuration=configuration,
-        metadata=metadata,
         protected=protected,
-        **signals,
-    )
-
-
-def _interval(stamps: Stamps, configuration: RigConfiguration | None) -> int:
-    """Return the sampling interval [ns]: the configured one, else the shortest step."""
-    if configuration is not None:
-        return configuration.interval_ns
-    if stamps.size < 2:
-        raise RigError('one sample and no configuration: the sampling interval is unknown')
-    return max(1, int(np.diff(stamps).min()))
-
-
-def _fill(stream: Stream, column: int, grid: Stamps) -> Floats:
-    """Return a column of the stream on the grid, linear where samples are missing."""
-    # From the first sample on, as a float cannot hold the nanoseconds since 1970.
-    known = stream.stamps - grid[0]
-    filled: Floats = np.interp(grid - grid[0], known, stream.values[:, column])
-    return filled
-
-
-def _place(stream: Stream, grid: Stamps, interval: int) -> Floats:
-    """Return the stream's values on the grid, NaN where it has none."""
-    values = np.full(grid.size, np.nan)
-    index = (stream.stamps - grid[0]) // interval
-    inside = (index >= 0) & (index < grid.size)
-    values[index[inside]] = stream.values[inside, 0]
-    return values
-
-
-def _hold(stream: Stream, arrival: Stamps) -> Floats:
-    """Return the last voltages that had arrived with each sample; u = 0 before the first."""
-    at_rest = np.array([valve_voltages(0.0)])
-    if stream.arrival_ns.size == 0:
-        return np.repeat(at_rest, arrival.size, axis=0)
-    known = np.maximum.accumulate(arrival)
-    last = np.searchsorted(stream.arrival_ns, known, side='right')
-    held: Floats = np.concatenate([at_rest, stream.values])[last]
-    return held
+        notes=tuple(note for note in notes if note),
+        conditions=conditions,
+        atmospheric_pressure=surroundings,
+    )  # fmt: skip

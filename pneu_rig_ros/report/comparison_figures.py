@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Run
+from pneu_rig_ros.analysis.comparison import Compared
 from pneu_rig_ros.analysis.friction import Floats
 from pneu_rig_ros.analysis.side_by_side import Comparison
 from pneu_rig_ros.report.figure import BLUE, GREY, ORANGE, STYLE
@@ -54,7 +54,7 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
             loc='lower right',
             frameon=False,
         )
-        _time_axis(axes[-1], span or (0.0, comparison.measured.time[-1]))
+        _time_axis(axes[-1], span or (0.0, comparison.measured.recording.duration))
     return figure
 
 
@@ -67,12 +67,12 @@ def draw_differences(comparison: Comparison) -> Figure:
             label, unit, scale = SHOWN[name]
             unit, scale = DIFFERENCE_UNITS.get(name, (unit, scale))
             difference = comparison.simulated.signals[name] - comparison.measured.signals[name]
-            time, values = thinned(comparison.measured.time, difference)
+            time, values = thinned(comparison.measured.recording.time, difference)
             panel.plot(time, scale * values, color=BLUE, linewidth=0.8)
             noise = 2.0 * scale * comparison.noise.get(name, 0.0)
             panel.axhspan(-noise, noise, color=GREY, alpha=0.35, linewidth=0.0)
             _finish(panel, f'{label}\n[{unit}]', names.index(name))
-        _time_axis(axes[-1], (0.0, comparison.measured.time[-1]))
+        _time_axis(axes[-1], (0.0, comparison.measured.recording.duration))
     return figure
 
 
@@ -105,7 +105,7 @@ def detail(comparison: Comparison) -> tuple[float, float] | None:
     first, last = cycles[0], cycles[CYCLES_IN_DETAIL - 1]
     margin = 0.15 * (last.breakaway_time - first.breakaway_time)
     start = max(0.0, first.breakaway_time - 2 * margin)
-    return start, min(last.breakaway_time + 3 * margin, float(comparison.measured.time[-1]))
+    return start, min(last.breakaway_time + 3 * margin, comparison.measured.recording.duration)
 
 
 def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
@@ -118,8 +118,8 @@ def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     return time[kept], values[kept]
 
 
-def _part(run: Run, name: str, span: tuple[float, float] | None) -> tuple[Floats, Floats]:
-    time, values = run.time, run.signals[name]
+def _part(run: Compared, name: str, span: tuple[float, float] | None) -> tuple[Floats, Floats]:
+    time, values = run.recording.time, run.signals[name]
     inside = slice(None) if span is None else slice(*np.searchsorted(time, span))
     return time[inside], values[inside]
 

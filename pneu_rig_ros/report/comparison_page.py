@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jinja2
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Run
+from pneu_rig_ros.analysis.comparison import Compared
 from pneu_rig_ros.analysis.side_by_side import Comparison
 from pneu_rig_ros.analysis.stick_slip import Cycle
 from pneu_rig_ros.errors import RigError
@@ -84,7 +84,7 @@ def event_rows(comparison: Comparison) -> list[EventRow]:
     """Return what happened in both runs, in a few numbers."""
     runs = comparison.measured, comparison.simulated
 
-    def row(what: str, text: Callable[[Run], str]) -> EventRow:
+    def row(what: str, text: Callable[[Compared], str]) -> EventRow:
         return EventRow(what, text(runs[0]), text(runs[1]))
 
     return [
@@ -136,7 +136,7 @@ def write_page(
         pairs=list(cycle_pairs(comparison)),
         conditions=condition_texts(comparison),
         figures=figures,
-        duration=float(comparison.measured.time[-1]),
+        duration=comparison.measured.recording.duration,
         version=version('pneu_rig_ros'),
         revision=git_revision(),
     )
@@ -184,7 +184,7 @@ def _figures(comparison: Comparison) -> Iterator[Picture]:
 
 
 def _of(
-    run: Run, name: str, unit: str, take: Callable[[list[float]], float], scale: float = 1.0
+    run: Compared, name: str, unit: str, take: Callable[[list[float]], float], scale: float = 1.0
 ) -> str:
     values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
     known = [value for value in values if value == value]

@@ -1,4 +1,4 @@
-"""A record as plain data for a page: signals thinned where they must be, modes and cycles."""
+"""A recording as plain data for a page: signals thinned where they must be, regimes and cycles."""
 
 from __future__ import annotations
 
@@ -8,58 +8,58 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import Floats, friction_of
-from pneu_rig_ros.analysis.segmentation import Mode, segment_record
-from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.regimes import regimes_of
+from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.model.effect import Regime
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.rig import RigConfiguration
 
 MOST_POINTS = 110_000
 """Points of one signal on a page: 127 s at 862 Hz, and 4.7 MB of eight signals."""
 
 LEAST_SAMPLES = 4
-"""Fewer samples have no friction force and no modes."""
-
-MODE_NAMES = tuple(mode.name.lower().replace('_', ' ') for mode in Mode)
+"""Fewer samples have no friction force and no regimes."""
 
 
 class Span(NamedTuple):
-    """The part of a record that a page shows: its samples from first to before end."""
+    """The part of a recording that a page shows: its samples from first to before end."""
 
     first: int
     end: int
 
 
-def span_of(record: Record, start: float | None, stop: float | None) -> Span:
+def span_of(recording: Recording, start: float | None, stop: float | None) -> Span:
     """Return the samples from start to stop [s since the first one]; None is an end."""
-    last = record.position.size
-    first = 0 if start is None else round(start / record.interval)
-    end = last if stop is None else round(stop / record.interval) + 1
+    last = recording.position.size
+    first = 0 if start is None else round(start / recording.interval)
+    end = last if stop is None else round(stop / recording.interval) + 1
     return Span(min(max(first, 0), last), min(max(end, 0), last))
 
 
-def page_data(record: Record, span: Span) -> dict[str, Any]:
+def page_data(recording: Recording, span: Span) -> dict[str, Any]:
     """
     Return what the scripts of the page need, SI units, times since the first sample shown [s].
 
-    Friction, modes and drawing need the configuration of the rig; a record without it has none.
+    Friction, regimes and drawing need the configuration of the rig; without it there is none.
     """
-    known = record.configuration is not None and record.position.size >= LEAST_SAMPLES
-    friction = friction_of(record) if known else None
+    known = recording.configuration is not None and recording.position.size >= LEAST_SAMPLES
+    friction = friction_of(recording) if known else None
     stride = -(-2 * (span.end - span.first) // MOST_POINTS)
     stride = stride if span.end - span.first > MOST_POINTS else 1
-    columns = {name: values[span.first : span.end] for name, values in _signals(record, friction)}
-    step = record.interval * (stride / 2 if stride > 1 else 1)
-    shown = (span.end - span.first - 1) * record.interval
+    whole = _signals(recording, friction)
+    columns = {name: values[span.first : span.end] for name, values in whole}
+    step = recording.interval * (stride / 2 if stride > 1 else 1)
+    shown = (span.end - span.first - 1) * recording.interval
     return {
         'step': step,
         'duration': shown,
         'stride': stride,
         'signals': {name: _encoded(thinned(v, stride)) for name, v in columns.items()},
-        'cycles': _cycles(record, friction, span),
-        'modes': _modes(record, span) if known else [],
-        'mode_names': list(MODE_NAMES),
-        'rig': geometry(record.configuration) if record.configuration else None,
+        'cycles': _cycles(recording, friction, span),
+        'regimes': _regimes(recording, span) if known else [],
+        'regime_names': [regime.label for regime in Regime],
+        'rig': geometry(recording.configuration) if recording.configuration else None,
     }
 
 
@@ -92,18 +92,18 @@ def thinned(values: Floats, stride: int) -> Floats:
     return np.asarray(np.take_along_axis(padded, ends.T, axis=1).ravel())
 
 
-def _signals(record: Record, friction: Floats | None) -> list[tuple[str, Floats]]:
+def _signals(recording: Recording, friction: Floats | None) -> list[tuple[str, Floats]]:
     signals = [
-        ('position', record.position),
-        ('velocity', record.velocity),
-        ('velocity_fit', velocity_of(record.position, record.interval)),
-        ('pressure_1', record.pressure_1),
-        ('pressure_2', record.pressure_2),
+        ('position', recording.position),
+        ('velocity', recording.velocity),
+        ('velocity_fit', velocity_of(recording.position, recording.interval)),
+        ('pressure_1', recording.pressure_1),
+        ('pressure_2', recording.pressure_2),
     ]
     if friction is not None:
         signals.append(('friction', friction))
-    if record.counts.get('valve_voltages'):
-        signals += [('voltage_1', record.voltage_1), ('voltage_2', record.voltage_2)]
+    if recording.driven:
+        signals += [('voltage_1', recording.voltage_1), ('voltage_2', recording.voltage_2)]
     return signals
 
 
@@ -112,12 +112,14 @@ def _encoded(values: Floats) -> str:
     return base64.b64encode(values.astype('<f4').tobytes()).decode('ascii')
 
 
-def _cycles(record: Record, friction: Floats | None, span: Span) -> list[dict[str, float | None]]:
+def _cycles(
+    recording: Recording, friction: Floats | None, span: Span
+) -> list[dict[str, float | None]]:
     """Return the cycles whose breakaway is shown, times since the first sample shown."""
     cycles: list[Cycle] = []
-    if record.position.size >= LEAST_SAMPLES:
-        cycles = find_cycles(record.position, record.interval, friction)
-    start, stop = span.first * record.interval, span.end * record.interval
+    if recording.position.size >= LEAST_SAMPLES:
+        cycles = cycles_of(recording, friction)
+    start, stop = span.first * recording.interval, span.end * recording.interval
     return [
         {
             'breakaway_time': cycle.breakaway_time - start,
@@ -130,8 +132,8 @@ def _cycles(record: Record, friction: Floats | None, span: Span) -> list[dict[st
     ]
 
 
-def _modes(record: Record, span: Span) -> list[tuple[float, int]]:
-    """Return when each stretch of one mode begins [s since the first sample shown], and which."""
-    mode = segment_record(record).mode[span.first : span.end]
-    begins = np.flatnonzero(np.diff(mode, prepend=-1))
-    return [(float(k * record.interval), int(mode[k])) for k in begins]
+def _regimes(recording: Recording, span: Span) -> list[tuple[float, int]]:
+    """Return when each stretch of one regime begins [s since the first shown], and which."""
+    regime = regimes_of(recording)[span.first : span.end]
+    begins = np.flatnonzero(np.diff(regime, prepend=-1))
+    return [(float(k * recording.interval), int(regime[k])) for k in begins]

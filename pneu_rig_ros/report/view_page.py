@@ -6,9 +6,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record
+from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.description import git_revision
-from pneu_rig_ros.report.view_data import MODE_NAMES, page_data, span_of
+from pneu_rig_ros.report.view_data import page_data, span_of
 from pneu_rig_ros.report.writing import write_whole
 from pneu_rig_ros.web.page import render
 
@@ -18,29 +18,29 @@ BAR = 1e5
 
 def write_view(
     path: Path,
-    record: Record,
+    recording: Recording,
     title: str,
     start: float | None = None,
     stop: float | None = None,
 ) -> Path:
     """
-    Write the page of a record.
+    Write the page of a recording.
 
     :param title: what to call it
     :param start: of the part to show [s since the first sample], None for the beginning
-    :param stop: its end [s], None for that of the record
+    :param stop: its end [s], None for that of the recording
     :raises RigError: when there is nothing between start and stop, or the file cannot be written
     """
-    span = span_of(record, start, stop)
+    span = span_of(recording, start, stop)
     if span.end - span.first < 2:
-        raise RigError(_nothing_there(start or 0.0, stop, record.duration))
-    data = page_data(record, span)
+        raise RigError(_nothing_there(start or 0.0, stop, recording.duration))
+    data = page_data(recording, span)
     text = render(
         'view.html',
         data,
         title=title,
-        facts=facts(record),
-        mode_names=MODE_NAMES if data['modes'] else (),
+        facts=facts(recording),
+        regime_names=data['regime_names'] if data['regimes'] else (),
         thinned=data['stride'] if data['stride'] > 1 else 0,
         geometry=data['rig'] is not None,
         duration=data['duration'],
@@ -52,25 +52,25 @@ def write_view(
 
 
 def _nothing_there(start: float, stop: float | None, end: float) -> str:
-    """Say why there is nothing to show from start to stop [s] of a record that ends at `end`."""
+    """Say why there is nothing to show from start to stop [s] of what ends at `end`."""
     if start >= end:
         return f'no samples from {start:g} s on: the record ends at {end:.6g} s'
     last = end if stop is None else stop
     return f'under 2 samples from {start:g} to {last:.6g} s: the record goes from 0 to {end:.6g} s'
 
 
-def facts(record: Record) -> list[str]:
-    """Return the operating point and the size of a record, for people."""
-    told = [f'{record.duration:.2f} s, a sample every {1e3 * record.interval:g} ms']
-    if record.counts.get('valve_voltages'):
-        drive = (record.voltage_1 - record.voltage_2) / 2.0
+def facts(recording: Recording) -> list[str]:
+    """Return the operating point and the size of a recording, for people."""
+    told = [f'{recording.duration:.2f} s, a sample every {1e3 * recording.interval:g} ms']
+    if recording.driven:
+        drive = (recording.voltage_1 - recording.voltage_2) / 2.0
         ends = [f'{u:.2f}' for u in (drive.min(), drive.max())]
         told.insert(0, f'u = {" to ".join(dict.fromkeys(ends))} V')
-    if record.configuration is None:
+    if recording.configuration is None:
         return told
-    model = record.configuration.model
-    rig = [record.configuration.name.replace('_', ' ')]
-    law = record.metadata.get('friction_model')
+    model = recording.configuration.model
+    rig = [recording.configuration.name.replace('_', ' ')]
+    law = recording.metadata.get('friction_model')
     rig += [law.replace('_', ' ')] if law else []
     rig += [
         f'supply {model.operation.supply_pressure / BAR:g} bar abs',

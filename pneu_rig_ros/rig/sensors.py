@@ -50,6 +50,14 @@ class Channel:
         return round(inside / self._code) * self._code
 
 
+def sensor_noise(sensors: Sensors) -> tuple[float, float]:
+    """Return the standard deviation of a reading of position [m] and pressure [Pa]: data sheet."""
+    levels = 2.0**sensors.resolution
+    position = Channel(sensors.position_span, levels, 1.0, sensors.position_noise)
+    pressure = Channel(sensors.pressure_span, levels, 1.0, sensors.pressure_noise)
+    return math.sqrt(position.variance), math.sqrt(pressure.variance)
+
+
 class SensorSet:
     """
     The rig's sensors, with the noise and the calibration that a seed stands for.

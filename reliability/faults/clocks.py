@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from reliability.faults.finding import Finding, NotPossible, Scene
 from reliability.live_rig import ProcessRig
 from reliability.proof import missing_samples
@@ -61,7 +61,7 @@ def clock_jump(scene: Scene) -> Finding:
                 witness.told(node, WARN, f'set by {jump:+d}.')
             rig.check()
         witness.listen(1.0)
-    record = read_record(scene.folder / 'bag')
+    record = read_recording(scene.folder / 'bag')
     steps = {b - a for a, b in pairwise(record.stamps.tolist())}
     missing = missing_samples(record)
     late = record.arrival_ns - record.stamps

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from rclpy.publisher import Publisher
 
 from pneu_rig_ros.nodes import wiring
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.wire import pack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 from reliability.faults.finding import Finding, Scene
@@ -102,7 +102,7 @@ def flood(scene: Scene) -> Finding:
     witness.listen(2.5)
     lost = int(witness.said['recorder'].values['lost'])
     late = int(witness.said['plant'].values['late ticks'])
-    record = read_record(scene.stage.recorded(time.time_ns()))
+    record = read_recording(scene.stage.recorded(time.time_ns()))
     missing = missing_samples(record)
     return Finding(
         f'a publisher floods `u`, {FLOOD_HZ // 1000} kHz for {FLOOD_SECONDS:g} s',

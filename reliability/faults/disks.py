@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
-from pneu_rig_ros.records import read_record, repair
+from pneu_rig_ros.records import read_recording, repair
 from reliability.faults.finding import Finding, NotPossible, Scene
 from reliability.live_rig import ProcessRig, until
 from reliability.proof import messages, unproven
@@ -53,7 +53,7 @@ def full_disk(scene: Scene) -> Finding:
     (kept / 'bag.mcap').rename(kept / 'kept.mcap')
     repair(kept)
     missing = sum(unproven(witness.received, messages(kept), full_ns - MARGIN_NS).values())
-    duration = read_record(kept).duration
+    duration = read_recording(kept).duration
     held = not missing and went_on and code == 2 and len(lines) == 1
     last = told.split('; ')[-1]
     return Finding(

@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import wiring
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.topics import TOPICS
 from reliability.faults.finding import Finding, Scene
 from reliability.live_rig import ORDER, ProcessRig
@@ -30,7 +30,7 @@ def late_joiners(scene: Scene) -> Finding:
     latched = [name for name, topic in TOPICS.items() if topic.latched]
     with Witness(commands=False, topics=latched) as late:
         waited = late.until(lambda: all(late.received[name] for name in latched), 'descriptions')
-    configured = read_record(scene.stage.newest_bag()).configuration is not None
+    configured = read_recording(scene.stage.newest_bag()).configuration is not None
     return Finding(
         'late joiners',
         'rig_description and robot_description reach whoever comes later; the bag has the '
@@ -80,7 +80,7 @@ def two_rigs(scene: Scene) -> Finding:
     scene.stage.rig.check()
     scene.stage.witness.listen(1.0)
     # a sample of another rig between the others would be refused
-    missing = missing_samples(read_record(scene.stage.recorded(time.time_ns())))
+    missing = missing_samples(read_recording(scene.stage.recorded(time.time_ns())))
     held = codes == {2} and not missing and not bags
     return Finding(
         'two rigs in one domain without namespaces',
@@ -117,7 +117,7 @@ def standing_still(scene: Scene) -> Finding:
     witness.hears('friction')
     witness.listen(2.0)
     lost = int(witness.said['recorder'].values['lost'])
-    record = read_record(scene.stage.recorded(time.time_ns()))
+    record = read_recording(scene.stage.recorded(time.time_ns()))
     missing = missing_samples(record)
     return Finding(
         f'recorder, estimator and valve_command stand still for {STILL:g} s (SIGSTOP)',

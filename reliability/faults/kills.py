@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from pneu_rig_ros.records import read_record, repair
+from pneu_rig_ros.records import read_recording, repair
 from pneu_rig_ros.records.bag import open_bag, storage_files
 from pneu_rig_ros.records.topics import DIAGNOSTICS
 from reliability.faults.finding import Finding, Scene, Stage
@@ -115,7 +115,7 @@ def kill_nodes(scene: Scene) -> Finding:
     while lost and time.monotonic() < patience:  # it may be under way to the recorder
         witness.listen(1.0)
         lost = unproven(witness.received, messages(bag), ended_ns, deaths)
-    record = read_record(bag)
+    record = read_recording(bag)
     holes = record.missing['joint_states'].size * record.interval
     return Finding(
         f'SIGKILL of plant, valve_command and friction_estimator, {scene.times} times each',

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import psutil
 
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from reliability.faults.finding import Finding, Scene
 from reliability.live_rig import until
 from reliability.witness import Witness
@@ -49,7 +49,7 @@ def killed_demo(scene: Scene) -> Finding:
         start = time.monotonic()
         until(lambda: not any(map(psutil.Process.is_running, nodes)), 'its nodes end')
     took = time.monotonic() - start
-    record = read_record(bag)
+    record = read_recording(bag)
     missing = record.missing['joint_states'].size
     return Finding(
         'SIGKILL of `pneu-rig demo`',

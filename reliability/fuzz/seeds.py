@@ -14,7 +14,7 @@ import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 
-from pneu_rig_ros.records import Record, read_record, wire
+from pneu_rig_ros.records import Recording, read_recording, wire
 from pneu_rig_ros.records.integrity import CHECKSUM_PLACE
 
 DURATION = 0.015
@@ -87,14 +87,14 @@ FOREIGN_MAPPING: dict[str, Any] = {
 
 
 @cache
-def _stroke() -> tuple[bytes, bytes, Record]:
+def _stroke() -> tuple[bytes, bytes, Recording]:
     """Return a bag's file, its metadata.yaml and what it holds."""
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder, 'stroke')
         # In a process of its own: compiled code cannot be watched by atheris.
         subprocess.run([sys.executable, '-m', 'reliability.fuzz.seeds', str(bag)], check=True)
         file, metadata = (bag / 'stroke.mcap').read_bytes(), (bag / 'metadata.yaml').read_bytes()
-        return file, metadata, read_record(bag)
+        return file, metadata, read_recording(bag)
 
 
 def protected_bag() -> bytes:
@@ -107,7 +107,7 @@ def bag_metadata() -> bytes:
     return _stroke()[1]
 
 
-def numbers() -> Record:
+def numbers() -> Recording:
     """Return what it holds."""
     return _stroke()[2]
 

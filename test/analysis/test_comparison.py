@@ -1,6 +1,5 @@
 """Metrics with known answers, noise against its formula, and runs simulated once more."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +7,10 @@ import pytest
 
 from pneu_rig_ros.analysis.alignment import command_onset, common, shift_between
 from pneu_rig_ros.analysis.comparison import (
-    Run,
-    compare_runs,
+    SignalGap,
     compare_signals,
-    sensor_noise,
+    compared,
+    derived_signals,
     signal_noise,
     stroke_time,
 )
@@ -19,8 +18,10 @@ from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.analysis.velocity import WINDOW
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.records import Recording, read_recording
+from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig.sensors import sensor_noise
 from pneu_rig_ros.simulate import simulate
 
 INTERVAL = 1.16e-3
@@ -33,8 +34,8 @@ def ideal() -> RigConfiguration:
 
 
 @pytest.fixture(scope='module')
-def record(ideal: RigConfiguration, tmp_path_factory: pytest.TempPathFactory) -> Record:
-    return read_record(simulate(ideal, 0.34, 8.0, tmp_path_factory.mktemp('runs') / 'ideal'))
+def record(ideal: RigConfiguration, tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    return read_recording(simulate(ideal, 0.34, 8.0, tmp_path_factory.mktemp('runs') / 'ideal'))
 
 
 def test_metrics_are_those_of_the_differences() -> None:
@@ -66,9 +67,9 @@ def test_what_cannot_be_compared_is_said() -> None:
     with pytest.raises(RigError, match='share no signal'):
         compare_signals({'position': np.zeros(3)}, {'velocity': np.zeros(3)})
     with pytest.raises(RigError, match='a: 3 samples, at least 4 are needed'):
-        Run('a', INTERVAL, np.zeros(3), np.zeros(3), np.zeros(3))
-    with pytest.raises(RigError, match='a: 5, 4, 5 samples of position, pressure_1, pressure_2'):
-        Run('a', INTERVAL, np.zeros(5), np.zeros(4), np.zeros(5))
+        compared(Recording('a', 0, 1_160_000, dict.fromkeys(WHOLE, np.zeros(3))))
+    with pytest.raises(RigError, match='a: no pressure_2 in it'):
+        compared(Recording('a', 0, 1_160_000, dict.fromkeys(WHOLE[:2], np.zeros(5))))
 
 
 def test_noise_of_derived_signals() -> None:
@@ -81,9 +82,15 @@ def test_noise_of_derived_signals() -> None:
     assert 'friction' not in signal_noise(2e-5, 100.0, INTERVAL)
 
 
-def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Record) -> None:
-    measured, again = Run.of('measured', record), rerun(record, ideal)
-    gaps = compare_runs(measured, again)
+def gaps_between(
+    measured: Recording, simulated: Recording, noise: dict[str, float] | None = None
+) -> dict[str, SignalGap]:
+    return compare_signals(compared(measured).signals, compared(simulated).signals, noise)
+
+
+def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recording) -> None:
+    measured, again = compared(record), compared(rerun(record, ideal))
+    gaps = compare_signals(measured.signals, again.signals)
     # the initial position is a mean of readings, so the run starts some nanometres off
     assert gaps['position'].rmse < 5e-6
     assert gaps['position'].largest < 7.3e-5  # a step of the rig's sensor: a slip comes at once
@@ -94,17 +101,17 @@ def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recor
     assert len(measured.events.cycles) > 2
 
 
-def test_another_model_shows(ideal: RigConfiguration, record: Record) -> None:
+def test_another_model_shows(ideal: RigConfiguration, record: Recording) -> None:
     other = load_configuration('cylinder_2', friction='coulomb_viscous')
     noise = signal_noise(*sensor_noise(ideal.sensors), record.interval, ForceBalance.of(ideal))
-    gap = compare_runs(Run.of('measured', record), rerun(record, other), noise)['position']
+    gap = gaps_between(record, rerun(record, other), noise)['position']
     assert gap.multiple is not None
     assert gap.multiple > 10.0
 
 
 def test_noise_is_what_the_sensors_show(tmp_path: Path) -> None:
     configuration = load_configuration('cylinder_2')
-    still = read_record(simulate(configuration, 0.0, 2.0, tmp_path / 'still'))
+    still = read_recording(simulate(configuration, 0.0, 2.0, tmp_path / 'still'))
     pressure = sensor_noise(configuration.sensors)[1]
     assert np.std(still.pressure_1) == pytest.approx(pressure, rel=0.6)
 
@@ -120,39 +127,34 @@ def test_stroke_time(start: float, end: float, reached: float | None) -> None:
     assert stroke_time(position, 1e-3, None) is None
 
 
-def later(record: Record, samples: int) -> Record:
+def later(record: Recording, samples: int) -> Recording:
     """Return the record with its first sample held for so many samples more."""
-    names = ('position', 'velocity', 'pressure_1', 'pressure_2', 'friction')
-    held = {name: np.pad(getattr(record, name), (samples, 0), mode='edge') for name in names}
-    rest = {
-        name: np.concatenate([np.full(samples, 2.5), getattr(record, name)])
-        for name in ('voltage_1', 'voltage_2')
-    }
-    arrival = np.zeros(record.position.size + samples, dtype=np.int64)
-    return replace(record, **held, **rest, arrival_ns=arrival, missing={})
+    volts = ('voltage_1', 'voltage_2')
+    signals = {name: np.pad(record[name], (samples, 0), mode='edge') for name in WHOLE}
+    signals |= {name: np.concatenate([np.full(samples, 2.5), record[name]]) for name in volts}
+    return Recording('late', 0, record.interval_ns, signals, configuration=record.configuration)
 
 
-def test_records_are_aligned_by_their_command(record: Record) -> None:
+def test_records_are_aligned_by_their_command(record: Recording) -> None:
     late = later(record, 500)
     assert command_onset(record) == 0.0
     assert shift_between(record, late) == pytest.approx(500 * record.interval)
-    first, second = common(Run.of('a', record), Run.of('b', late), shift_between(record, late))
+    first, second = common(record, late, shift_between(record, late))
     np.testing.assert_allclose(first.position, second.position, atol=1e-12)
     assert first.position.size == record.position.size
-    earlier, cut = common(Run.of('b', late), Run.of('a', record), -500 * record.interval)
+    earlier, cut = common(late, record, -500 * record.interval)
     np.testing.assert_allclose(earlier.pressure_1, cut.pressure_1, atol=1e-6)
     assert cut.position.size == record.position.size
 
 
-def test_records_that_do_not_overlap(record: Record) -> None:
-    run = Run.of('a', record)
-    with pytest.raises(RigError, match='a and a do not overlap'):
-        common(run, run, 60.0)
+def test_records_that_do_not_overlap(record: Recording) -> None:
+    with pytest.raises(RigError, match='ideal and ideal do not overlap'):
+        common(record, record, 60.0)
 
 
 def test_slow_sampling_leaves_friction_out() -> None:
     still = np.zeros(100)
-    assert 'friction' in Run('a', 0.01, still, still, still, BALANCE).signals
-    assert 'friction' not in Run('a', 0.02, still, still, still, BALANCE).signals
+    assert 'friction' in derived_signals(still, still, still, 0.01, BALANCE)
+    assert 'friction' not in derived_signals(still, still, still, 0.02, BALANCE)
     with pytest.raises(RigError, match='a sample every 20 ms is too slow for the 32 Hz filter'):
         friction_zero_phase(still, still, still, 0.02, BALANCE)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.friction import Floats, friction_of
-from pneu_rig_ros.analysis.stick_slip import find_cycles, find_rests
+from pneu_rig_ros.analysis.motion import find_rests
+from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.analysis.velocity import RESOLUTION
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -116,7 +117,7 @@ def test_quantised_sensors_give_the_cycles_of_perfect_ones(
     for sensors in ('rig', 'ideal'):
         configuration = load_configuration('cylinder_2', sensors=sensors)
         bag = simulate(configuration, 0.34, 15.0, tmp_path_factory.mktemp('bags') / sensors)
-        record = read_record(bag)
+        record = read_recording(bag)
         cycles[sensors] = find_cycles(record.position, record.interval, friction_of(record))
     assert len(cycles['rig']) == len(cycles['ideal']) > 5
     for emulated, perfect in zip(cycles['rig'], cycles['ideal'], strict=True):

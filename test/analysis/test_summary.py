@@ -12,26 +12,26 @@ from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.summary import summarise
 from pneu_rig_ros.analysis.timing import lost_samples, measure_timing
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record, read_record
-from pneu_rig_ros.records.record import NEVER
+from pneu_rig_ros.records import Recording, read_recording
+from pneu_rig_ros.records.recording import NEVER
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 from pneu_rig_ros.simulate import simulate
 
 
 @pytest.fixture(scope='module')
-def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+def record(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     configuration = load_configuration('cylinder_2')
-    return read_record(simulate(configuration, 0.34, 3.0, tmp_path_factory.mktemp('b') / 'bag'))
+    return read_recording(simulate(configuration, 0.34, 3.0, tmp_path_factory.mktemp('b') / 'bag'))
 
 
-def test_live_and_offline_friction_agree(record: Record) -> None:
+def test_live_and_offline_friction_agree(record: Recording) -> None:
     live = record.friction[25:-25]
     offline = friction_of(record)[25:-25]
     assert np.abs(live - offline).max() < 0.5
 
 
-def test_estimated_friction_is_the_friction_of_the_plant(record: Record) -> None:
+def test_estimated_friction_is_the_friction_of_the_plant(record: Recording) -> None:
     rig = Rig(load_configuration('cylinder_2'))
     rig.reset()
     truth = [rig.state.friction_force]
@@ -44,14 +44,14 @@ def test_estimated_friction_is_the_friction_of_the_plant(record: Record) -> None
     assert summarise(record).peak_friction == pytest.approx(max(truth), rel=0.03)
 
 
-def test_simulated_time_has_the_exact_rate_and_no_jitter(record: Record) -> None:
+def test_simulated_time_has_the_exact_rate_and_no_jitter(record: Recording) -> None:
     timing = measure_timing(record)
     assert timing.rate == pytest.approx(1e9 / 1_160_000)
     assert timing.jitter_p50 == timing.jitter_p99 == 0.0
     assert set(timing.lost.values()) == {0}
 
 
-def test_jitter_is_measured_from_the_median_delay(record: Record) -> None:
+def test_jitter_is_measured_from_the_median_delay(record: Recording) -> None:
     arrival = record.arrival_ns + 5_000_000
     arrival[::50] += 3_000_000
     timing = measure_timing(replace(record, arrival_ns=arrival))
@@ -59,19 +59,19 @@ def test_jitter_is_measured_from_the_median_delay(record: Record) -> None:
     assert timing.jitter_p99 == pytest.approx(3e-3)
 
 
-def test_missing_samples_do_not_change_the_rate(record: Record) -> None:
+def test_missing_samples_do_not_change_the_rate(record: Recording) -> None:
     arrival = record.arrival_ns.copy()
     arrival[100:200] = NEVER
     timing = measure_timing(replace(record, arrival_ns=arrival))
     assert timing.rate == pytest.approx(1e9 / 1_160_000)
 
 
-def test_losses_are_counted_by_topic(record: Record) -> None:
+def test_losses_are_counted_by_topic(record: Recording) -> None:
     friction = record.friction.copy()
     friction[[100, 101]] = np.nan
     missing = {**record.missing, 'joint_states': record.stamps[[3, 4, 5]]}
     counts = {**record.counts, 'velocity': record.counts['velocity'] - 7}
-    lossy = replace(record, friction=friction, missing=missing, counts=counts)
+    lossy = replace(record, missing=missing, counts=counts).with_signals(friction=friction)
     assert lost_samples(lossy) == {
         'joint_states': 3,
         'chamber_1/pressure': 0,
@@ -82,13 +82,13 @@ def test_losses_are_counted_by_topic(record: Record) -> None:
     }
 
 
-def test_friction_estimator_that_died_is_seen(record: Record) -> None:
+def test_friction_estimator_that_died_is_seen(record: Recording) -> None:
     friction = record.friction.copy()
     friction[1000:] = np.nan
-    assert lost_samples(replace(record, friction=friction))['friction'] == friction.size - 1025
+    assert lost_samples(record.with_signals(friction=friction))['friction'] == friction.size - 1025
 
 
-def test_summary_is_plain_json(record: Record) -> None:
+def test_summary_is_plain_json(record: Recording) -> None:
     data = json.loads(json.dumps(summarise(record).to_dict(), allow_nan=False))
     assert data['cylinder'] == 'cylinder_2'
     assert data['samples'] == 2587
@@ -96,7 +96,7 @@ def test_summary_is_plain_json(record: Record) -> None:
     assert data['lost']['joint_states'] == 0
 
 
-def test_record_without_configuration_has_a_summary_but_no_friction(record: Record) -> None:
+def test_record_without_configuration_has_a_summary_but_no_friction(record: Recording) -> None:
     anonymous = replace(record, configuration=None)
     summary = summarise(anonymous)
     assert summary.peak_friction is None
@@ -107,8 +107,14 @@ def test_record_without_configuration_has_a_summary_but_no_friction(record: Reco
 
 def test_shortest_possible_bag_has_a_summary(tmp_path: Path) -> None:
     bag = simulate(load_configuration('cylinder_1'), 0.0, 1e-6, tmp_path / 'bag')
-    summary = summarise(read_record(bag))
+    summary = summarise(read_recording(bag))
     assert summary.samples == 1
     assert math.isnan(summary.rate)
     assert summary.to_dict()['rate'] is None
     assert summary.cycles == ()
+
+
+def test_part_of_a_rig_has_no_summary(record: Recording) -> None:
+    part = replace(record, signals={'position': record.position}, name='part')
+    with pytest.raises(RigError, match='part: no pressure_1 in it; it has position'):
+        summarise(part)

@@ -16,7 +16,7 @@ import pytest
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.cli import command
 from pneu_rig_ros.model.quantity import specifications
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig.configuration import Sampling
 
 from .conftest import COMMAND, Terminal
@@ -125,7 +125,7 @@ def test_simulate_records_and_summarises(terminal: Terminal) -> None:
     assert f'bag                {bag}\n' in outcome.out
     assert 'picture            p.png\n' in outcome.out
     assert Path('p.png').stat().st_size < 200_000
-    record = read_record(bag)
+    record = read_recording(bag)
     assert record.position.size == 1725
     assert record.metadata['seed'] == '4'
 
@@ -153,7 +153,7 @@ def test_interrupted_simulation_leaves_a_whole_bag(terminal: Terminal, number: i
     assert out == ''
     assert err.strip().endswith('pneu-rig: interrupted')
     assert 'Traceback' not in err
-    assert read_record(terminal.directory / 'bag').position.size > 100
+    assert read_recording(terminal.directory / 'bag').position.size > 100
 
 
 def test_info_as_json_is_plain_data(terminal: Terminal, bag: Path) -> None:
@@ -187,7 +187,7 @@ def test_friction_csv_has_the_offline_estimate(terminal: Terminal, bag: Path) ->
     outcome = terminal.run('friction', bag, '--csv', 'f.csv', '--png', 'f.png')
     assert outcome.code == 0
     assert 'peak friction [N]' in outcome.out
-    record = read_record(bag)
+    record = read_recording(bag)
     table = np.genfromtxt('f.csv', delimiter=',', names=True)
     assert table.dtype.names == ('time_s', 'position_m', 'velocity_m_per_s', 'pressure_1_Pa',
                                  'pressure_2_Pa', 'friction_N')  # fmt: skip

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 
 from .conftest import Terminal
 from .test_commands import until
@@ -56,7 +56,7 @@ def test_stroke_is_recorded_from_the_first_to_the_last_sample(terminal: Terminal
     assert data['rate'] == pytest.approx(1e9 / 1_160_000, rel=0.02)
     assert data['seed'] == '9'
     assert data['peak_friction'] > 15.0
-    record = read_record(bag)
+    record = read_recording(bag)
     assert record.duration > 2.5
     assert record.configuration is not None
     assert record.configuration.model.operation.supply_pressure == 6e5
@@ -75,7 +75,7 @@ def test_interrupted_demonstration_closes_the_bag(terminal: Terminal) -> None:
     assert 'Traceback' not in err
     assert len(numbers) == 4
     assert gone(numbers)
-    assert read_record(terminal.directory / 'bag').position.size > 50
+    assert read_recording(terminal.directory / 'bag').position.size > 50
 
 
 @pytest.mark.parametrize('victim', ['friction_estimator', 'recorder'])
@@ -89,7 +89,7 @@ def test_dead_node_is_named_and_the_bag_is_whole(terminal: Terminal, victim: str
     last = err.splitlines()[-1]
     assert last == f'pneu-rig: error: the node {victim} has stopped: it was killed by SIGKILL'
     assert gone(list(nodes.values()))
-    assert read_record(terminal.directory / 'bag').position.size > 50
+    assert read_recording(terminal.directory / 'bag').position.size > 50
 
 
 def test_impossible_domain_is_told_before_anything_starts(

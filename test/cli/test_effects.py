@@ -28,7 +28,7 @@ def test_json_says_the_same_as_the_library(terminal: Terminal) -> None:
     for name, entry in data.items():
         null = {key: parameter['null'] for key, parameter in entry['parameters'].items()}
         assert null == effects.load(name).null._asdict()
-        assert entry['regimes'] == list(effects.load(name).regimes)
+        assert entry['regimes'] == [regime.label for regime in effects.load(name).regimes]
         assert entry['probes'] == [probe._asdict() for probe in effects.load(name).probes]
     assert data['stribeck']['laws'] == ['coulomb_viscous']
 

@@ -8,9 +8,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 
-from pneu_rig_ros.control.observer import REST, Measured, Observer
+from pneu_rig_ros.analysis.motion import REST_SPEED
+from pneu_rig_ros.control.observer import Measured, Observer
 from pneu_rig_ros.control.residual import NoiseBand, residual
-from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -27,13 +28,13 @@ MODELS: dict[str, dict[str, object]] = {
 
 
 @cache
-def recorded(name: str) -> Record:
+def recorded(name: str) -> Recording:
     with TemporaryDirectory() as folder:
         bag = simulate(load_configuration(name), COMMANDS[name], SECONDS, Path(folder) / 'bag')
-        return read_record(bag)
+        return read_recording(bag)
 
 
-def outside(model: RigConfiguration, record: Record) -> list[bool]:
+def outside(model: RigConfiguration, record: Recording) -> list[bool]:
     """Return of each sample that was compared whether its position was outside the band."""
     voltages = np.nan_to_num(np.column_stack([record.voltage_1, record.voltage_2]))
     observer, band = Observer(model), NoiseBand(model.sensors, BAND)
@@ -73,7 +74,7 @@ def test_a_slide_after_a_long_rest_is_predicted_to_its_end() -> None:
             restarts = observer.restarts
             speeds.append(abs(observer.origin[1]))
     assert len(speeds) > 5
-    assert max(speeds) < 2.0 * REST
+    assert max(speeds) < 2.0 * REST_SPEED
 
 
 @pytest.mark.parametrize('model', MODELS)

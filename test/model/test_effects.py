@@ -1,6 +1,7 @@
 """Every effect of the library, by being there."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,14 +10,13 @@ from numpy.typing import NDArray
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import READING_BALANCES, Signals
+from pneu_rig_ros.model.effect import READING_BALANCES, Regime, Signals
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.model.quantity import Quantity, specifications
 
 from .rigs import changed, stroke
 
-REGIMES = {'dwell', 'presliding', 'breakaway', 'sliding', 'end stop'}
 MODEL = changed('cylinder_2')
 POSITION_NOISE, PRESSURE_NOISE = 29e-6, 165.0
 """Of the rig's sensors with their converter [m, Pa]."""
@@ -73,7 +73,7 @@ def test_effect_describes_itself(name: str) -> None:
     assert effect.title
     assert effect.source
     assert effect.regimes
-    assert set(effect.regimes) <= REGIMES
+    assert set(effect.regimes) <= set(Regime)
     for key, spec in quantities(name).items():
         assert spec.unit
         assert spec.description
@@ -82,6 +82,19 @@ def test_effect_describes_itself(name: str) -> None:
     assert 2 <= len(effect.probes) <= 4
     assert effect.null not in effect.probes
     assert set(effect.laws) <= set(FRICTION_MODELS)
+
+
+@pytest.mark.parametrize(
+    'regimes', [(), ('dwell',), (0, 1), (Regime.DWELL, Regime.DWELL), (Regime.DWELL, 'sliding')]
+)
+def test_effect_with_other_regimes_is_refused(regimes: tuple[object, ...]) -> None:
+    with pytest.raises(RigError, match=r'regimes .*, must be some of Regime\.DWELL, Regime\.PRE'):
+        replace(effects.load('stribeck'), regimes=regimes)
+
+
+def test_regimes_are_named_for_people() -> None:
+    names = [regime.label for regime in Regime]
+    assert names == ['dwell', 'presliding', 'breakaway', 'sliding', 'end stop']
 
 
 @pytest.mark.parametrize('name', effects.names())

@@ -1,13 +1,12 @@
 """Conditions of a bag: where they come from, and that a rig takes them."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.conditions import (
     CONDITIONS,
     apply_conditions,
@@ -26,19 +25,19 @@ OF_CYLINDER_2 = {
 
 
 def test_file_precedes_metadata_precedes_configuration(bag: Path, tmp_path: Path) -> None:
-    record = read_record(bag)
-    assert conditions_of(bag, record) == OF_CYLINDER_2
-    metadata = {**record.metadata, 'conditions': 'load_mass: 1.0 kg\nrest_time: 60.0 s\n'}
-    told = replace(record, metadata=metadata)
-    assert conditions_of(bag, told) == OF_CYLINDER_2 | {'load_mass': 1.0, 'rest_time': 60.0}
+    recording = read_recording(bag)
+    assert recording.conditions == OF_CYLINDER_2
+    rig, metadata = recording.configuration, recording.metadata
+    told = {**metadata, 'conditions': 'load_mass: 1.0 kg\nrest_time: 60.0 s\n'}
+    assert conditions_of(bag, rig, told) == OF_CYLINDER_2 | {'load_mass': 1.0, 'rest_time': 60.0}
     (tmp_path / 'conditions.yaml').write_text('load_mass: 2 kg\n')
-    assert conditions_of(tmp_path, told) == OF_CYLINDER_2 | {'load_mass': 2.0, 'rest_time': 60.0}
-    bare = replace(record, metadata={}, configuration=None)
+    beside = OF_CYLINDER_2 | {'load_mass': 2.0, 'rest_time': 60.0}
+    assert conditions_of(tmp_path, rig, told) == beside
     for place in (tmp_path, tmp_path / 'any.mcap'):
-        assert conditions_of(place, bare) == {'load_mass': 2.0}
-    assert conditions_of(tmp_path / 'any.csv', bare) == {}
+        assert conditions_of(place, None, {}) == {'load_mass': 2.0}
+    assert conditions_of(tmp_path / 'any.csv', None, {}) == {}
     (tmp_path / 'any.conditions.yaml').write_text('load_mass: 3 kg\n')
-    assert conditions_of(tmp_path / 'any.csv', bare) == {'load_mass': 3.0}
+    assert conditions_of(tmp_path / 'any.csv', None, {}) == {'load_mass': 3.0}
 
 
 def test_conditions_are_applied_and_nothing_else_changes() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.records.table import read_table, uniform
+from pneu_rig_ros.records import read_recording
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f'no measured data in {DATA}')
@@ -31,18 +31,17 @@ def files(pattern: str) -> list[Path]:
 
 @pytest.mark.parametrize('path', files('seal_friction/*.csv'), ids=lambda path: path.stem)
 def test_headerless_table_of_a_seal(path: Path) -> None:
-    table = read_table(path, SEALS)
+    table = read_recording(path, SEALS)
     gauge = float(path.stem.split('_')[1].removesuffix('bar')) * 1e5
     assert table['pressure_1'].mean() == pytest.approx(1e5 + gauge, rel=0.01)
     assert np.ptp(table['position']) > 0.01
-    even = uniform(table)
-    assert even.interval == pytest.approx(0.01)
-    assert 'interpolated onto steps of 10 ms' in even.notes[-1]
+    assert table.interval == pytest.approx(0.01)
+    assert 'interpolated onto steps of 10 ms' in table.notes[-1]
 
 
 @pytest.mark.parametrize('path', files('sealed_chambers/*.exp'), ids=lambda path: path.stem)
 def test_header_in_a_comment_inches_and_absolute_psi(path: Path) -> None:
-    table = uniform(read_table(path, CHAMBERS))
+    table = read_recording(path, CHAMBERS)
     assert table.notes == ()
     assert table.interval == pytest.approx(0.02)
     assert 0.0 <= table['position'].min() < table['position'].max() <= 2.03

@@ -6,7 +6,8 @@ from pathlib import Path
 import yaml
 
 from pneu_rig_ros.records.conditions import parse_conditions
-from pneu_rig_ros.records.mapping import SIGNALS, read_mapping
+from pneu_rig_ros.records.mapping import read_mapping
+from pneu_rig_ros.records.recording import SIGNALS
 
 PAGE = (Path(__file__).resolve().parents[2] / 'docs' / 'measured_data.md').read_text()
 COLUMNS, CONDITIONS, TOPICS = re.findall(r'```yaml\n(.*?)```', PAGE, re.DOTALL)

@@ -15,7 +15,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import read_record, repair
+from pneu_rig_ros.records import read_recording, repair
 
 Row = tuple[str, int, bytes]
 
@@ -64,11 +64,11 @@ def test_recorder_killed_at_a_random_moment(tmp_path: Path, attempt: int) -> Non
         assert process.stdout is not None
         written = next(index for index in map(int, process.stdout) if index >= last)
         os.kill(process.pid, signal.SIGKILL)
-    before = read_record(bag)
+    before = read_recording(bag)
     report = repair(bag)
     assert report.repaired
     assert report.configuration_found
-    record = read_record(bag)
+    record = read_recording(bag)
     assert written - record.position.size < 0.5 / 1.16e-3
     assert before.position.tolist() == record.position.tolist()
     assert before.metadata == record.metadata
@@ -91,7 +91,7 @@ def test_repaired_bag_is_read_alike_by_three_readers(
         reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
         decoded = list(reader.iter_decoded_messages())
     assert sorted((c.topic, m.log_time, m.data) for _, c, m, _ in decoded) == rows
-    record = read_record(broken)
+    record = read_recording(broken)
     positions = [ros.position[0] for _, c, _, ros in decoded if c.topic == '/joint_states']
     forces = [ros.fluid_pressure for _, c, _, ros in decoded if c.topic == '/chamber_1/pressure']
     assert record.position.tolist() == positions
@@ -129,7 +129,7 @@ def test_whole_file_without_metadata_loses_nothing(bag: Path, cut: Callable[[int
     broken = cut((bag / 'second.mcap').stat().st_size)
     assert repair(broken).repaired
     assert content(broken) == content(bag)
-    assert read_record(broken).metadata == read_record(bag).metadata
+    assert read_recording(broken).metadata == read_recording(bag).metadata
 
 
 def test_healthy_bag_is_left_alone(bag: Path) -> None:
@@ -170,7 +170,7 @@ def test_configuration_in_intact_metadata_is_kept(bag: Path, tmp_path: Path) -> 
     report = repair(broken)
     assert (report.repaired, report.damaged_chunks) == (True, 1)
     assert (report.configuration_found, report.configuration_lost) == (True, False)
-    assert read_record(broken).metadata == read_record(bag).metadata
+    assert read_recording(broken).metadata == read_recording(bag).metadata
 
 
 @pytest.mark.parametrize('damage', ['removed', 'changed', 'cut off'])
@@ -182,7 +182,7 @@ def test_configuration_lost_with_its_chunk_is_told(bag: Path, tmp_path: Path, da
     metadata.unlink() if damage == 'removed' else metadata.write_text(changed[damage])
     report = repair(broken)
     assert (report.configuration_found, report.configuration_lost) == (False, True)
-    assert read_record(broken).configuration is None
+    assert read_recording(broken).configuration is None
 
 
 def test_configuration_is_not_lost_with_another_chunk(

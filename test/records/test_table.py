@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.table import Table, read_table, uniform
+from pneu_rig_ros.records import Recording, read_recording
 
 COUNT = 200
 TIME = np.arange(COUNT) * 1.16e-3
@@ -46,12 +46,12 @@ def write(tmp_path: Path) -> Writer:
     return to_file
 
 
-def check(table: Table) -> None:
+def check(table: Recording) -> None:
     np.testing.assert_allclose(table.time, TIME, atol=1e-9)
     np.testing.assert_allclose(table['position'], POSITION, atol=1e-10)
     np.testing.assert_allclose(table['pressure_1'], PRESSURE, atol=1e-3)
     assert table.atmospheric_pressure == 1e5
-    assert table.grid.interval_ns == 1_160_000
+    assert table.interval_ns == 1_160_000
     assert table.notes == ()
 
 
@@ -63,16 +63,16 @@ def test_any_separator_decimal_and_encoding(
     write: Writer, separator: str, decimal: str, encoding: str
 ) -> None:
     path = write([HEADER, *rows(decimal)], separator, encoding)
-    check(read_table(path, MAPPING))
+    check(read_recording(path, MAPPING))
     told = {'separator': separator, 'decimal': decimal, 'header': True}
-    check(read_table(path, MAPPING | told))
+    check(read_recording(path, MAPPING | told))
 
 
 def test_blanks_may_be_many_and_lines_end_as_on_windows(tmp_path: Path) -> None:
     lines = ['\t '.join(HEADER), *('   '.join(['', *row]) for row in rows()), '', ' ']
     path = tmp_path / 'blanks.txt'
     path.write_bytes('\r\n'.join(lines).encode())
-    check(read_table(path, MAPPING | {'separator': 'blank'}))
+    check(read_recording(path, MAPPING | {'separator': 'blank'}))
 
 
 @pytest.mark.parametrize(
@@ -88,26 +88,26 @@ def test_blanks_may_be_many_and_lines_end_as_on_windows(tmp_path: Path) -> None:
 def test_lines_before_the_data(
     write: Writer, before: list[list[str]], layout: dict[str, Any]
 ) -> None:
-    check(read_table(write([*before, *rows()]), BY_NUMBER | layout))
+    check(read_recording(write([*before, *rows()]), BY_NUMBER | layout))
 
 
 def test_header_in_a_comment_names_the_columns(write: Writer) -> None:
-    check(read_table(write([['#t', 'x', 'p1'], *rows()]), MAPPING))
+    check(read_recording(write([['#t', 'x', 'p1'], *rows()]), MAPPING))
 
 
 def test_unit_in_the_header(write: Writer) -> None:
     path = write([['t (ms)', 'x [mm]', 'p1 [barg]'], *rows()], ';')
     mapping = {'time': 't (ms)', 'position': 'x [mm]', 'pressure_1': 3, 'separator': ';'}
-    check(read_table(path, mapping))
+    check(read_recording(path, mapping))
 
 
 def test_surroundings_are_those_of_the_mapping_then_of_the_caller(write: Writer) -> None:
     path = write([HEADER, *rows()])
     mapping = MAPPING | {'atmospheric_pressure': '990 hPa'}
-    table = read_table(path, mapping, atmospheric_pressure=1.02e5)
+    table = read_recording(path, mapping, atmospheric_pressure=1.02e5)
     assert table.atmospheric_pressure == pytest.approx(9.9e4)
     np.testing.assert_allclose(table['pressure_1'], PRESSURE - 1e3, atol=1e-3)
-    assert read_table(path, MAPPING, 1.02e5).atmospheric_pressure == 1.02e5
+    assert read_recording(path, MAPPING, 1.02e5).atmospheric_pressure == 1.02e5
 
 
 def test_scale_and_offset_of_a_sensor(write: Writer) -> None:
@@ -116,16 +116,16 @@ def test_scale_and_offset_of_a_sensor(write: Writer) -> None:
         'time': {'column': 1, 'unit': 's'},
         'position': {'column': 2, 'unit': 'V', 'scale': '60 mm/V', 'offset': '10 mm'},
     }
-    table = read_table(write(volts), mapping)
+    table = read_recording(write(volts), mapping)
     np.testing.assert_allclose(table['position'], POSITION, atol=1e-9)
     mapping['position'] = {'column': 2, 'unit': 'm', 'scale': -1}
-    turned = read_table(write(volts), mapping)['position']
+    turned = read_recording(write(volts), mapping)['position']
     np.testing.assert_allclose(turned, (0.01 - POSITION) / 0.06, atol=1e-9)
 
 
 @pytest.mark.parametrize('time', [{'rate': '862.0689655 Hz'}, {'interval': '1.16 ms'}])
 def test_time_without_a_column(write: Writer, time: dict[str, str]) -> None:
-    table = read_table(write([HEADER, *rows()]), {**MAPPING, 'time': time})
+    table = read_recording(write([HEADER, *rows()]), {**MAPPING, 'time': time})
     np.testing.assert_allclose(table.time, TIME, atol=1e-9)
 
 
@@ -134,35 +134,33 @@ def test_dates_become_stamps(write: Writer) -> None:
     stamps = start + (TIME * 1e9).round().astype(np.int64)
     texts = [str(stamp).replace('T', ' ') for stamp in stamps]
     lines = [[text, *row[1:]] for text, row in zip(texts, rows(), strict=True)]
-    table = read_table(write(lines), BY_NUMBER | {'time': {'column': 1, 'unit': 'datetime'}})
-    assert table.epoch_ns == int(start.astype(np.int64))
+    table = read_recording(write(lines), BY_NUMBER | {'time': {'column': 1, 'unit': 'datetime'}})
+    assert table.start_ns == int(start.astype(np.int64))
     np.testing.assert_allclose(table.time, TIME, atol=1e-12)
-    assert table.grid.start_ns == table.epoch_ns
 
 
 def test_rounded_stamps_lie_on_the_grid(write: Writer) -> None:
     lines = [[f'{t * 1e3:.1f}', *row[1:]] for t, row in zip(TIME, rows(), strict=True)]
-    grid = read_table(write([HEADER, *lines]), MAPPING).grid
-    assert grid.interval_ns == 1_160_000
-    assert grid.note == ''
-    np.testing.assert_array_equal(grid.sample, np.arange(COUNT))
+    table = read_recording(write([HEADER, *lines]), MAPPING)
+    assert table.interval_ns == 1_160_000
+    assert table.notes == ()
+    assert table.size == COUNT
 
 
 def test_missing_samples_stay_missing_and_are_told(write: Writer) -> None:
     lines = [row for k, row in enumerate(rows()) if k not in (50, 51, 120)]
-    table = read_table(write([HEADER, *lines]), MAPPING)
-    assert table.grid.missing == 3
-    full = uniform(table)
-    assert full.notes == ('3 of 200 samples are missing',)
-    np.testing.assert_allclose(full['position'], POSITION, atol=1e-6)
-    np.testing.assert_allclose(full.time, TIME, atol=1e-9)
+    table = read_recording(write([HEADER, *lines]), MAPPING)
+    assert table.missing['position'].tolist() == [50 * 1_160_000, 51 * 1_160_000, 120 * 1_160_000]
+    assert table.notes == ('3 of 200 samples are missing',)
+    np.testing.assert_allclose(table['position'], POSITION, atol=1e-6)
+    np.testing.assert_allclose(table.time, TIME, atol=1e-9)
 
 
 def test_jittering_stamps_are_interpolated_and_it_is_told(write: Writer) -> None:
     late = TIME + 4e-4 * np.random.default_rng(1).uniform(-1, 1, COUNT)
     lines = [[f'{t * 1e3:.6f}', f'{1e3 * (0.05 + 0.03 * np.sin(6.0 * t)):.9g}', '2.0']
              for t in late]  # fmt: skip
-    table = uniform(read_table(write([HEADER, *lines]), MAPPING))
+    table = read_recording(write([HEADER, *lines]), MAPPING)
     assert len(table.notes) == 1
     assert 'interpolated onto steps of' in table.notes[0]
     there = 0.05 + 0.03 * np.sin(6.0 * (late[0] + table.time))
@@ -172,13 +170,13 @@ def test_jittering_stamps_are_interpolated_and_it_is_told(write: Writer) -> None
 def test_voltages_are_held_where_samples_are_missing(write: Writer) -> None:
     lines = [['0', '1'], ['1', '1'], ['2', '1'], ['5', '3'], ['6', '3']]
     mapping = {'time': {'column': 1, 'unit': 's'}, 'u': {'column': 2, 'unit': 'V'}}
-    table = uniform(read_table(write(lines), mapping))
+    table = read_recording(write(lines), mapping)
     np.testing.assert_array_equal(table['u'], [1, 1, 1, 1, 1, 3, 3])
 
 
 def test_low_absolute_pressure_raises_a_suspicion(write: Writer) -> None:
     mapping = {**MAPPING, 'pressure_1': {'column': 'p1', 'unit': 'kPa'}}
-    assert 'is it gauge?' in read_table(write([HEADER, *rows()]), mapping).notes[0]
+    assert 'is it gauge?' in read_recording(write([HEADER, *rows()]), mapping).notes[0]
 
 
 def changed(row: int, column: int, text: str) -> list[list[str]]:
@@ -213,24 +211,24 @@ def test_what_is_wrong_in_a_file_is_said_in_one_line(
     write: Writer, lines: list[list[str]], mapping: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(RigError, match=message) as error:
-        read_table(write(lines), MAPPING | mapping)
+        read_recording(write(lines), MAPPING | mapping)
     assert '\n' not in str(error.value)
 
 
 def test_decimal_comma_is_suspected(write: Writer) -> None:
     path = write([HEADER, *rows(',')], ';')
     with pytest.raises(RigError, match=r"row 3, column 't': '1,16' .* decimal comma\? Add to the"):
-        read_table(path, MAPPING | {'decimal': '.'})
+        read_recording(path, MAPPING | {'decimal': '.'})
 
 
 def test_files_that_are_no_tables(tmp_path: Path) -> None:
     with pytest.raises(RigError, match='cannot be read: No such file'):
-        read_table(tmp_path / 'none.csv', MAPPING)
+        read_recording(tmp_path / 'none.csv', MAPPING)
     (tmp_path / 'binary.csv').write_bytes(b'\x00\x01\x02' * 50)
     with pytest.raises(RigError, match='is not a text file'):
-        read_table(tmp_path / 'binary.csv', MAPPING)
+        read_recording(tmp_path / 'binary.csv', MAPPING)
     with pytest.raises(RigError, match='must say which column'):
-        read_table(tmp_path / 'binary.csv')
+        read_recording(tmp_path / 'binary.csv')
 
 
 @pytest.mark.parametrize(
@@ -261,21 +259,21 @@ def test_what_is_wrong_in_a_mapping_is_said(
     write: Writer, mapping: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(RigError, match=message.replace('|', r'\|')):
-        read_table(write([HEADER, *rows()]), MAPPING | mapping)
+        read_recording(write([HEADER, *rows()]), MAPPING | mapping)
 
 
 def test_mapping_of_nothing(write: Writer, tmp_path: Path) -> None:
     with pytest.raises(RigError, match='names no signal'):
-        read_table(write(rows()), {'time': {'rate': '1 Hz'}})
+        read_recording(write(rows()), {'time': {'rate': '1 Hz'}})
     with pytest.raises(RigError, match='time: missing; name its column'):
-        read_table(write(rows()), {'position': {'column': 1, 'unit': 'm'}})
+        read_recording(write(rows()), {'position': {'column': 1, 'unit': 'm'}})
     (tmp_path / 'map.yaml').write_text('position: [')
     with pytest.raises(RigError, match='not valid YAML'):
-        read_table(write(rows()), tmp_path / 'map.yaml')
+        read_recording(write(rows()), tmp_path / 'map.yaml')
 
 
 def test_signal_that_is_not_there(write: Writer) -> None:
-    table = read_table(write([HEADER, *rows()]), MAPPING)
+    table = read_recording(write([HEADER, *rows()]), MAPPING)
     assert 'pressure_2' not in table
-    with pytest.raises(RigError, match="unknown name 'pressure_2', did you mean 'pressure_1'"):
+    with pytest.raises(RigError, match='export: no pressure_2 in it; it has position, pressure_1'):
         table['pressure_2']

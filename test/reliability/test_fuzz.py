@@ -63,10 +63,10 @@ def test_damaged_bags_give_no_wrong_number(name: str, stride: int, tmp_path: Pat
 def test_one_changed_bit_is_found(
     which: str, tmp_path: Path, changed_bag: Callable[[str], Path]
 ) -> None:
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
 
     with pytest.raises(RigError, match=r'[cC]hecksum'):
-        read_record(changed_bag(which))
+        read_recording(changed_bag(which))
 
 
 @pytest.fixture
@@ -91,10 +91,10 @@ def changed_bag(tmp_path: Path) -> Callable[[str], Path]:
 
 
 def test_bag_without_checksums_is_read_and_told(tmp_path: Path) -> None:
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.records import read_recording
 
     (tmp_path / 'bag.mcap').write_bytes(seeds.unprotected_bag())
-    assert not read_record(tmp_path).protected
+    assert not read_recording(tmp_path).protected
 
 
 def test_failures_are_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

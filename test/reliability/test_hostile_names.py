@@ -12,8 +12,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import read_record, wire
-from pneu_rig_ros.records.bag_table import read_bag_table
+from pneu_rig_ros.records import read_recording, wire
 from pneu_rig_ros.records.description import bag_metadata, describe
 from pneu_rig_ros.records.mapping import read_mapping
 from pneu_rig_ros.records.writer import BagWriter
@@ -98,7 +97,7 @@ def test_metadata_names_no_file_outside_the_bag(tmp_path: Path) -> None:
     text = metadata.read_text().replace('bag.mcap', '../outside.mcap').rsplit('# crc32')[0]
     metadata.write_text(text)
     with pytest.raises(RigError, match='missing'):
-        read_record(bag)
+        read_recording(bag)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +121,7 @@ def test_message_definitions_do_not_run(
             made.write(connection, k, wire.pack_float64(0.1))
     mapping = read_mapping({'topics': {'position': {'topic': '/x', 'field': 'data'}}})
     with pytest.raises(RigError) as told:
-        read_bag_table(tmp_path / 'bag', mapping, 1e5)
+        read_recording(tmp_path / 'bag', mapping)
     assert str(told.value).isprintable()
     assert not (tmp_path / 'owned').exists()
 

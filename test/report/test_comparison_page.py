@@ -13,8 +13,9 @@ from pneu_rig_ros.analysis.side_by_side import (
     compare_with_model,
 )
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.importing import write_bag
-from pneu_rig_ros.records.table import read_table
+from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.report.comparison_figures import MOST_POINTS, detail, draw_cycles, thinned
 from pneu_rig_ros.report.comparison_page import signal_rows, write_page
 from pneu_rig_ros.rig import load_configuration
@@ -67,7 +68,7 @@ def test_bag_against_itself_is_no_gap(bag: Path, tmp_path: Path) -> None:
 
 def test_shift_moves_the_second_bag(bag: Path) -> None:
     moved = compare_with_bag(bag, bag, shift=0.116)
-    first, second = moved.measured.position, moved.simulated.position
+    first, second = (side.recording.position for side in (moved.measured, moved.simulated))
     np.testing.assert_allclose(first[100:], second[:-100], atol=1e-9)
 
 
@@ -81,9 +82,9 @@ def test_conditions_are_those_of_the_bag(bag: Path) -> None:
 
 
 def test_bag_without_voltages_drives_no_model(bag: Path, tmp_path: Path) -> None:
-    table = read_table(bag)
-    signals = {name: table[name] for name in ('position', 'pressure_1', 'pressure_2')}
-    write_bag(replace(table, signals=signals), tmp_path / 'undriven')
+    whole = read_recording(bag)
+    signals = {name: whole[name] for name in WHOLE}
+    write_bag(replace(whole, signals=signals), tmp_path / 'undriven')
     with pytest.raises(RigError, match='no valve_voltages in it'):
         compare_with_model(tmp_path / 'undriven', load_configuration('cylinder_2'))
     gaps = compare_with_bag(tmp_path / 'undriven', bag).gaps
@@ -107,7 +108,7 @@ def test_detail_holds_the_first_cycles(comparison: Comparison) -> None:
     assert span is not None
     times = [cycle.breakaway_time for cycle in comparison.measured.events.cycles]
     assert span[0] < times[0]
-    assert times[2] < span[1] < comparison.measured.time[-1] + 1e-9
+    assert times[2] < span[1] < comparison.measured.recording.duration + 1e-9
 
 
 def test_run_without_cycles_has_no_picture_of_them(tmp_path: Path) -> None:

@@ -8,19 +8,21 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record, read_record
+from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.report.figure import draw_stroke, title_of
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
 
 @pytest.fixture(scope='module')
-def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+def record(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     configuration = load_configuration('cylinder_2', supply_pressure=6e5)
-    return read_record(simulate(configuration, 0.34, 10.0, tmp_path_factory.mktemp('b') / 'bag'))
+    return read_recording(
+        simulate(configuration, 0.34, 10.0, tmp_path_factory.mktemp('b') / 'bag')
+    )
 
 
-def test_picture_is_a_small_png(record: Record, tmp_path: Path) -> None:
+def test_picture_is_a_small_png(record: Recording, tmp_path: Path) -> None:
     path = draw_stroke(record, tmp_path / 'stroke.png')
     assert 20_000 < path.stat().st_size < 200_000
     pixels = imread(path)
@@ -29,7 +31,7 @@ def test_picture_is_a_small_png(record: Record, tmp_path: Path) -> None:
 
 
 def test_panels_are_those_of_the_paper(
-    record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    record: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[Figure] = []
     monkeypatch.setattr(Figure, 'savefig', lambda figure, *_, **__: drawn.append(figure))
@@ -43,12 +45,12 @@ def test_panels_are_those_of_the_paper(
     np.testing.assert_allclose(axes[2].lines[1].get_ydata(), 1e-5 * record.pressure_2)
 
 
-def test_title_names_the_operating_point(record: Record) -> None:
+def test_title_names_the_operating_point(record: Recording) -> None:
     assert title_of(record).startswith(
         'Cylinder 2: u = 0.34 V, $p_s$ = 6 bar abs, load 0.2 kg'
     )  # fmt: skip
 
 
-def test_unwritable_path_is_told_in_one_line(record: Record, tmp_path: Path) -> None:
+def test_unwritable_path_is_told_in_one_line(record: Recording, tmp_path: Path) -> None:
     with pytest.raises(RigError, match=r'cannot write the picture .*: No such file'):
         draw_stroke(record, tmp_path / 'nowhere' / 'stroke.png')

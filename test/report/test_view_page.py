@@ -12,8 +12,7 @@ import pytest
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Record, read_record
-from pneu_rig_ros.records.record import UNITS
+from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.report import view_data
 from pneu_rig_ros.report.view_data import thinned
 from pneu_rig_ros.report.view_page import facts, write_view
@@ -42,17 +41,17 @@ pytestmark = pytest.mark.xdist_group('view')  # one browser, one record
 
 
 @pytest.fixture(scope='module')
-def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+def record(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     """Seven seconds of cylinder 2."""
     path = tmp_path_factory.mktemp('bags') / 'stroke'
-    return read_record(simulate(load_configuration('cylinder_2'), 0.34, 7.0, path))
+    return read_recording(simulate(load_configuration('cylinder_2'), 0.34, 7.0, path))
 
 
 @pytest.fixture
 def shown(open_page: Callable[[str], Any], tmp_path: Path) -> Callable[..., Any]:
     """Write the page of a record and open it."""
 
-    def show(record: Record, **options: Any) -> Any:
+    def show(record: Recording, **options: Any) -> Any:
         write_view(tmp_path / 'page.html', record, 'a <stroke>', **options)
         page = open_page((tmp_path / 'page.html').as_uri())
         until(page, 'stack.charts.every(chart => chart.status === 1)')
@@ -88,7 +87,7 @@ def drag(page: Any, chart: int, start: float, end: float) -> None:
     page.mouse.up()
 
 
-def test_page_loads_and_every_chart_has_its_curve(record: Record, shown: Any) -> None:
+def test_page_loads_and_every_chart_has_its_curve(record: Recording, shown: Any) -> None:
     page = shown(record)
     assert page.locator('h1').inner_text() == 'a <stroke>'
     assert page.evaluate('stack.charts.length') == CHARTS
@@ -98,7 +97,7 @@ def test_page_loads_and_every_chart_has_its_curve(record: Record, shown: Any) ->
     assert 'supply 4 bar abs' in page.locator('header').inner_text()
 
 
-def test_drag_zooms_all_charts_and_double_click_shows_all(record: Record, shown: Any) -> None:
+def test_drag_zooms_all_charts_and_double_click_shows_all(record: Recording, shown: Any) -> None:
     page = shown(record)
     whole = [[0.0, pytest.approx(record.duration)]] * CHARTS
     assert visible(page) == whole
@@ -116,7 +115,7 @@ def test_drag_zooms_all_charts_and_double_click_shows_all(record: Record, shown:
     assert visible(page) == whole
 
 
-def test_wheel_zooms_about_the_cursor_with_ctrl_only(record: Record, shown: Any) -> None:
+def test_wheel_zooms_about_the_cursor_with_ctrl_only(record: Recording, shown: Any) -> None:
     page = shown(record)
     page.locator('.u-over').nth(0).hover()
     page.mouse.wheel(0, -100)
@@ -130,7 +129,7 @@ def test_wheel_zooms_about_the_cursor_with_ctrl_only(record: Record, shown: Any)
     assert (start + stop) / 2 == pytest.approx(record.duration / 2, abs=0.02)
 
 
-def test_cylinder_and_values_are_those_at_the_cursor(record: Record, shown: Any) -> None:
+def test_cylinder_and_values_are_those_at_the_cursor(record: Recording, shown: Any) -> None:
     page = shown(record)
     friction = friction_of(record)
     for share in (0.3, 0.9):
@@ -149,7 +148,7 @@ def test_cylinder_and_values_are_those_at_the_cursor(record: Record, shown: Any)
         assert states == ['fills', 'empties']
 
 
-def test_cycles_are_listed_and_lead_to_their_breakaway(record: Record, shown: Any) -> None:
+def test_cycles_are_listed_and_lead_to_their_breakaway(record: Recording, shown: Any) -> None:
     page = shown(record)
     cycles = find_cycles(record.position, record.interval, friction_of(record))
     rows = page.locator('.events tbody tr')
@@ -162,10 +161,10 @@ def test_cycles_are_listed_and_lead_to_their_breakaway(record: Record, shown: An
     start, stop = visible(page)[0]
     assert start < cycles[2].breakaway_time < stop < start + 2.0
     assert 'near' in rows.nth(2).get_attribute('class')
-    assert page.locator('#mode').inner_text() in ('stick', 'presliding')
+    assert page.locator('#regime').inner_text() in ('dwell', 'presliding')
 
 
-def test_keys_step_by_a_sample_and_play_runs_to_the_end(record: Record, shown: Any) -> None:
+def test_keys_step_by_a_sample_and_play_runs_to_the_end(record: Recording, shown: Any) -> None:
     page = shown(record)
     before = page.evaluate('stack.time')
     page.keyboard.press('ArrowRight')
@@ -180,22 +179,28 @@ def test_keys_step_by_a_sample_and_play_runs_to_the_end(record: Record, shown: A
     )
 
 
-def test_page_fits_a_narrow_screen(record: Record, shown: Any) -> None:
+def test_page_fits_a_narrow_screen(record: Recording, shown: Any) -> None:
     page = shown(record)
     page.set_viewport_size({'width': 420, 'height': 900})
     until(page, 'stack.charts[0].width < 420')
     assert page.evaluate('document.documentElement.scrollWidth') <= 420
 
 
-def test_rig_that_is_not_known_is_shown_without_friction(record: Record, shown: Any) -> None:
-    counts = {t: n for t, n in record.counts.items() if t != 'valve_voltages'}
-    page = shown(replace(record, configuration=None, counts=counts))
+def undriven(record: Recording) -> Recording:
+    """Return the recording as if nobody had noted command and voltages."""
+    names = {'u', 'voltage_1', 'voltage_2'}
+    signals = {name: values for name, values in record.signals.items() if name not in names}
+    return replace(record, signals=signals)
+
+
+def test_rig_that_is_not_known_is_shown_without_friction(record: Recording, shown: Any) -> None:
+    page = shown(undriven(replace(record, configuration=None)))
     assert page.evaluate('stack.charts.length') == 3
     assert 'does not say which rig' in page.locator('aside').inner_text()
     assert page.locator('.events tbody tr').count() >= 3
 
 
-def test_part_of_a_record(record: Record, shown: Any) -> None:
+def test_part_of_a_record(record: Recording, shown: Any) -> None:
     page = shown(record, start=2.0, stop=3.0)
     assert visible(page)[0] == [0.0, pytest.approx(1.0, abs=record.interval)]
     first = page.evaluate('signals.position[0]')
@@ -203,7 +208,7 @@ def test_part_of_a_record(record: Record, shown: Any) -> None:
 
 
 def test_long_record_is_thinned_to_its_extremes_and_says_so(
-    record: Record, shown: Any, monkeypatch: pytest.MonkeyPatch
+    record: Recording, shown: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(view_data, 'MOST_POINTS', 1000)
     page = shown(record)
@@ -213,20 +218,20 @@ def test_long_record_is_thinned_to_its_extremes_and_says_so(
     assert page.evaluate('time.at(-1)') == pytest.approx(record.duration, abs=13 * 1.16e-3)
 
 
-def test_facts_tell_the_operating_point(record: Record) -> None:
+def test_facts_tell_the_operating_point(record: Recording) -> None:
     still, driven = np.full_like(record.voltage_1, 2.5), record.voltage_1
-    assert 'u = 0.34 V' in facts(replace(record, voltage_1=2.5 + 0.34 + 0 * driven))
-    assert 'u = 0.00 V' in facts(replace(record, voltage_1=still, voltage_2=still))
+    assert 'u = 0.34 V' in facts(record.with_signals(voltage_1=2.5 + 0.34 + 0 * driven))
+    assert 'u = 0.00 V' in facts(record.with_signals(voltage_1=still, voltage_2=still))
     assert 'supply 4 bar abs' in facts(record)
-    assert facts(replace(record, configuration=None, counts={})) == [
+    assert facts(undriven(replace(record, configuration=None))) == [
         '7.00 s, a sample every 1.16 ms'
     ]
 
 
 @pytest.mark.parametrize('times', [9, 90])
-def test_page_stays_below_five_megabytes(record: Record, tmp_path: Path, times: int) -> None:
-    signals = {name: np.tile(getattr(record, name), times) for name in (*UNITS, 'arrival_ns')}
-    long = replace(record, **signals)
+def test_page_stays_below_five_megabytes(record: Recording, tmp_path: Path, times: int) -> None:
+    signals = {name: np.tile(values, times) for name, values in record.signals.items()}
+    long = Recording('long', 0, record.interval_ns, signals, configuration=record.configuration)
     page = write_view(tmp_path / 'page.html', long, 'long')
     assert long.duration > 7 * times - 1
     assert page.stat().st_size < 5e6
@@ -254,7 +259,7 @@ def test_thinned_keeps_every_extreme_in_order() -> None:
     ],
 )
 def test_part_without_samples_is_refused(
-    record: Record, tmp_path: Path, part: tuple[float, float], told: str
+    record: Recording, tmp_path: Path, part: tuple[float, float], told: str
 ) -> None:
     with pytest.raises(RigError, match=told):
         write_view(tmp_path / 'page.html', record, 'none', *part)

@@ -14,7 +14,7 @@ from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.wire import pack_float64, unpack_float64, unpack_joint_state
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -138,7 +138,7 @@ def test_excitation_plays_its_profile_on_the_samples_stamps(context, tmp_path):
     run(runner, round(0.8e9 / INTERVAL))
     assert player.report().summary == 'finished'
     runner.close()
-    record = read_record(bag)
+    record = read_recording(bag)
     levels = np.array([0.0, 0.4, -0.4, 0.0])
     time = record.time[:-1]
     u = levels[np.minimum((time / 0.2 + 1e-9).astype(int), 3)]

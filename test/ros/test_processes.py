@@ -15,7 +15,7 @@ from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.drive import drive
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.wire import unpack_stamp
 
 from .bystander import Bystander, until
@@ -124,7 +124,7 @@ def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
     for process in processes:
         stop(process)
     for name, cylinder in rigs.items():
-        record = read_record(bags[name])
+        record = read_recording(bags[name])
         assert record.configuration is not None
         assert record.configuration.name == cylinder
         assert bool(record.counts.get('u')) == (name == 'left')

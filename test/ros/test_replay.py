@@ -13,7 +13,7 @@ from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
 from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.replay import ReplayNode
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.records import read_record
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.playback import Playback
 from pneu_rig_ros.records.topics import CLOCK
 from pneu_rig_ros.records.wire import unpack_stamp
@@ -59,7 +59,7 @@ def test_friction_of_a_replayed_bag_is_that_of_the_bag(bag, context, tmp_path):
     )
     play(runner)
     runner.close()
-    live, offline = read_record(again), read_record(bag)
+    live, offline = read_recording(again), read_recording(bag)
     assert np.array_equal(live.position, offline.position)
     assert np.array_equal(live.friction, offline.friction, equal_nan=True)
     known = np.isfinite(live.friction)

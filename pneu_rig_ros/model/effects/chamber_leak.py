@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import port_flow
 
@@ -39,7 +39,7 @@ def contribution(
 EFFECT = Effect(
     title='chambers leak to atmosphere',
     balance=Balance.MASS,
-    regimes=('dwell', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='ISO 6358-1:2013 with the effective area as the parameter',
     parameters=Parameters,
     null=Parameters(0.0, 0.0),

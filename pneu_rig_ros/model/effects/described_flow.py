@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
@@ -64,7 +64,7 @@ def contribution(
 EFFECT = Effect(
     title='a flow nobody has named yet',
     balance=Balance.MASS,
-    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    regimes=tuple(Regime),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
     null=Parameters(*([0.0] * 10)),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 SPEED = 0.1
@@ -56,7 +56,7 @@ def contribution(
 EFFECT = Effect(
     title='a force nobody has named yet',
     balance=Balance.FORCE,
-    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    regimes=tuple(Regime),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
     null=Parameters(*([0.0] * 8)),

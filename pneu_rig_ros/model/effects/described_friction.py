@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 SPEED = 0.1
@@ -69,7 +69,7 @@ def contribution(
 EFFECT = Effect(
     title='a level of friction nobody has named yet',
     balance=Balance.LEVEL,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
     null=Parameters(*([0.0] * 12)),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -46,7 +46,7 @@ def contribution(
 EFFECT = Effect(
     title='a heat flow nobody has named yet',
     balance=Balance.HEAT,
-    regimes=('dwell', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
     null=Parameters(0.0, 0.0, 0.0, 0.0, 0.0),

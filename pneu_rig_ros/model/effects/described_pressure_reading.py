@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -40,7 +40,7 @@ def contribution(
 EFFECT = Effect(
     title='an error of the pressure sensors nobody has named yet',
     balance=Balance.PRESSURE_READING,
-    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    regimes=tuple(Regime),
     source='a fit to data: a description, not a cause',
     parameters=Parameters,
     null=Parameters(0.0, 0.0, 0.0, 0.0),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.friction import grown_static_friction
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -49,7 +49,7 @@ def contribution(
 EFFECT = Effect(
     title='static friction grows with the time at rest',
     balance=Balance.LEVEL,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 16 of the paper; S. Kato, N. Sato, T. Matsubayashi, Some Considerations on '
     'Characteristics of Static Friction of Machine Tool Slideway, J. Lubr. Technol. 94 (1972)',
     parameters=Parameters,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -56,7 +56,7 @@ def contribution(
 EFFECT = Effect(
     title='cushions brake the piston before its end stops',
     balance=Balance.FORCE,
-    regimes=('dwell', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='K. H. Hunt, F. R. E. Crossley, Coefficient of Restitution Interpreted as Damping in '
     'Vibroimpact, J. Appl. Mech. 42 (1975), with a linear spring',
     parameters=Parameters,

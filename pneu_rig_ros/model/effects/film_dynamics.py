@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.friction import film_rests
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -54,7 +54,7 @@ def contribution(
 EFFECT = Effect(
     title='a lubricant film builds up in motion and thins at rest',
     balance=Balance.FILM,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 12-15 of the paper; H. Yanada, Y. Sekikawa, Modeling of Dynamic Behaviors of '
     'Friction, Mechatronics 18 (2008)',
     parameters=Parameters,

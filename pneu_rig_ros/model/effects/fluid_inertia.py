@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -34,7 +34,7 @@ def contribution(
 EFFECT = Effect(
     title='fluid friction depends on the acceleration too',
     balance=Balance.FORCE,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 9 of the paper; X. B. Tran, N. Hafizah, H. Yanada, Modeling of Dynamic '
     'Friction Behaviors of Hydraulic Cylinders, Mechatronics 22 (2012)',
     parameters=Parameters,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -48,7 +48,7 @@ def contribution(
 EFFECT = Effect(
     title='friction falls as the seals warm up',
     balance=Balance.LEVEL,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='A. C. Bittencourt, E. Wernholt, S. Sander-Tavallaey, T. Brogårdh, An Extended '
     'Friction Model to capture Load and Temperature effects in Robot Joints, IROS 2010; here '
     'exponential in the work',

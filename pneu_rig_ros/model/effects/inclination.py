@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 STANDARD_GRAVITY = 9.80665
@@ -39,7 +39,7 @@ def contribution(
 EFFECT = Effect(
     title='cylinder axis is inclined',
     balance=Balance.FORCE,
-    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    regimes=tuple(Regime),
     source='Newton, weight along the axis',
     parameters=Parameters,
     null=Parameters(0.0),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals, integrated_lag
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -59,7 +59,7 @@ def contribution(
 EFFECT = Effect(
     title='lines delay the flow between valve and chamber',
     balance=Balance.MASS,
-    regimes=('dwell', 'breakaway', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000) (delay in the lines), here of first order',
     parameters=Parameters,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 STRETCH_UNIT = 1e-3
@@ -53,7 +53,7 @@ def contribution(
 EFFECT = Effect(
     title='the load hangs on the rod by a spring and a damper',
     balance=Balance.FORCE,
-    regimes=('breakaway', 'sliding', 'end stop'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='Newton, two masses joined by a linear spring and damper',
     parameters=Parameters,
     null=Parameters(0.0, 0.0),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -33,7 +33,7 @@ def contribution(
 EFFECT = Effect(
     title='a spring loads the rod',
     balance=Balance.FORCE,
-    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    regimes=tuple(Regime),
     source='R. Hooke, De Potentia Restitutiva 1678 (linear spring)',
     parameters=Parameters,
     null=Parameters(0.0, 0.0),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
@@ -59,7 +59,7 @@ def contribution(
 EFFECT = Effect(
     title='valve ports open nonlinearly',
     balance=Balance.SPOOL,
-    regimes=('dwell', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law',
     parameters=Parameters,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -36,7 +36,7 @@ def contribution(
 EFFECT = Effect(
     title='friction changes along the stroke',
     balance=Balance.LEVEL,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
     'tools and compensation methods for the control of machines with friction, Automatica 30 '
     '(1994)',

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -34,7 +34,7 @@ def contribution(
 EFFECT = Effect(
     title='the position sensor has a wrong scale',
     balance=Balance.MOTION_READING,
-    regimes=('dwell', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='JCGM 200:2012 (VIM), sensitivity of a measuring system',
     parameters=Parameters,
     null=Parameters(0.0),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 DEFLECTION_UNIT = 1e-4
@@ -50,7 +50,7 @@ def contribution(
 EFFECT = Effect(
     title='bristles slip one after another before the piston does',
     balance=Balance.BRISTLE,
-    regimes=('presliding', 'breakaway'),
+    regimes=(Regime.PRESLIDING, Regime.BREAKAWAY),
     source='F. Al-Bender, V. Lampaert, J. Swevers, The Generalized Maxwell-Slip Model: A '
     'Novel Model for Friction Simulation and Compensation, IEEE Trans. Autom. Control 50 (2005)',
     parameters=Parameters,

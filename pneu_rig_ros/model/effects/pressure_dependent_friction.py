@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -34,7 +34,7 @@ def contribution(
 EFFECT = Effect(
     title='seal friction grows with pressure',
     balance=Balance.LEVEL,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='G. Belforte, T. Raparelli, M. Velardocchia, Study of the Behavior of Lip Seals in '
     'Pneumatic Actuators, Lubrication Engineering 49 (1993)',
     parameters=Parameters,

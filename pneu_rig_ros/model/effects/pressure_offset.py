@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -33,7 +33,7 @@ def contribution(
 EFFECT = Effect(
     title='the pressure sensors have an offset',
     balance=Balance.PRESSURE_READING,
-    regimes=('dwell', 'presliding', 'breakaway', 'sliding', 'end stop'),
+    regimes=tuple(Regime),
     source='JCGM 200:2012 (VIM), zero error',
     parameters=Parameters,
     null=Parameters(0.0, 0.0),

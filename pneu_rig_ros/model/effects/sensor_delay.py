@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals, integrated_lag
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 
 LAG_UNIT = 0.1
@@ -48,7 +48,7 @@ def contribution(
 EFFECT = Effect(
     title='the position sensor lags behind the piston',
     balance=Balance.MOTION_READING,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='JCGM 200:2012 (VIM), step response time; here of first order',
     parameters=Parameters,
     null=Parameters(0.0),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -38,7 +38,7 @@ def contribution(
 EFFECT = Effect(
     title='friction is higher at rest than in motion (Stribeck)',
     balance=Balance.LEVEL,
-    regimes=('breakaway', 'sliding'),
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 11 of the paper; C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, '
     'A New Model for Control of Systems with Friction, IEEE Trans. Autom. Control 40 (1995)',
     parameters=Parameters,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -83,7 +83,7 @@ def contribution(
 EFFECT = Effect(
     title='supply pressure falls with the flow drawn',
     balance=Balance.SUPPLY,
-    regimes=('dwell', 'sliding'),
+    regimes=(Regime.DWELL, Regime.SLIDING),
     source='ISO 6953-2:2015 (forward flow characteristics of regulators), taken as linear',
     parameters=Parameters,
     null=Parameters(0.0),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals, integrated_lag
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
@@ -45,7 +45,7 @@ def contribution(
 EFFECT = Effect(
     title='valve spools follow their voltage with a lag',
     balance=Balance.SPOOL,
-    regimes=('dwell', 'breakaway', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='P. Beater, Pneumatic Drives, Springer 2007 (first-order spool)',
     parameters=Parameters,
     null=Parameters(0.0),

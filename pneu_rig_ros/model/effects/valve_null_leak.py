@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import port_flow
 
@@ -75,7 +75,7 @@ def contribution(
 EFFECT = Effect(
     title='valves leak past their spools, most near the centre',
     balance=Balance.MASS,
-    regimes=('dwell', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='H. E. Merritt, Hydraulic Control Systems, Wiley 1967 (null leakage of spool valves), '
     'with the port flow of Eq. 3',
     parameters=Parameters,

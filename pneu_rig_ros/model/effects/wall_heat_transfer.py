@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -38,7 +38,7 @@ def contribution(
 EFFECT = Effect(
     title='gas exchanges heat with the chamber walls',
     balance=Balance.HEAT,
-    regimes=('dwell', 'sliding', 'end stop'),
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='P. Beater, Pneumatic Drives, Springer 2007; Newton cooling, ideal gas',
     parameters=Parameters,
     null=Parameters(0.0, 0.0),

@@ -45,7 +45,7 @@ function told(from, to) {
   document.getElementById('range').textContent = `${from.toFixed(2)} to ${to.toFixed(2)} s`;
 }
 
-/** Draw the modes of motion as a strip along the top of a chart. */
+/** Draw the regimes of motion as a strip along the top of a chart. */
 function drawModes(chart) {
   const { ctx } = chart;
   const { left, top, width } = chart.bbox;
@@ -54,11 +54,11 @@ function drawModes(chart) {
   ctx.beginPath();
   ctx.rect(left, top, width, height);
   ctx.clip();
-  bag.modes.forEach(([start, mode], k) => {
+  bag.regimes.forEach(([start, regime], k) => {
     const from = chart.valToPos(start, 'x', true);
-    const to = chart.valToPos(bag.modes[k + 1]?.[0] ?? bag.duration, 'x', true);
+    const to = chart.valToPos(bag.regimes[k + 1]?.[0] ?? bag.duration, 'x', true);
     if (to < left || from > left + width) return;
-    ctx.fillStyle = MODE_COLOURS[mode];
+    ctx.fillStyle = REGIME_COLOURS[regime];
     ctx.fillRect(from, top, Math.max(to - from, 1), height);
   });
   ctx.restore();
@@ -70,7 +70,7 @@ function drawBreakaways(chart, index) {
   const { left, top, width, height } = chart.bbox;
   const dot = devicePixelRatio;
   ctx.save();
-  ctx.fillStyle = ctx.strokeStyle = MODE_COLOURS[2];
+  ctx.fillStyle = ctx.strokeStyle = REGIME_COLOURS[2];
   ctx.lineWidth = dot;
   ctx.font = `${11 * dot}px system-ui, "Liberation Sans", sans-serif`;
   let free = -Infinity;
@@ -102,7 +102,7 @@ function triangle(ctx, x, y, dot) {
 
 // --- the cylinder and the values at the cursor ---
 
-const MODE_COLOURS = ['stick', 'presliding', 'breakaway', 'slip', 'end-stop'].map(
+const REGIME_COLOURS = ['dwell', 'presliding', 'breakaway', 'sliding', 'end-stop'].map(
   (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
 const drawing = bag.rig && new CylinderDrawing(document.querySelector('svg.cylinder'), bag.rig);
 const readings = new Readings(document.getElementById('readings'), [
@@ -115,19 +115,19 @@ function showAt(t) {
   drawing?.show(values);
   readings.show({ ...values, velocity: values.velocity_fit, time: t });
   document.getElementById('slider').value = t;
-  const mode = modeAt(t);
-  document.getElementById('mode').innerHTML = mode == null ? '' :
-    `<span class="swatch" style="background:${MODE_COLOURS[mode]}"></span>${bag.mode_names[mode]}`;
+  const regime = regimeAt(t);
+  document.getElementById('regime').innerHTML = regime == null ? '' :
+    `<span class="swatch" style="background:${REGIME_COLOURS[regime]}"></span>${bag.regime_names[regime]}`;
   markNear(t);
 }
 
-function modeAt(t) {
-  let mode = null;
-  for (const [start, number] of bag.modes) {
+function regimeAt(t) {
+  let regime = null;
+  for (const [start, number] of bag.regimes) {
     if (start > t) break;
-    mode = number;
+    regime = number;
   }
-  return mode;
+  return regime;
 }
 
 // --- the cycles ---

@@ -1,7 +1,7 @@
 """
-The true modes of a simulated run, from states that no sensor sees.
+The true regimes of a simulated run, from states that no sensor sees.
 
-The definitions of ``segmentation``, sample by sample, with the plant's own velocity, friction
+The definitions of ``analysis.regimes``, sample by sample, with the plant's own velocity, friction
 force or bristle deflection, and contact. Nothing is smoothed, nothing of the analysis is used.
 """
 
@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.plant import Trajectory
 
-STICK, PRESLIDING, BREAKAWAY, SLIP, END_STOP = range(5)
-
+DWELL, PRESLIDING, BREAKAWAY, SLIDING, END_STOP = range(5)
 
 REST_SPEED, LEAST_REST, INTERVAL = 1e-3, 0.06, 1.16e-3
 
 
 class Truth(NamedTuple):
-    mode: NDArray[np.int64]
+    regime: NDArray[np.int64]
     slips: int
 
 
@@ -45,15 +44,15 @@ def true_feed(run: Trajectory) -> float:
     return float(np.abs(run.velocity[under_way]).mean()) if np.ptp(x) > 1e-3 else np.inf
 
 
-def true_modes(run: Trajectory, load: NDArray[np.float64]) -> Truth:
+def true_regimes(run: Trajectory, load: NDArray[np.float64]) -> Truth:
     """
-    Return the true modes and the number of slips.
+    Return the true regimes and the number of slips.
 
     :param load: what has its peak at breakaway: the plant's friction force, or the deflection of
         the bristles, which let go then
     """
     feed, load = true_feed(run), np.abs(load)
-    mode = np.where(run.contact != 0, END_STOP, STICK)
+    regime = np.where(run.contact != 0, END_STOP, DWELL)
     speed = np.abs(run.velocity)
     moves = (speed > feed / 2) & (run.contact == 0)
     slips = 0
@@ -69,7 +68,7 @@ def true_modes(run: Trajectory, load: NDArray[np.float64]) -> Truth:
             onset = stretch[0]  # it glides farther than it slips
         before = stretch[stretch <= onset]
         peak = before[load[before].argmax()]
-        mode[stretch] = np.select(
-            [stretch >= onset, stretch >= peak], [SLIP, BREAKAWAY], PRESLIDING
+        regime[stretch] = np.select(
+            [stretch >= onset, stretch >= peak], [SLIDING, BREAKAWAY], PRESLIDING
         )
-    return Truth(mode, slips)
+    return Truth(regime, slips)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,11 +22,11 @@ from rosbags.typesys import Stores, get_typestore
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.bag import custom_data, find_namespace, first_line
-from pneu_rig_ros.records.grid import HELD, resample
+from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.integrity import check_metadata, check_storage, unprotected_messages
-from pneu_rig_ros.records.mapping import PRESSURES, SIGNALS, Source, TableMapping
-from pneu_rig_ros.records.record import Floats, Stamps
-from pneu_rig_ros.records.table import Table, in_si, unit_of
+from pneu_rig_ros.records.mapping import Source, TableMapping
+from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats, Stamps
+from pneu_rig_ros.records.scaling import in_si, unit_of
 from pneu_rig_ros.records.wire import NANOSECONDS
 
 USUAL_FIELDS = {
@@ -69,7 +68,21 @@ class Stream(NamedTuple):
     values: Floats
 
 
-def read_bag_table(path: Path, mapping: TableMapping | None, zero: float) -> Table:
+class MappedBag(NamedTuple):
+    """
+    What is read of a bag.
+
+    :param columns: signals at the stamps of the one with the most messages
+    :param metadata: custom data of the bag
+    :param protected: whether every message has a checksum
+    """
+
+    columns: Columns
+    metadata: dict[str, str]
+    protected: bool
+
+
+def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> MappedBag:
     """
     Read the mapped signals of a bag; those of this project without a mapping.
 
@@ -83,19 +96,16 @@ def read_bag_table(path: Path, mapping: TableMapping | None, zero: float) -> Tab
         check_metadata(directory)
     try:
         with AnyReader([directory], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            unprotected = any(map(_unprotected, reader.readers))
+            protected = not any(map(_unprotected, reader.readers))
             sources = dict(mapping.signals) if mapping else _own(reader.connections)
-            origin = mapping.origin if mapping else str(path)
-            streams, gauge = _streams(reader, sources, origin, zero)
+            streams, gauge = _streams(reader, sources, mapping.origin if mapping else path, zero)
             custom = _custom(reader.readers)
     except RigError:
         raise
     except Exception as error:
         # In damaged data rosbags, and the decompressors and parsers below it, stumble anyhow.
         raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from error
-    notes = ['no checksums: changed bits would not be noticed'] if unprotected else []
-    table = _table(str(path), streams, zero if gauge else None, notes)
-    return replace(table, metadata=custom)
+    return MappedBag(_columns(path, streams, gauge), custom, protected)
 
 
 def _unprotected(reader: Reader | Reader1) -> bool:
@@ -131,7 +141,7 @@ def _namespace(connections: list[Connection]) -> str:
 
 
 def _streams(
-    reader: AnyReader, sources: dict[str, Source], origin: str, zero: float
+    reader: AnyReader, sources: dict[str, Source], origin: object, zero: float
 ) -> tuple[dict[str, Stream], bool]:
     by_topic = {connection.topic: connection for connection in reader.connections}
     streams, any_gauge = {}, False
@@ -235,9 +245,7 @@ def _fields(part: Any) -> str:
     return f', it has {len(part)} elements' if hasattr(part, '__len__') else ''
 
 
-def _table(
-    path: str, streams: dict[str, Stream], atmosphere: float | None, notes: list[str]
-) -> Table:
+def _columns(path: Path, streams: dict[str, Stream], gauge: bool) -> Columns:
     """Return all streams at the stamps of the one with the most messages."""
     sampled = {name: s for name, s in streams.items() if name not in HELD} or streams
     main = max(sampled, key=lambda name: sampled[name].stamps.size)
@@ -255,8 +263,8 @@ def _table(
         for name, stream in streams.items()
     }
     late = [name for name in streams if name in HELD and streams[name].stamps[0] > epoch]
-    notes += [f'{name} starts after the first sample; its first value is held' for name in late]
-    return Table(path, time, signals, epoch, atmosphere, tuple(notes))
+    notes = (f'{name} starts after the first sample; its first value is held' for name in late)
+    return Columns(time, signals, epoch, gauge, tuple(notes))
 
 
 def _seconds(stamps: Stamps, epoch: int) -> Floats:

@@ -5,14 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.rig.sensors import Sensors
-
 Floats = NDArray[np.float64]
 
 KEPT = 0.9
 """Share of the smallest second differences that count: the others may be motion [-]."""
 TRIMMED = 0.79
 """Standard deviation of a normal variable whose largest tenth is left out [-]."""
+DUST = 1e-9
+"""Distances below this share of a signal's largest value are rounding of the computer's [-]."""
+
+
+def noise_of(signal: Floats) -> float:
+    """Return the standard deviation of a reading [unit], with no data sheet at hand."""
+    return reading_noise(signal, smallest_step(signal) / np.sqrt(12.0))
 
 
 def reading_noise(signal: Floats, configured: float) -> float:
@@ -23,20 +28,22 @@ def reading_noise(signal: Floats, configured: float) -> float:
     signal next to none. A resting signal that stays within one step of its converter shows no
     noise at all, so the configured noise is the least.
 
-    :param signal: equally spaced readings, shape (n,)
+    :param signal: equally spaced readings, shape (n,); NaN where there are none
     :param configured: standard deviation by the data sheet [unit]
     """
-    bends = np.sort(np.abs(np.diff(signal, 2)))[: max(1, int(KEPT * (signal.size - 2)))]
+    bends = np.abs(np.diff(signal, 2))
+    bends = np.sort(bends[np.isfinite(bends)])
+    bends = bends[: max(1, int(KEPT * bends.size))]
     seen = float(np.sqrt(np.mean(bends**2))) / (TRIMMED * np.sqrt(6.0)) if bends.size else 0.0
-    return max(seen, configured)
+    return max(seen, float(configured))
 
 
-def configured_noise(sensors: Sensors) -> tuple[float, float]:
-    """Return the standard deviation of a position [m] and a pressure [Pa] by the data sheet."""
-    codes = 2.0**sensors.resolution - 1.0
-    position = np.hypot(sensors.position_noise, sensors.position_span / codes / np.sqrt(12.0))
-    pressure = np.hypot(sensors.pressure_noise, sensors.pressure_span / codes / np.sqrt(12.0))
-    return float(position), float(pressure)
+def smallest_step(signal: Floats) -> float:
+    """Return the smallest distance of two different readings [unit], 0 where all are the same."""
+    known = np.unique(signal[np.isfinite(signal)])
+    steps = np.diff(known)
+    steps = steps[steps > DUST * np.abs(known).max(initial=0.0)]
+    return float(steps.min()) if steps.size else 0.0
 
 
 def mean_noise(noise: float, code: float, samples: int) -> float:

@@ -1,0 +1,171 @@
+"""
+Rests, breakaways and end stops, from measured positions.
+
+The piston rests where a line through 46 ms of its positions has a slope below 1 mm/s: 46 um, less
+than one step of the rig's 12-bit position sensor. A rest lasts at least 60 ms, and ends with a
+breakaway. Data of a sensor with more noise than the rig's, or of slower sampling, take longer
+lines and longer rests, see ``velocity.window_for``.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.analysis.friction import Floats
+from pneu_rig_ros.analysis.velocity import (
+    NOISE,
+    RESOLUTION,
+    WINDOW,
+    adaptive_velocity,
+    least_travel,
+    running_mean,
+    window_for,
+)
+
+Flags = NDArray[np.bool_]
+
+REST_SPEED = 1e-3
+"""A piston slower than this is at rest [m/s]."""
+
+LEAST_REST = 0.06
+"""
+A rest lasts at least so long [s].
+
+50 ms would do, but the sensor does not resolve that: its noise makes 30 such rests a minute out of
+steady motion at 2 mm/s, and none of 60 ms in five minutes.
+"""
+
+MEAN_WINDOW = 0.046
+"""Length of the mean of friction force and position, in which a peak stands out [s]."""
+
+PUSH_WINDOW = 0.012
+"""Length of the mean of the driving force at an end stop [s]."""
+
+GAIN_ERROR = 0.01
+"""Share of the stroke by which the position sensor may be wrong at its end; 0 is 0 [-]."""
+
+AT_STOP, AT_STOP_NOISE = 1.5, 3.5
+"""
+Readings of a piston at rest are this close to their mean, in steps of the converter or in standard
+deviations of a reading [-].
+"""
+
+LEAST_PUSH = 1.0
+"""A driving force below this is none, by the noise of the pressure sensors [N]."""
+
+
+class Rest(NamedTuple):
+    """
+    A stretch at rest.
+
+    :param first: its first sample
+    :param end: one after its last sample
+    """
+
+    first: int
+    end: int
+
+
+def find_rests(position: Floats, interval: float, noise: float = NOISE) -> list[Rest]:
+    """
+    Return the rests in the order of time.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]
+    """
+    return rests_of(np.abs(adaptive_velocity(position, interval, None, noise)), interval, noise)
+
+
+def rests_of(speed: Floats, interval: float, noise: float = NOISE) -> list[Rest]:
+    """Return the rests of a piston with the speed [m/s], shape (n,), by ``adaptive_velocity``."""
+    # a slope that is so small says so of its whole window: what keeps it from being so for less
+    # than a window is noise, and the rest reaches half a window further than the slopes. There the
+    # piston comes to rest and sets off, faster than 1 mm/s for the most part.
+    longer = window_for(interval, noise) / WINDOW
+    window = round(longer * WINDOW / interval)
+    return [
+        Rest(first, end)
+        for first, end in stretches(speed < REST_SPEED, window)
+        if end - first + window >= longer * LEAST_REST / interval
+    ]
+
+
+def breakaways(position: Floats, interval: float, noise: float = NOISE) -> list[int]:
+    """Return the samples at which the piston sets off from a rest; see :func:`find_rests`."""
+    return [rest.end for rest in find_rests(position, interval, noise) if rest.end < position.size]
+
+
+def end_stops(
+    position: Floats, stroke: float, interval: float, push: Floats | None = None,
+    noise: float = NOISE, resolution: float = RESOLUTION,
+) -> Flags:  # fmt: skip
+    """
+    Return where an end stop holds the piston, shape (n,).
+
+    The reading at the end L is only known to the gain error of the sensor, so the stop is where
+    the piston got farthest. A dwell within the gain error of L that a recording ends with cannot
+    be told from it. Without the driving force, a piston that has been at an end from the first
+    sample on does not count as held: nothing says that it is pushed.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param stroke: L [m]
+    :param interval: sampling interval [s]
+    :param push: driving force [N], shape (n,), where it is known
+    :param noise: standard deviation of a measured position [m]
+    :param resolution: step of the position sensor [m]
+    """
+    margin = max(AT_STOP * max(resolution, RESOLUTION), AT_STOP_NOISE * noise)
+    mean = running_mean(position, interval, MEAN_WINDOW)
+    held = np.zeros(position.size, dtype=np.bool_)
+    for side, end in ((-1, 2 * margin), (1, (1.0 - GAIN_ERROR) * stroke)):
+        near = side * position >= side * end
+        if push is not None:
+            pushed = near & (side * running_mean(push, interval, PUSH_WINDOW) > LEAST_PUSH)
+        else:
+            came = np.logical_or.accumulate(side * mean < side * end)
+            pushed = near & came & _resting(position, interval, noise)
+        if pushed.any():
+            held |= pushed & (side * position >= (side * mean[pushed]).max() - margin)
+    return held
+
+
+def _resting(position: Floats, interval: float, noise: float) -> Flags:
+    resting = np.zeros(position.size, dtype=np.bool_)
+    for rest in find_rests(position, interval, noise):
+        resting[rest.first : rest.end] = True
+    return resting
+
+
+def strokes(position: Floats, interval: float, noise: float = NOISE) -> list[tuple[int, int]]:
+    """
+    Return first sample and one after the last of each stroke: between two changes of direction.
+
+    A way back shorter than what counts as motion is none, see ``velocity.least_travel``.
+    """
+    step = max(1, round(MEAN_WINDOW / interval))
+    places = running_mean(position, interval, MEAN_WINDOW)[::step]
+    least, turns, far, side = least_travel(noise), [0], 0, 0
+    for k, place in enumerate(places.tolist()):
+        ahead = place - places[far]
+        if side == 0 and abs(ahead) > least:
+            side, far = (1 if ahead > 0.0 else -1), k
+        elif side * ahead > 0.0:
+            far = k
+        elif -side * ahead > least:
+            turns.append(far * step)
+            side, far = -side, k
+    return list(itertools.pairwise([*turns, position.size]))
+
+
+def stretches(flags: NDArray[np.bool_], gap: float) -> list[tuple[int, int]]:
+    """Return first and last + 1 sample of the stretches of true flags, across shorter gaps."""
+    edges = np.diff(np.concatenate([[0], flags, [0]]).astype(np.int8))
+    firsts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
+    parts = np.concatenate([[True], firsts[1:] - ends[:-1] >= gap])[: firsts.size]
+    lasts = np.roll(parts, -1)
+    return list(zip(firsts[parts].tolist(), ends[lasts].tolist(), strict=True))

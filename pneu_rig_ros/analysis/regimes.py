@@ -1,0 +1,182 @@
+"""
+The regime of motion of every sample, from measured positions, better with pressures.
+
+Regimes divide each stroke by its feed V, the mean speed under way: the air raises the driving
+force on a piston slower than V, and lowers it on a faster one. So ``DWELL`` is wider than a
+rest of ``motion``: a piston that creeps at a third of the feed dwells, but does not rest. With
+|v|, and the friction force F_r of Eq. 2 where pressures are known, in the order in which a
+stick-slip cycle goes through them:
+
+- ``DWELL``: between slides, |v| <= V/2. The bristles carry the rising force. What they deflect,
+  the presliding displacement proper of 0.1-0.4 mm, is a few steps of the position sensor, and the
+  seal may creep; both are slower than the feed. So creep that comes to rest again without getting
+  as fast as the feed is part of the dwell.
+- ``PRESLIDING``: the run-up to a breakaway, |v| > V/2 and F_r not yet at its peak; without F_r,
+  |v| not yet at V, where the driving force has its peak.
+- ``BREAKAWAY``: from that peak to gross sliding at 1.4 V, while friction falls and the piston runs
+  away. The peak itself is the first sample. A piston that glides off without outrunning the feed
+  that far, as with Coulomb friction, has no breakaway and slides at once.
+- ``SLIDING``: gross sliding, from there until |v| <= V/2. Steady sliding is part of it.
+- ``END_STOP``: at 0 or L, the driving force pushing outwards; without pressures, at rest where the
+  piston has come to an end of its stroke.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.motion import MEAN_WINDOW, end_stops, stretches, strokes
+from pneu_rig_ros.analysis.velocity import (
+    NOISE,
+    RESOLUTION,
+    WINDOW,
+    adaptive_velocity,
+    feed,
+    running_mean,
+    speed_noise,
+)
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.effect import Regime
+from pneu_rig_ros.records import Recording
+
+Regimes = NDArray[np.int8]
+
+LEAST_SPEED_TO_NOISE = 6.6
+"""Slower motion than so many standard deviations of the speed gets longer fits [-]."""
+
+DIP = 0.004
+"""A dip of the speed as short as this is noise [s]."""
+
+STICK_SHARE = 0.5
+"""A piston slower than this share of the feed dwells [-]."""
+
+SLIP_SHARE = 1.4
+"""A slide that gets faster than this multiple of the feed is a slip [-]."""
+
+
+class Forces(NamedTuple):
+    """
+    Forces on the piston by Eq. 2, shape (n,) each.
+
+    :param friction: F_r [N]
+    :param push: driving force of the air [N]
+    """
+
+    friction: Floats
+    push: Floats
+
+
+class Slide(NamedTuple):
+    """
+    A stretch of motion faster than V/2 that gets as fast as V, in samples.
+
+    :param start: first sample faster than V/2, but for short dips
+    :param onset: where gross sliding begins: first sample faster than 1.4 V; equal to ``start``
+        when the piston glides off without overshoot, or glides further than it slips
+    :param end: one after the last sample
+    """
+
+    start: int
+    onset: int
+    fed: int
+    end: int
+
+
+def regimes(
+    position: Floats, interval: float, stroke: float, forces: Forces | None = None,
+    noise: float = NOISE, resolution: float = RESOLUTION,
+) -> Regimes:  # fmt: skip
+    """
+    Return the :class:`Regime` of every sample, shape (n,); the module says what each one is.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param stroke: L [m]
+    :param forces: friction and driving force, where pressures are known
+    :param noise: standard deviation of a measured position [m]
+    :param resolution: step of the position sensor [m]
+    """
+    found = np.full(position.size, Regime.DWELL, dtype=np.int8)
+    load = None if forces is None else np.abs(running_mean(forces.friction, interval, MEAN_WINDOW))
+    for first, end in strokes(position, interval, noise):
+        part = position[first:end]
+        mean = feed(part, interval, noise)
+        for slide in find_slides(part, mean, interval, noise):
+            peak = slide.fed if load is None else _peak(slide, load[first:end])
+            found[first + slide.start : first + peak] = Regime.PRESLIDING
+            found[first + peak : first + slide.onset] = Regime.BREAKAWAY
+            found[first + slide.onset : first + slide.end] = Regime.SLIDING
+    push = None if forces is None else forces.push
+    stopped = end_stops(position, stroke, interval, push, noise, resolution)
+    found[stopped] = Regime.END_STOP
+    return found
+
+
+def regimes_of(recording: Recording) -> Regimes:
+    """
+    Return the regime of every sample of a recording of a whole rig.
+
+    :raises RigError: when it does not say what rig it is of, or has fewer than 4 samples
+    """
+    if recording.configuration is None:
+        raise RigError(
+            'the bag does not hold the configuration of the rig, so piston areas, mass and stroke '
+            'are unknown; import it with --cylinder, or record rig_description too'
+        )
+    x, p1, p2 = recording.position, recording.pressure_1, recording.pressure_2
+    balance = ForceBalance.of(recording.configuration)
+    friction = friction_zero_phase(x, p1, p2, recording.interval, balance)
+    return regimes(
+        x, recording.interval, recording.configuration.model.cylinder.stroke,
+        Forces(friction, balance.pressure_force(p1, p2)),
+        recording.noise['position'], recording.resolution['position'],
+    )  # fmt: skip
+
+
+def find_slides(
+    position: Floats, mean: float, interval: float, noise: float = NOISE
+) -> list[Slide]:
+    """
+    Return the slides of a piston.
+
+    A dip in the creep before a slide that is shorter than a line fit is noise, not a stick.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param mean: feed V [m/s], see ``velocity.feed``
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]
+    """
+    if mean == 0.0:
+        return []
+    longer = (LEAST_SPEED_TO_NOISE * speed_noise(WINDOW, interval, noise) / mean) ** (2 / 3)
+    window = WINDOW * max(1.0, longer)
+    speed = np.abs(adaptive_velocity(position, interval, window, noise))
+    slides: list[Slide] = []
+    creep_start, creep_end = 0, -speed.size
+    for first, end in stretches(speed > STICK_SHARE * mean, DIP / interval):
+        start = creep_start if first - creep_end < WINDOW / 2 / interval else first
+        if speed[first:end].max() > mean:
+            slides.append(_slide(speed, mean, start, end))
+            creep_start, creep_end = 0, -speed.size
+        else:
+            creep_start, creep_end = start, end
+    return slides
+
+
+def _slide(speed: Floats, mean: float, start: int, end: int) -> Slide:
+    fast = speed[start:end] > SLIP_SHARE * mean
+    onset = start + int(fast.argmax())
+    if speed[start:onset].sum() > speed[onset:end].sum():  # it glides farther than it slips
+        onset = start
+    as_fast = speed[start:onset] > mean
+    fed = start + int(as_fast.argmax()) if as_fast.any() else onset
+    return Slide(start, onset, fed, end)
+
+
+def _peak(slide: Slide, friction: Floats) -> int:
+    """Return the sample of the largest friction force on the way to gross sliding."""
+    return slide.start + int(friction[slide.start : slide.onset + 1].argmax())

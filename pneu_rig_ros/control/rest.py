@@ -1,0 +1,62 @@
+"""
+Whether the piston rests, sample by sample, from positions up to now.
+
+The causal counterpart of ``analysis.motion``, with the same speed of rest: the speed is the
+difference of two means of the position, one after the other. A piston that rested moves when it
+is three times as fast, so that noise does not set it off.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from pneu_rig_ros.analysis.motion import REST_SPEED
+from pneu_rig_ros.analysis.velocity import NOISE, WINDOW, window_for
+
+MEAN = 0.05
+"""Length of each of the two means with the noise of the rig's sensor [s]."""
+
+MOTION = 3.0
+"""A piston faster than this multiple of the speed of rest moves [-]."""
+
+
+class RestDetector:
+    """
+    Decides about rest; a piston rests until it is seen to move.
+
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]; with more than the rig's the means
+        get longer
+    """
+
+    def __init__(self, interval: float, noise: float = NOISE) -> None:
+        self.size = max(2, round(MEAN * window_for(interval, noise) / WINDOW / interval))
+        self._interval = interval
+        self._positions: deque[float] = deque(maxlen=2 * self.size)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self._positions.clear()
+        self._older = self._newer = 0.0
+        self.resting = True
+
+    def push(self, position: float) -> float | None:
+        """Take the next position [m]; return the speed [m/s] as soon as both means are full."""
+        positions, size = self._positions, self.size
+        if len(positions) == 2 * size:
+            self._older += positions[size] - positions[0]
+            self._newer += position - positions[size]
+            positions.append(position)
+        else:
+            positions.append(position)
+            if len(positions) < 2 * size:
+                return None
+            self._older = sum(list(positions)[:size])
+            self._newer = sum(list(positions)[size:])
+        speed = abs(self._newer - self._older) / (size * size * self._interval)
+        if speed < REST_SPEED:
+            self.resting = True
+        elif speed > MOTION * REST_SPEED:
+            self.resting = False
+        return speed

@@ -1,0 +1,99 @@
+"""Reads the signals of a text table whose columns a mapping names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.delimited import Cells, read_cells
+from pneu_rig_ros.records.grid import Columns
+from pneu_rig_ros.records.mapping import DATETIME, Source, TableMapping
+from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats
+from pneu_rig_ros.records.scaling import in_si, low_pressures, unit_of
+from pneu_rig_ros.records.units import parse_unit, scaled
+
+
+def read_columns(path: Path, mapping: TableMapping, zero: float) -> Columns:
+    """
+    Read the mapped columns of a text table.
+
+    :param zero: pressure of the surroundings [Pa], for gauge pressures
+    :raises RigError: in one line with row and column for what is wrong in the file
+    """
+    if mapping.of_bag:
+        raise RigError(f'{mapping.origin}: maps topics of a bag, but {path} is a text table')
+    cells = read_cells(path, mapping.layout)
+    time, epoch_ns = _time(cells, mapping)
+    signals, any_gauge = {}, False
+    for name, source in mapping.signals.items():
+        signals[name], gauge = _signal(cells, name, source, mapping.origin, zero)
+        any_gauge |= gauge
+    return Columns(time, signals, epoch_ns, any_gauge, low_pressures(signals))
+
+
+def _signal(
+    cells: Cells, name: str, source: Source, origin: str, zero: float
+) -> tuple[Floats, bool]:
+    assert source.column is not None
+    where = f'{origin}: {name}'
+    index = cells.index(source.column, where)
+    unit = unit_of(source, source.unit or _unit_in_header(cells, index, where), name, where)
+    values, gauge = in_si(cells.values(index), name, source, unit, where, zero)
+    if name in PRESSURES and (values <= 0).any():
+        k = int((values <= 0).argmax())
+        hint = 'is it gauge? (gauge: true)' if not gauge else 'is the unit right?'
+        raise cells.complaint(k, index, f'an absolute pressure of {values[k]:.6g} Pa; {hint}')
+    return values, gauge
+
+
+def _unit_in_header(cells: Cells, index: int, where: str) -> str:
+    """Return the unit that a column's name ends with in brackets, such as 'p1 [bar]'."""
+    name = cells.names[index] if cells.names else ''
+    for opening, closing in ('[]', '()'):
+        if name.endswith(closing) and opening in name:
+            return name[name.rindex(opening) + 1 : -1]
+    signal = where.split(': ')[-1]
+    raise RigError(f'{where}: missing unit, such as unit: {SIGNALS.get(signal, "s")}')
+
+
+def _time(cells: Cells, mapping: TableMapping) -> tuple[Floats, int]:
+    """Return the time [s], shape (n,), and what it counts from [ns]."""
+    if mapping.time is None:
+        assert mapping.interval is not None
+        return mapping.interval * np.arange(len(cells.rows), dtype=np.float64), 0
+    source, where = mapping.time, f'{mapping.origin}: time'
+    assert source.column is not None
+    index = cells.index(source.column, where)
+    if source.unit == DATETIME:
+        time, epoch_ns = _dates(cells, index)
+    else:
+        written = source.unit or _unit_in_header(cells, index, where)
+        unit = parse_unit(written, 's', where)
+        # Rounded as the factor of a unit such as ms is no binary fraction.
+        with np.errstate(over='ignore'):  # times that are too large are told by the grid
+            time, epoch_ns = np.round(scaled(cells.values(index), unit), 12), 0
+    steps = np.diff(time)
+    if (steps <= 0).any():
+        k = int((steps <= 0).argmax()) + 1
+        before, after = (cells.rows[i][index].strip() for i in (k - 1, k))
+        raise cells.complaint(k, index, f'time {after} comes after {before}; it must increase')
+    return time, epoch_ns
+
+
+def _dates(cells: Cells, index: int) -> tuple[Floats, int]:
+    stamps = np.array([_date(text) for text in cells.texts(index)])
+    if np.isnat(stamps).any():
+        k = int(np.isnat(stamps).argmax())
+        reason = f'{cells.rows[k][index]!r} is not a date and time like 2026-01-31T12:00:00.125'
+        raise cells.complaint(k, index, reason)
+    nanoseconds = stamps.astype(np.int64)
+    return (nanoseconds - nanoseconds[0]) * 1e-9, int(nanoseconds[0])
+
+
+def _date(text: str) -> np.datetime64:
+    try:
+        return np.datetime64(text.strip().replace(',', '.').removesuffix('Z'), 'ns')
+    except ValueError:
+        return np.datetime64('NaT', 'ns')
