@@ -49,7 +49,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
         BAGS | {'scipy'} | ROS,
     ),
     'demo': ({'model', 'rig', 'records', 'analysis', 'report', 'nodes'}, FIGURES | TERMINAL),
-    'hiding': (
+    'scenarios': (
         {'model', 'rig', 'records', 'analysis', 'report', 'demo'},
         {'numpy', 'yaml'},
     ),
@@ -68,7 +68,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
             'sweep',
             'nodes',
             'demo',
-            'hiding',
+            'scenarios',
         },
         FIGURES | TERMINAL,
     ),

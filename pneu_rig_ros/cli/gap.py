@@ -8,6 +8,7 @@ import math
 import secrets
 import shutil
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,7 +19,7 @@ from pneu_rig_ros.cli.diagnose import write_files
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.analysis.comparison import Run, SignalGap
+    from pneu_rig_ros.analysis.comparison import Compared, SignalGap
     from pneu_rig_ros.rig import RigConfiguration
     from pneu_rig_ros.scenarios.demonstration import HiddenEffect
 
@@ -175,38 +176,38 @@ def _draw(
     path: Path, measured: Path, models: list[Path], model: Path
 ) -> tuple[dict[str, SignalGap], dict[str, SignalGap]]:
     """Draw the runs; return the gaps of the model before and after."""
-    from pneu_rig_ros.analysis.comparison import compare_runs, sensor_noise, signal_noise
+    from pneu_rig_ros.analysis.comparison import compare_signals, signal_noise
+    from pneu_rig_ros.analysis.friction import ForceBalance
     from pneu_rig_ros.report.gap_figure import draw_gap
     from pneu_rig_ros.rig import load_configuration
+    from pneu_rig_ros.rig.sensors import sensor_noise
     from pneu_rig_ros.scenarios.demonstration import CYLINDER
     from pneu_rig_ros.scenarios.experiments import VERIFY, set_up
 
     stroke = load_configuration(model).model.cylinder.stroke
-    configuration = load_configuration(model, **set_up(VERIFY[0], CYLINDER, stroke))
-    truth, before, after = _runs((measured, *models), configuration)
-    single = signal_noise(*sensor_noise(configuration.sensors), truth.interval, truth.balance)
+    rig = load_configuration(model, **set_up(VERIFY[0], CYLINDER, stroke))
+    truth, before, after = _runs((measured, *models), rig)
+    interval, balance = truth.recording.interval, ForceBalance.of(rig)
+    single = signal_noise(*sensor_noise(rig.sensors), interval, balance)
     # All runs went through the sensors: their differences have the noise of two.
     noise = {name: math.sqrt(2.0) * value for name, value in single.items()}
-    gaps = compare_runs(truth, before, noise), compare_runs(truth, after, noise)
+    gaps = (
+        compare_signals(truth.signals, before.signals, noise),
+        compare_signals(truth.signals, after.signals, noise),
+    )
     title = 'A run that no fit has seen: the rig, its model before and after the diagnosis'
     draw_gap(path, title, truth, (before, after), gaps)
     return gaps
 
 
-def _runs(bags: Sequence[Path], configuration: RigConfiguration) -> list[Run]:
+def _runs(bags: Sequence[Path], rig: RigConfiguration) -> list[Compared]:
     """Return the runs in bags as those of a rig, cut to the length of the shortest."""
-    from pneu_rig_ros.analysis.comparison import Run
-    from pneu_rig_ros.analysis.friction import ForceBalance
-    from pneu_rig_ros.records import read_record
+    from pneu_rig_ros.analysis.comparison import compared
+    from pneu_rig_ros.records import read_recording
 
-    records = [read_record(bag) for bag in bags]
-    size = min(record.position.size for record in records)
-    balance, stroke = ForceBalance.of(configuration), configuration.model.cylinder.stroke
-    return [
-        Run(bag.parent.name, record.interval, record.position[:size], record.pressure_1[:size],
-            record.pressure_2[:size], balance, stroke)
-        for bag, record in zip(bags, records, strict=True)
-    ]  # fmt: skip
+    recordings = [read_recording(bag) for bag in bags]
+    size = min(recording.size for recording in recordings)
+    return [compared(replace(one.cut(0, size), configuration=rig)) for one in recordings]
 
 
 SHRUNK = ('signal', '>before', '>after', '>noise of two runs', 'unit', '>gap closed')

@@ -78,6 +78,11 @@ class Comparison:
         hop = max(round(size / overlap), 1)
         return TestFunctions.of(power, size, hop, self.run.size - 1, self.run.interval)
 
+    @property
+    def slides_freely(self) -> bool:
+        """Whether nothing but the gas and the seal moves the piston."""
+        return self.run.force is None
+
     def corrected(self, hypothesis: Hypothesis) -> Measured:
         """Return the run as sensors without the errors of a hypothesis would have read it."""
         run = self.run

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 from scipy.special import ndtr
 
-from pneu_rig_ros.analysis.stick_slip import Rest, rests_of
-from pneu_rig_ros.analysis.velocity import adaptive_velocity
+from pneu_rig_ros.analysis.motion import Rest, find_rests
+from pneu_rig_ros.analysis.velocity import adaptive_velocity, window_for
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Operation
 
@@ -31,8 +31,8 @@ CLIPPED = 4.0
 """Noises from the end of a span within which readings are cut off on one side [-]."""
 IMPACT = 0.1
 """Before it comes to rest at an end stop the piston bounces, and its speed is smeared [s]."""
-FINE = 0.023
-"""Shortest line fits of the speed: half as long as those that tell rest from motion [s]."""
+FINE = 0.5
+"""Length of the shortest line fits of the speed in those that tell rest from motion [-]."""
 SMEARED = 0.046
 """After a breakaway and before a rest the speed is smeared by the fits it comes from [s]."""
 
@@ -71,8 +71,10 @@ class Measured:
     :param stroke: [m]
     :param noise: of the readings
     :param span: of the sensors
+    :param balances: that can be compared: of gas_1, gas_2, force
     :param force: of a bench that moves the piston, along the outstroke [N], shape (n,); None for a
         piston that is free
+    :param force_offset: standard deviation of the zero of that force [N]
     """
 
     name: str
@@ -85,7 +87,9 @@ class Measured:
     stroke: float
     noise: Noise
     span: Span
+    balances: frozenset[str]
     force: Floats | None = None
+    force_offset: float = 0.0
 
     @property
     def size(self) -> int:
@@ -99,8 +103,12 @@ class Measured:
 
     @cached_property
     def _speed_and_rests(self) -> tuple[Floats, list[Rest]]:
-        rests = rests_of(np.abs(adaptive_velocity(self.position, self.interval)), self.interval)
-        return adaptive_velocity(self.position, self.interval, FINE), rests
+        noise = self.noise.position
+        if noise <= 0.0:  # it does not move
+            return np.zeros(self.size), [Rest(0, self.size)]
+        rests = find_rests(self.position, self.interval, noise)
+        fine = FINE * window_for(self.interval, noise)
+        return adaptive_velocity(self.position, self.interval, fine, noise), rests
 
     @property
     def rests(self) -> list[Rest]:

@@ -154,17 +154,19 @@ def noise_model(
     for chamber in (1, 2):
         variance = gas_variance(hypothesis, comparison, chamber)
         kept = gas.inside(run.pressure_known(chamber) & run.position_known)
-        kept &= np.isfinite(rates[chamber - 1])
+        kept &= np.isfinite(rates[chamber - 1]) & (f'gas_{chamber}' in run.balances)
         excess = beyond(again[chamber - 1], variance, kept)
         source = Source(variance, correlation(gas.slope, hop(gas.starts)))
         chambers.append(whitener(kept, [source], excess))
     kept = motion.inside(run.slides & run.position_known) & np.isfinite(rates.force)
+    kept &= 'force' in run.balances
     if run.force is None:
         kept &= np.abs(motion.plain_means(run.velocity)) > CREEPS
     sources = force_noise(hypothesis, comparison)
     closed = sum((one.variance for one in sources), np.zeros(kept.size))
     force = whitener(kept, sources, beyond(again.force, closed, kept))
-    force = force.with_common(clipped_thrust(hypothesis, comparison))
+    offset = np.full((motion.starts.size, 1), run.force_offset)
+    force = force.with_common(np.hstack([clipped_thrust(hypothesis, comparison), offset]))
     return NoiseModel(*chambers, force, breakaways(hypothesis, comparison, again.breakaway, rates))
 
 
@@ -276,7 +278,7 @@ def breakaways(
     creep = np.array(slopes) / (stiffness * along.FASTEST_CREEP)
     onset = (ONSET * np.array(slopes)) ** 2 + (CREEP_KNOWN * creep * drive[comparison.ends]) ** 2
     squares = np.nanmean(np.vstack([again**2, np.zeros(onset.size)]), axis=0)
-    kept = np.isfinite(residuals.breakaway)
+    kept = np.isfinite(residuals.breakaway) & ('force' in comparison.run.balances)
     variance = onset + squares + READ * (residuals.breakaway * 0.0 + 1.0)
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Run, SignalGap
+from pneu_rig_ros.analysis.comparison import Compared, SignalGap
 from pneu_rig_ros.analysis.friction import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.comparison_figures import DIFFERENCE_UNITS, SHOWN
@@ -25,7 +25,11 @@ DRAWN_BELOW = 5.0
 
 
 def draw_gap(
-    path: Path, title: str, measured: Run, models: tuple[Run, Run], gaps: tuple[Gaps, Gaps]
+    path: Path,
+    title: str,
+    measured: Compared,
+    models: tuple[Compared, Compared],
+    gaps: tuple[Gaps, Gaps],
 ) -> Path:
     """
     Write a PNG with position, pressure p1 and friction, and beside each the gap in numbers.
@@ -63,7 +67,9 @@ def draw_gap(
     return path
 
 
-def _draw_curves(axes: Axes, name: str, measured: Run, models: tuple[Run, Run]) -> None:
+def _draw_curves(
+    axes: Axes, name: str, measured: Compared, models: tuple[Compared, Compared]
+) -> None:
     label, unit, scale = SHOWN[name]
     styles = (
         (measured, BLUE, 4.5, 0.4),
@@ -73,13 +79,13 @@ def _draw_curves(axes: Axes, name: str, measured: Run, models: tuple[Run, Run]) 
     for run, colour, width, alpha in styles:
         values = scale * run.signals[name]
         if name == 'friction':
-            values = smoothed(values, run.interval)
-        axes.plot(run.time, values, color=colour, linewidth=width, alpha=alpha)
+            values = smoothed(values, run.recording.interval)
+        axes.plot(run.recording.time, values, color=colour, linewidth=width, alpha=alpha)
     if name == 'friction':
         axes.annotate(f'drawn below {DRAWN_BELOW:g} Hz', (0.992, 0.95), xycoords='axes fraction',
                       ha='right', va='top', fontsize=8.0, color=GREY)  # fmt: skip
     axes.set_ylabel(f'{label} [{unit}]')
-    axes.set_xlim(0.0, measured.time[-1])
+    axes.set_xlim(0.0, measured.recording.time[-1])
     axes.tick_params(length=3)
 
 

@@ -58,6 +58,8 @@ def carry_out(trial: Trial, executor: Executor | None = None, ask: Ask = ask) ->
         begin = time.perf_counter()
         try:
             said = ask(files, trial, executor)
+        except ImportError:  # there is no workflow to judge
+            raise
         except Exception as error:  # a crash is a wrong answer, not the end of the matrix
             said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
         said = {**said, 'seconds': time.perf_counter() - begin}

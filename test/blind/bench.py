@@ -25,13 +25,15 @@ from .system import (
     System,
     log_graded,
     names,
-    position_sensor,
     wrong,
 )
 
 RATE, EVERY, DURATION = 100.0, 40, 40.0
 """Samples a second; steps of the equations for each; length of a recording [s]."""
-FORCE = Sensor(-100.0, 600.0, 0.05)
+FORCE = Sensor(-50.0, 300.0, 0.05)
+POSITION = Sensor(0.0, 24e-3, 2e-6)
+LOW, HIGH = 2e-3, 22e-3
+"""Ends of the long strokes [m]."""
 SLOWEST, FASTEST = 2e-3, 15e-3
 """Speeds of the piston [m/s]."""
 REVERSALS = 1.5e-4, 5e-4
@@ -43,10 +45,10 @@ FRICTION_KEYS = (
 
 
 def _sizes(random: Generator) -> Settings:
-    coulomb, area = float(random.uniform(3.0, 9.0)), float(random.uniform(3e-4, 6e-4))
+    coulomb, area = float(random.uniform(3.0, 9.0)), float(random.uniform(1e-4, 3e-4))
     return changed(settings('cylinder_1'), {
         'cylinder.cap_area': area, 'cylinder.rod_area': area,
-        'cylinder.stroke': float(random.uniform(0.05, 0.12)), 'cylinder.moving_mass': 0.0,
+        'cylinder.stroke': float(random.uniform(0.024, 0.04)), 'cylinder.moving_mass': 0.0,
         'operation.load_mass': 0.0,
         'friction.model': 'coulomb_viscous', 'friction.coulomb_force': coulomb,
         'friction.breakaway_force': 2.0 * coulomb, 'friction.stribeck_velocity': 6e-3,
@@ -71,16 +73,15 @@ def _hide(name: str, grade: float, model: Settings) -> Secret:
     return Secret({name: strengths[name]}, {}, {})
 
 
-def strokes(stroke: float, random: Generator) -> np.ndarray:
+def strokes(random: Generator) -> np.ndarray:
     """Return the positions at the fine steps [m]: strokes at constant speeds, short ones last."""
-    low, high = 0.15 * stroke, 0.15 * stroke + min(0.7 * stroke, 0.04)
-    times, places = [0.0, 1.0], [low, low]
+    times, places = [0.0, 1.0], [LOW, LOW]
     while times[-1] < 0.8 * DURATION:
-        goal = high if places[-1] == low else low
+        goal = HIGH if places[-1] == LOW else LOW
         speed = float(random.uniform(SLOWEST, FASTEST))
         times.append(times[-1] + abs(goal - places[-1]) / speed)
         places.append(goal)
-    side = -1.0 if places[-1] == high else 1.0
+    side = -1.0 if places[-1] == HIGH else 1.0
     while times[-1] < DURATION:
         way = float(random.uniform(*REVERSALS))
         times.append(times[-1] + way / SLOWEST)
@@ -89,12 +90,11 @@ def strokes(stroke: float, random: Generator) -> np.ndarray:
     return np.interp(_fine(), times, places)
 
 
-def sines(stroke: float, random: Generator) -> np.ndarray:
+def sines(random: Generator) -> np.ndarray:
     """Return the positions at the fine steps [m]: a sine that begins at rest, growing faster."""
-    swing = min(0.35 * stroke, 0.02)
     t = np.maximum(_fine() - 1.0, 0.0)
-    omega = float(random.uniform(0.15, 0.3)) * (1.0 + t / DURATION)
-    return 0.15 * stroke + swing * (1.0 - np.cos(omega * t))
+    omega = float(random.uniform(0.3, 0.6)) * (1.0 + t / DURATION)
+    return LOW + 0.5 * (HIGH - LOW) * (1.0 - np.cos(omega * t))
 
 
 def _fine() -> np.ndarray:
@@ -121,9 +121,9 @@ def _runs(
 ) -> list[Run]:
     runs, gauges = [], 1e5 * random.permutation([1.0, 3.0, 5.0, 2.0, 6.0])
     sides = equations(true, hidden), equations(model, {})
-    noise = Noise(position_sensor(model).deviation, PRESSURE.deviation, FORCE.deviation)
+    noise = Noise(POSITION.deviation, PRESSURE.deviation, FORCE.deviation)
     for index, (name, gauge) in enumerate(zip(names(), gauges, strict=True)):
-        way = (sines if index % 2 else strokes)(model['cylinder']['stroke'], random)
+        way = (sines if index % 2 else strokes)(random)
         states = _states(way, float(gauge))
         zero = float(random.uniform(-3.0, 3.0))
         force = needed(states, sides[0])[::EVERY] + zero
@@ -135,7 +135,7 @@ def _runs(
 
 
 def _sensors(model: Settings) -> dict[str, Sensor]:
-    return {'position': position_sensor(model), 'pressure_2': PRESSURE, 'force': FORCE}
+    return {'position': POSITION, 'pressure_2': PRESSURE, 'force': FORCE}
 
 
 BENCH = System(

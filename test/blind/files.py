@@ -60,12 +60,12 @@ def write_files(
 def model_of(system: System, model: Settings) -> dict[str, Any]:
     """Return the content of a system's model file."""
     sections = section_texts(model, system.keys)
-    return {'name': system.name, **sections, **system.more, 'sensors': _sensors_of(model)}
+    return {'name': system.name, **sections, **system.more, 'sensors': _sensors_of(system, model)}
 
 
-def _sensors_of(model: Settings) -> dict[str, str]:
+def _sensors_of(system: System, model: Settings) -> dict[str, str]:
     """Return the section ``sensors``: calibrated, with their spans and noise."""
-    position = position_sensor(model)
+    position = system.sensors(model).get('position', position_sensor(model))
     return {
         'kind': 'rig', 'resolution': '12.0 bit',
         'position_span': f'{position.span!r} m', 'position_class': '0.0 -',

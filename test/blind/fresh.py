@@ -73,7 +73,7 @@ def _hiding(
         friction = settings(cylinder)['friction']
         secret = join(*(hide(name, cylinder, g, friction)
                         for name, g in zip(names, grades, strict=True)))  # fmt: skip
-        key = _key(seed, part, '+'.join(names), cylinder, number)
+        key = _key(seed, part, '+'.join(names) or 'nothing', cylinder, number)
         strength = '+'.join(f'{grade:.2f}' for grade in grades)
         yield Trial(key, part, cylinder, 1.0, secret, names, strength)
 

@@ -31,8 +31,8 @@ LEAST_CUT = 0.05
 TEXT = """# Blind trials
 
 Written by `make blind`. The second plant of these trials shares the functional forms of the
-library: an effect that is hidden has the formula under which the library knows it. How the
-workflow does where it has not is told elsewhere. Trials that were looked at while the workflow was
+library: an effect that is hidden has the formula under which the library knows it. Nothing here
+says how the workflow does where it has not. Trials that were looked at while the workflow was
 built are not blind; those reported here were drawn afresh, strengths, cylinders and sizes of the
 systems, from seed {seed}, and run once, at git {revision}, after the last change.
 

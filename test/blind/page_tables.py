@@ -160,9 +160,12 @@ def _share(answers: list[Answer], good: Callable[[Any], bool]) -> str:
 def null_scores(answers: list[Answer]) -> str:
     """Return the z-scores of the residuals where nothing is hidden."""
     nothing = scores.null(answers, *(part for part in FRESH_PARTS if part != 'uncalibrated'))
-    rows = [(balance, regime, count, f'{mean:+.2f}', f'{rms:.2f}')
-            for balance, regime, count, mean, rms in places.null_table(nothing)]  # fmt: skip
-    return table(('balance', 'regime', 'residuals', 'mean', 'RMS'), rows)
+    rows = []
+    for (balance, regime), own in places.null_scores(nothing).items():
+        both = pooled(own, places.mean_score), pooled(own, places.rms_score)
+        mean, rms = (f'{f["value"]:.2f} ({f["low"]:.2f} to {f["high"]:.2f})' for f in both)
+        rows.append((balance, regime, len(own), places.count_of(own), mean, rms))
+    return table(('balance', 'regime', 'trials', 'residuals', 'mean', 'RMS'), rows)
 
 
 def by_effect(answers: list[Answer]) -> str:

@@ -7,6 +7,8 @@ from .runs import Truth
 from .windows import length, shared
 
 Answer = dict[str, Any]
+Score = dict[str, Any]
+"""Balance, regime, and the mean, RMS and count of its z-scores."""
 GAS = {'supply_droop', 'cross_piston_leak', 'chamber_leak', 'valve_null_leak', 'line_lag',
        'wall_heat_transfer', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening'}  # fmt: skip
 SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
@@ -74,16 +76,25 @@ def f1_each(rows: Sequence[dict[str, float]]) -> list[float]:
     return [value for row in rows if (value := f1([row])) is not None]
 
 
-def null_table(answers: list[Answer]) -> list[tuple[str, str, int, float, float]]:
-    """Return balance, regime, number, mean and RMS of the z-scores where nothing is hidden."""
-    found: dict[tuple[str, str], list[dict[str, float]]] = {}
+def null_scores(answers: Iterable[Answer]) -> dict[tuple[str, str], list[Score]]:
+    """Return (balance, regime) -> z-scores of each answer, where nothing is hidden."""
+    found: dict[tuple[str, str], list[Score]] = {}
     for answer in answers:
         for row in answer['null_scores']:
             found.setdefault((row['balance'], row['regime']), []).append(row)
-    table = []
-    for (balance, regime), rows in sorted(found.items()):
-        count = sum(row['count'] for row in rows)
-        mean = sum(row['count'] * row['mean'] for row in rows) / count
-        square = sum(row['count'] * row['rms'] ** 2 for row in rows) / count
-        table.append((balance, regime, int(count), mean, square**0.5))
-    return table
+    return dict(sorted(found.items()))
+
+
+def mean_score(rows: Sequence[Score]) -> float:
+    """Return the mean of the z-scores of answers, each residual counted once."""
+    return float(sum(row['count'] * row['mean'] for row in rows) / count_of(rows))
+
+
+def rms_score(rows: Sequence[Score]) -> float:
+    """Return the root mean square of the z-scores of answers, each residual counted once."""
+    return float((sum(row['count'] * row['rms'] ** 2 for row in rows) / count_of(rows)) ** 0.5)
+
+
+def count_of(rows: Sequence[Score]) -> int:
+    """Return the number of residuals."""
+    return int(sum(row['count'] for row in rows))

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.records import read_record
-from pneu_rig_ros.records.conditions import conditions_of
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.scenarios.experiments import FIT
 from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide, join
@@ -35,12 +34,12 @@ def bags(secret: Secret, tmp_path_factory: pytest.TempPathFactory) -> Files:
 
 
 def test_bag_is_a_record_of_the_experiment(bags: Files) -> None:
-    record = read_record(bags.fit[1])
+    record = read_recording(bags.fit[1])
     assert record.interval_ns == 1_160_000
     assert not any(stamps.size for stamps in record.missing.values())
     assert record.duration == pytest.approx(sum(d for d, _ in FIT[1].timeline), abs=0.01)
     assert record.position[0] == pytest.approx(0.5 * 0.3, abs=2e-4)
-    conditions = conditions_of(bags.fit[1], record)
+    conditions = record.conditions
     assert conditions == {
         'supply_pressure': 4e5, 'load_mass': 2.0, 'atmospheric_pressure': 1e5, 'rest_time': 60.0,
     }  # fmt: skip
@@ -53,7 +52,7 @@ def test_nothing_tells_what_is_hidden(bags: Files) -> None:
         words = (f'{name}:' for name in EFFECTS) if path == bags.model else EFFECTS
         for word in (*words, 'resistance', 'hidden', 'truth'):
             assert word.encode() not in content, f'{path} says {word}'
-    assert read_record(bags.fit[0]).configuration is None
+    assert read_recording(bags.fit[0]).configuration is None
 
 
 def test_model_file_is_the_rig_without_the_secret(bags: Files, secret: Secret) -> None:

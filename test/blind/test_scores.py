@@ -159,7 +159,7 @@ def test_page_lists_every_miss_with_its_kind(tmp_path: Path) -> None:
     assert '| 33.3 % | 6 % to 79 % | at least 95 % | no | 3 |' in text
     assert '| 60.0 | - | at most 60.0 | yes | 2 |' in text
     # mean and RMS of 100 and 300 residuals together
-    assert '| gas_1 | dwell | 400 | +0.05 | 1.80 |' in text
+    assert '| gas_1 | dwell | 2 | 400 | 0.05 (-0.10 to 0.50) | 1.80 (1.00 to 2.00) |' in text
     assert '| figure | abc | old |' in text
     assert 'shares the functional forms' in ' '.join(text.split('\n')[:5])
     written = json.loads((tmp_path / 'blind.json').read_text())
@@ -212,7 +212,7 @@ def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters(
 
 
 def test_answer_of_a_system_is_joined_with_its_own_truth() -> None:
-    trial = next(t for t in drawn() if t.part == 'leaking_chamber' and 'chamber_leak' in t.names)
+    trial = next(t for t in drawn(3) if t.part == 'leaking_chamber' and 'chamber_leak' in t.names)
     area = trial.secret.effects['chamber_leak']['area_1']
     row = {'value': 1.1 * area, 'interval': [0.9 * area, 1.3 * area]}
     effect = {'name': 'chamber_leak', 'parameters': {'area_1': row}}

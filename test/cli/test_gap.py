@@ -13,8 +13,7 @@ from pneu_rig_ros.analysis.comparison import SignalGap
 from pneu_rig_ros.cli.gap import Outcome, _noise_seed, _plain, _whole
 from pneu_rig_ros.cli.options import LARGEST_SEED
 from pneu_rig_ros.model.effects import causes
-from pneu_rig_ros.records import read_record
-from pneu_rig_ros.records.conditions import conditions_of
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
 from pneu_rig_ros.scenarios.demonstration import DRAWN, draw
 from pneu_rig_ros.scenarios.experiments import (
@@ -61,13 +60,13 @@ def _check_runs_are_the_experiments(folder: Path) -> None:
     assert model.effects == {}
     for name, experiment in zip(NAMES, (*FIT, *VERIFY), strict=True):
         bag = folder / 'measured' / name
-        record = read_record(bag)
+        record = read_recording(bag)
         # the bag tells what is hidden, as that of any plant does: the diagnosis looks away
         assert record.configuration is not None
         assert 'inclination' in record.configuration.effects
         expected = set_up(experiment, 'cylinder_1', model.model.cylinder.stroke)
         del expected['initial_position']
-        known = conditions_of(bag, record)
+        known = record.conditions
         assert {key: known[key] for key in expected} == pytest.approx(expected)
         length = sum(duration for duration, _ in experiment.timeline)
         assert record.duration == pytest.approx(length, abs=0.05)

@@ -58,7 +58,8 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
-    probes=(Parameters(1e-4, 2.0), Parameters(3e-4, 1.0), Parameters(9e-4, 1.0)),
+    # a load that rings at another frequency is no start at all
+    probes=tuple(Parameters(6e-5 * 1.15**step, 5.0) for step in range(24)),
     states=('stretch', 'load_velocity'),
     needs=(Need.FREE_MOTION,),
 )
