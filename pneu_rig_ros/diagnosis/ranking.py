@@ -32,11 +32,18 @@ SIMULATED_STEP = 1e-2
 
 @dataclass(frozen=True)
 class Screened:
-    """A candidate with the values of its best start, and the loss expected from there."""
+    """
+    A candidate and what it may leave.
+
+    :param values: of its best start
+    :param loss: expected from there [-]
+    :param others: values of further starts worth a fit, where there are hills between them
+    """
 
     candidate: Candidate
     values: tuple[float, ...]
     loss: float
+    others: tuple[tuple[float, ...], ...] = ()
 
 
 def screen(
@@ -56,7 +63,9 @@ def screen(
         best = int(np.argmin(losses))
         values = scaled(candidate, start, float(shares[best]))
         tried.append(Screened(candidate, values, losses[best]))
-    return min(tried, key=lambda one: one.loss)
+    first, *rest = sorted(tried, key=lambda one: one.loss)
+    hills = evidence.confirmation is not None and len(first.values) > 1
+    return replace(first, others=tuple(one.values for one in rest[:1] if hills))
 
 
 def scaled(candidate: Candidate, start: Sequence[float], share: float) -> tuple[float, ...]:
@@ -93,9 +102,8 @@ def fit(start: Explanation, given: Hypothesis, evidence: Evidence, rounds: int) 
     :param rounds: of the least-squares solver at most
     """
     if evidence.confirmation is not None:
-        alone = replace(evidence, confirmation=None)
-        smooth = fit(start, given, alone, rounds).explanation
-        start = min((start, smooth),
+        alone = fit(start, given, replace(evidence, confirmation=None), rounds)
+        start = min((start, *along_valley(alone)),
                     key=lambda one: loss(evidence.residual(one.apply(given))))  # fmt: skip
     low, high = np.array([c.bounds for c in start.coordinates]).T
     step = STEP if evidence.confirmation is None else SIMULATED_STEP
@@ -119,3 +127,14 @@ def fit(start: Explanation, given: Hypothesis, evidence: Evidence, rounds: int) 
     curvature = solution.jac.T @ solution.jac
     covariance: Floats = np.linalg.pinv(curvature, hermitian=True)
     return Fit(start.moved(solution.x), float(solution.cost), covariance)
+
+
+VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
+"""Steps along the valley in which the residuals leave the values open [standard deviations]."""
+
+
+def along_valley(found: Fit) -> list[Explanation]:
+    """Return a fit, and what the residuals cannot tell from it: along the widest direction."""
+    variances, directions = np.linalg.eigh(found.covariance)
+    widest = np.sqrt(max(variances[-1], 0.0)) * directions[:, -1]
+    return [found.explanation.moved(found.explanation.seen + step * widest) for step in VALLEY]

@@ -50,6 +50,8 @@ TWINS = 3
 """Twins of the runs that tell how far a true model's simulation is off."""
 FALSE_ALARMS = 0.01
 """Share of true models whose simulation is called wrong [-]."""
+TRUE_LOSS = 3.5
+"""Mean loss of the cycles of a true model [-]."""
 CLOSED, MOST_LEFT = 0.1, 0.3
 """Share of what exceeds the noise that an explanation leaves if it closes the gap, and if it still
 is one [-]."""
@@ -144,17 +146,36 @@ class Search:
             chosen = preferred(found)
             if self.best is not None and not gained(chosen, self.best):
                 break
-            self.best = self.refined(chosen)
-            self.ranking += [self.best, *found]
-            ordered = sorted([self.best, *found], key=lambda one: one.total)
-            level = [one.explanation for one in ordered[:BEAM]]
-            level = [self.best.explanation, *[e for e in level if e.name != self.best.explanation.name]]
+            self.settle(chosen)
+            self.ranking += [chosen, *found]
+            level = self.level(found)
         return self.best
+
+    def level(self, found: Sequence[Scored]) -> list[Explanation]:
+        """Return the explanations that grow further: the best, and those next to it."""
+        assert self.best is not None
+        ordered = [one.explanation for one in sorted(found, key=lambda one: one.total)]
+        own = self.best.explanation
+        return [own, *(one for one in ordered if one.name != own.name)][:BEAM]
 
     @property
     def hypothesis(self) -> Hypothesis:
         """The hypothesis with the best explanation so far."""
         return self.given if self.best is None else self.best.explanation.apply(self.given)
+
+    def unexplained(self, remains: Sequence[Disagreement]) -> bool:
+        """Return whether what remains is too much for the explanation to be one."""
+        if self.fitted.confirmation is not None and self.off_in_simulation():
+            return self.best is None or self.left_in_simulation() > MOST_LEFT
+        return bool(remains) and (self.best is None or self.left() > MOST_LEFT)
+
+    def left_in_simulation(self) -> float:
+        """Return the share of the losses of the cycles left out that remains [-]."""
+        confirmation = self.held.confirmation
+        assert confirmation is not None
+        before, after = (confirmation.losses(one).sum() for one in (self.given, self.hypothesis))
+        least = TRUE_LOSS * confirmation.losses(self.hypothesis).size
+        return float(max(after - least, 0.0) / max(before - least, 1e-9))
 
     def needed(self) -> bool:
         """Return whether something significant is left; adds simulation where it is needed."""
@@ -176,13 +197,8 @@ class Search:
         return {SENSOR, *(FORCE if one == 'force' else GAS for one in balances)}
 
     def significant(self) -> list[Disagreement]:
-        """Return where the best explanation disagrees, under its own noise."""
-        here = self.hypothesis
-        if self.best is None:
-            evidence = self.fitted
-        else:
-            evidence = Evidence.of(here, self.fitted.comparisons, self.rng)
-        return localise(windows_of(evidence, here))
+        """Return where the best explanation disagrees."""
+        return localise(windows_of(self.fitted, self.hypothesis))
 
     def left(self) -> float:
         """Return the share of what exceeds the noise that the best explanation leaves [-]."""
@@ -223,8 +239,9 @@ class Search:
         )
         if size == 1 and not self.screened:
             self.screened = ranked
-        starts = [base.plus(one.candidate, one.values) for one in ranked[:FITTED]]
-        found = self.fits(starts, ROUNDS)
+        starts = [base.plus(one.candidate, values) for one in ranked[:FITTED]
+                  for values in (one.values, *one.others)]  # fmt: skip
+        found = best_of_each(self.fits(starts, ROUNDS))
         if self.fitted.confirmation is None and ambiguous(found):
             self.simulate()
             found = self.fits([one.explanation for one in found], ROUNDS)
@@ -240,11 +257,31 @@ class Search:
         """Return a fit with its losses."""
         return score(one, self.given, self.fitted, self.held)
 
-    def refined(self, one: Scored) -> Scored:
-        """Return an explanation fitted on until it gains no more."""
-        self.tell('fitting ' + one.explanation.name)
-        better = self.scored(fit(one.explanation, self.given, self.fitted, LONG))
-        return better if better.total < one.total else one
+    def settle(self, chosen: Scored) -> None:
+        """
+        Take an explanation for the best; find the noise if it is true, and fit it on under that.
+
+        What moves, moves otherwise than the given model says, and its noise is another one.
+        """
+        self.tell('fitting ' + chosen.explanation.name)
+        here = chosen.explanation.apply(self.given)
+        self.fitted, self.held = (self.evidence(here, one) for one in (self.fitted, self.held))
+        self.best = self.scored(fit(chosen.explanation, self.given, self.fitted, LONG))
+
+    def evidence(self, hypothesis: Hypothesis, before: Evidence) -> Evidence:
+        """Return the runs with their noise if a hypothesis is true."""
+        evidence = Evidence.of(hypothesis, before.comparisons, self.rng)
+        if before.confirmation is None:
+            return evidence
+        return evidence.simulated(hypothesis, self.rng)
+
+
+def best_of_each(scored: Sequence[Scored]) -> list[Scored]:
+    """Return the best of those that have the same causes."""
+    best: dict[str, Scored] = {}
+    for one in sorted(scored, key=lambda one: one.total):
+        best.setdefault(one.explanation.name, one)
+    return list(best.values())
 
 
 def score(one: Fit, given: Hypothesis, fitted: Evidence, held: Evidence) -> Scored:

@@ -58,8 +58,8 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
-    # a load that rings at another frequency is no start at all
-    probes=tuple(Parameters(6e-5 * 1.15**step, 5.0) for step in range(24)),
+    # a load that rings at another frequency is no start at all, unless it is well damped
+    probes=tuple(Parameters(6e-5 * 1.3**step, 20.0) for step in range(12)),
     states=('stretch', 'load_velocity'),
     needs=(Need.FREE_MOTION,),
 )

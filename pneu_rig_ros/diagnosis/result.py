@@ -1,0 +1,255 @@
+"""The answer of a diagnosis as plain data: diagnosis.json version 2, schema in docs/."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate
+from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.intervals import (
+    contribution_intervals,
+    residual_intervals,
+    value_intervals,
+)
+from pneu_rig_ros.diagnosis.localisation import BALANCES, UNITS, Disagreement, Windows, windows_of
+from pneu_rig_ros.diagnosis.selection import Scored, above, no_worse
+from pneu_rig_ros.diagnosis.shrink import signal_tables
+from pneu_rig_ros.diagnosis.workflow import (
+    CONSISTENT,
+    EFFECT,
+    UNCALIBRATED,
+    UNKNOWN,
+    Diagnosis,
+)
+from pneu_rig_ros.model import effects as library
+
+Floats = NDArray[np.float64]
+
+VERSION = 2
+MOST_CANDIDATES = 20
+"""Candidates that are told."""
+MOST_INTERVALS = 6
+"""Intervals that are told of each disagreement, longest first."""
+
+
+def answer(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return diagnosis.json as plain data."""
+    estimates = list(_estimates(diagnosis))
+    return {
+        'version': VERSION,
+        'model': diagnosis.system.name,
+        'seed': diagnosis.seed,
+        'seconds': diagnosis.seconds,
+        'recordings': {
+            'fit': [one.run.name for one in diagnosis.fitted.comparisons],
+            'verify': [one.run.name for one in diagnosis.held.comparisons],
+        },
+        'verdict': diagnosis.verdict,
+        'sentence': sentence(diagnosis),
+        'balances': balances(diagnosis),
+        'where': [disagreement(one) for one in told(diagnosis)],
+        'intervals': [
+            {'balance': balance, 'recording': name, 'from': a, 'to': b}
+            for balance, name, a, b in intervals(diagnosis)
+        ],
+        'null_scores': null_scores(diagnosis.windows),
+        'candidates': ranked(diagnosis),
+        'indistinguishable': indistinguishable(diagnosis),
+        'calibration': next((row for part, row in estimates if part.name == CALIBRATION), {}),
+        'conditions': [],
+        'parameters': [
+            row for part, row in estimates if not part.is_effect and part.name != CALIBRATION
+        ],
+        'effects': [row for part, row in estimates if part.is_effect and not part.describes],
+        'unknown': diagnosis.unknown and diagnosis.unknown.to_dict(),
+        'gap': gap(diagnosis),
+        'next_experiment': diagnosis.next_experiment and diagnosis.next_experiment.to_dict(),
+    }
+
+
+def sentence(diagnosis: Diagnosis) -> str:
+    """Return the verdict in one sentence."""
+    verdict = diagnosis.verdict
+    if verdict == CONSISTENT:
+        return 'Model and measurement agree within the noise: nothing is missing.'
+    if verdict == UNCALIBRATED:
+        return 'Errors of the sensors within their class explain what differs; nothing is missing.'
+    if verdict == UNKNOWN:
+        places = ' and '.join(dict.fromkeys(one.balance for one in told(diagnosis)))
+        return f'Model and measurement disagree in {places}, and nothing in the library explains it.'
+    names = [
+        f'{part.name} ({library.load(part.name).title})' if part.is_effect
+        else f'{part.name} has another value'
+        for part in diagnosis.explanation.parts
+        if part.name != CALIBRATION
+    ]  # fmt: skip
+    kind = 'The model lacks ' if verdict == EFFECT else 'A parameter is wrong: '
+    left = diagnosis.search.left()
+    rest = f'; {left:.0%} of what exceeds the noise remains' if left >= 0.01 else ''
+    return kind + ' and '.join(names) + rest + '.'
+
+
+def told(diagnosis: Diagnosis) -> Sequence[Disagreement]:
+    """
+    Return where the model disagrees.
+
+    Where only simulation from rest to rest shows it, that is at the breakaways.
+    """
+    return diagnosis.where or (diagnosis.simulated if diagnosis.verdict != CONSISTENT else [])
+
+
+def disagreement(one: Disagreement) -> dict[str, Any]:
+    """Return a disagreement as plain data."""
+    spans = sorted(one.intervals, key=lambda span: span[1] - span[2])[:MOST_INTERVALS]
+    return {
+        'balance': one.balance, 'regime': one.regime, 'direction': one.direction,
+        'unit': one.unit, 'mean': one.mean, 'noise': one.noise,
+        'significance': one.significance, 'p_value': one.p_value, 'variable': one.variable,
+        'from': one.low, 'to': one.high, 'recordings': list(one.recordings),
+        'intervals': [{'recording': name, 'from': a, 'to': b} for name, a, b in spans],
+    }  # fmt: skip
+
+
+def intervals(diagnosis: Diagnosis) -> list[tuple[str, str, float, float]]:
+    """Return when the explanation contributes more than the noise; or what is unexplained does."""
+    if diagnosis.verdict == CONSISTENT:
+        return []
+    if diagnosis.explanation.parts:
+        known = diagnosis.explanation.apply(diagnosis.given)
+        return contribution_intervals(diagnosis.given, known, diagnosis.fitted)
+    return residual_intervals(diagnosis.windows, 3.0)
+
+
+def null_scores(windows: Sequence[Windows]) -> list[dict[str, Any]]:
+    """Return mean and RMS of the whitened residuals of the given model, by balance and regime."""
+    rows = []
+    for balance in BALANCES:
+        here = [one for one in windows if one.balance == balance]
+        regimes = {str(regime) for one in here for regime in one.regime}
+        for regime in sorted(regimes):
+            z = np.concatenate([one.whitened[one.regime == regime] for one in here])
+            rows.append({'balance': balance, 'regime': regime, 'mean': float(z.mean()),
+                         'rms': float(np.sqrt(np.mean(z**2))), 'count': int(z.size)})  # fmt: skip
+    return rows
+
+
+def balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Return each balance, whether it is open, what is said of it and what is left."""
+    closed = diagnosis.closed
+    left = left_of_each(diagnosis.held, diagnosis.given, diagnosis.improved)
+    found = {one.balance for one in told(diagnosis)}
+    rows = []
+    for name in BALANCES:
+        is_open = not closed[name]
+        verdict = (diagnosis.verdict if name in found else CONSISTENT) if is_open else None
+        rows.append({'name': name, 'unit': UNITS[name], 'open': is_open, 'why': closed[name],
+                     'verdict': verdict, 'left': left[name] if is_open else None})  # fmt: skip
+    return rows
+
+
+def left_of_each(
+    evidence: Evidence, given: Hypothesis, improved: Hypothesis
+) -> dict[str, float | None]:
+    """Return balance -> share of what exceeds the noise that is left, None where nothing does."""
+    rows: dict[str, float | None] = {}
+    both = [windows_of(evidence, one) for one in (given, improved)]
+    for name in BALANCES:
+        before, after = (
+            above(np.concatenate([one.whitened for one in windows if one.balance == name] or [[]]))
+            for windows in both
+        )
+        rows[name] = after / before if before > 0.0 else None
+    return rows
+
+
+def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Return the candidates as plain data: fitted ones, best first, then those screened."""
+    search, rows = diagnosis.search, {}
+    begin = search.losses_given
+    for one in sorted(search.ranking, key=lambda one: one.total):
+        causes = one.explanation.causes
+        if causes:
+            rows.setdefault(tuple(causes), _fitted(one, begin, search.best))
+    for tried in search.screened:
+        rows.setdefault((tried.candidate.name,), _screened(tried.candidate, tried.loss, begin))
+    return list(rows.values())[:MOST_CANDIDATES]
+
+
+def _fitted(one: Scored, begin: float, best: Scored | None) -> dict[str, Any]:
+    parts = zip(one.explanation.parts, one.explanation.values, strict=True)
+    values = {
+        f'{part.name}.{c.name}' if part.is_effect else part.name: value
+        for part, fitted in parts
+        for c, value in zip(part.coordinates, fitted, strict=True)
+    }
+    same = best is not None and best.losses.size == one.losses.size
+    error = one.behind(best)[1] if same and best is not None else 0.0
+    least = float(one.losses.sum())
+    return {'names': one.explanation.causes, 'stage': 'regression', 'score': -one.total,
+            'error': error, 'gap_left': _share(least, begin), 'parameters': values}  # fmt: skip
+
+
+def _screened(candidate: Candidate, loss: float, begin: float) -> dict[str, Any]:
+    return {'names': [candidate.name], 'stage': 'screened', 'score': -loss, 'error': 0.0,
+            'gap_left': _share(loss, begin), 'parameters': {}}  # fmt: skip
+
+
+def _share(loss: float, begin: float) -> float:
+    return float(min(loss / begin, 1.0)) if begin > 0.0 else 1.0
+
+
+def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
+    """Return the explanations of equal size that are as likely as the best, which is among them."""
+    best = diagnosis.best
+    if best is None or not best.explanation.causes:
+        return []
+    size = len(best.explanation.parts)
+    alike = {'+'.join(best.explanation.causes): None}
+    for one in diagnosis.search.ranking:
+        same = len(one.explanation.parts) == size and one.losses.size == best.losses.size
+        if same and one.explanation.causes and no_worse(one, best):
+            alike['+'.join(one.explanation.causes)] = None
+    return [list(alike)] if len(alike) > 1 else []
+
+
+def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]]]:
+    """Yield each part of the explanation with its values and intervals as plain data."""
+    if diagnosis.best is None:
+        return
+    spans = iter(value_intervals(diagnosis.best.fit, diagnosis.given, diagnosis.search.fitted))
+    explanation = diagnosis.explanation
+    for one, fitted in zip(explanation.parts, explanation.values, strict=True):
+        rows: dict[str, dict[str, Any]] = {
+            c.name: {'value': value, 'interval': list(next(spans)), 'unit': c.quantity.unit}
+            for c, value in zip(one.coordinates, fitted, strict=True)
+        }
+        if one.name == CALIBRATION:
+            yield one, rows
+        elif one.is_effect:
+            yield one, {'name': one.name, 'title': library.load(one.name).title,
+                        'balance': one.balance, 'parameters': rows, 'shape': None}  # fmt: skip
+        else:
+            yield one, {'name': one.name, 'was': one.was, **next(iter(rows.values()))}
+
+
+def gap(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the gap on the recordings left out, before and after, as plain data."""
+    given, improved, held = diagnosis.given, diagnosis.improved, diagnosis.search.held
+    before, after = (above(held.whitened(one)) for one in (given, improved))
+    if held.confirmation is not None and before == 0.0:
+        before, after = (
+            math.sqrt(float(held.confirmation.losses(one).mean())) for one in (given, improved)
+        )
+    return {
+        'before': before,
+        'after': after,
+        'cut': 1.0 - after / before if before > 0.0 else 0.0,
+        **signal_tables(given, improved, held),
+        'bags': [one.run.name for one in held.comparisons],
+    }
