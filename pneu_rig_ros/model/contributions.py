@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled import inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Signals, behind_levels, behind_spools
 
@@ -52,7 +52,7 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
 
 
-@compiled
+@inner
 def _nothing(
     signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
 ) -> tuple[float, float]:
@@ -62,7 +62,7 @@ def _nothing(
 def _plus(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pair:
     own = effect.contribution
 
-    @compiled
+    @inner
     def total(
         signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
     ) -> tuple[float, float]:
@@ -77,7 +77,7 @@ def _behind(others: Pair, effect: Effect, index: int, start: int, end: int) -> P
     """Return the contributions of a chain: the last sees what the others leave."""
     own, behind = effect.contribution, CHAINS[effect.balance]
 
-    @compiled
+    @inner
     def total(
         signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
     ) -> tuple[float, float]:

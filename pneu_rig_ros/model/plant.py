@@ -15,6 +15,7 @@ from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
 from pneu_rig_ros.model.effect import READING_BALANCES
+from pneu_rig_ros.model.empirical_effects import coefficients
 from pneu_rig_ros.model.follow import Actions
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
@@ -120,8 +121,12 @@ class Plant:
         self.model = model
         self.tolerance, self.longest_step = tolerance, longest_step
         chosen = dict(sorted((effects or {}).items()))
-        self.effects = tuple(chosen.values())
+        self._chosen = tuple(chosen.values())
         self._library = loaded = [library.load(name) for name in chosen]
+        self.effects = tuple(
+            coefficients(own) if effect.describes else own
+            for effect, own in zip(loaded, self._chosen, strict=True)
+        )
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
         self.right_hand_side, self._solver, self._read, self._along = assemble(tuple(chosen))
@@ -142,7 +147,7 @@ class Plant:
     def _compiled_model(self) -> CompiledModel:
         """Return the model; the dwell clock is that of an effect which the law is completed by."""
         law = self.model.friction
-        for effect, own in zip(self._library, self.effects, strict=True):
+        for effect, own in zip(self._library, self._chosen, strict=True):
             if own != effect.null and FRICTION_MODELS[law.model] in effect.laws:
                 law = law._replace(**{name: getattr(own, name) for name in effect.clock})
         return compiled_model(self.model._replace(friction=law))

@@ -115,7 +115,7 @@ def specifications(section: type[Any]) -> dict[str, Specification]:
 
 def read_section(section: type[Any], values: object, where: str) -> Any:
     """
-    Build a section (a ``NamedTuple`` class) from a YAML mapping.
+    Build a section (a ``NamedTuple`` class) from a YAML mapping; a default may be left out.
 
     :raises RigError: for a missing or unknown key, a wrong unit, or a value out of range
     """
@@ -125,15 +125,19 @@ def read_section(section: type[Any], values: object, where: str) -> Any:
     for key in values:
         if key not in wanted:
             raise RigError(f'{where}: {unknown(str(key), wanted)}')
-    if missing := [key for key in wanted if key not in values]:
+    if missing := [k for k in wanted if k not in values and k not in section._field_defaults]:
         raise RigError(f'{where}: missing {", ".join(missing)}')
-    return section(**{k: spec.parse(values[k], f'{where}.{k}') for k, spec in wanted.items()})
+    return section(**{k: wanted[k].parse(value, f'{where}.{k}') for k, value in values.items()})
 
 
 def write_section(section: Any) -> dict[str, Any]:
-    """Return the YAML mapping that :func:`read_section` reads back."""
-    wanted = specifications(type(section))
-    return {k: spec.format(getattr(section, k)) for k, spec in wanted.items()}
+    """Return the YAML mapping that :func:`read_section` reads back, without defaults."""
+    defaults = section._field_defaults
+    return {
+        key: specification.format(getattr(section, key))
+        for key, specification in specifications(type(section)).items()
+        if key not in defaults or getattr(section, key) != defaults[key]
+    }
 
 
 def _number(text: str, where: str) -> float:

@@ -18,7 +18,7 @@ from .trials import NOISES, PAIRS, PARAMETERS, PARTS, matrix
 
 
 def test_every_effect_of_the_library_is_hidden_in_turn() -> None:
-    causes = {name for name in library.names() if not name.startswith('described_')}
+    causes = {name for name in library.names() if not name.startswith('empirical_')}
     assert set(EFFECTS) == causes
     assert len(EFFECTS) == 25
 

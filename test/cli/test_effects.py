@@ -37,7 +37,7 @@ def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:
     above, below = terminal.run('effects').out.split('\nDescriptions of what has no name')
     data = json.loads(terminal.run('effects', '--json').out)
     for name in effects.names():
-        is_cause = not name.startswith('described_')
+        is_cause = not name.startswith('empirical_')
         assert (f'\n{name} ' in above, f'\n{name} ' in below) == (is_cause, not is_cause)
         assert data[name]['describes'] is not is_cause
         assert (name in effects.causes()) is is_cause
@@ -50,4 +50,4 @@ def test_only_causes_are_offered_to_be_left_out_of_a_diagnosis(terminal: Termina
     outcome = terminal.run('diagnose', 'a', '--model', 'm', '--out', 'o', '--without', 'stribec')
     assert outcome.code == 2
     assert "--without: unknown name 'stribec', did you mean 'stribeck'" in outcome.err
-    assert 'described_' not in outcome.err
+    assert 'empirical_' not in outcome.err

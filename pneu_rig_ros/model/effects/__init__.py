@@ -1,5 +1,5 @@
 """
-Optional physical effects, one a file.
+Optional physical effects, one a file, and those that are made of the table of empirical terms.
 
 A file in this folder that defines ``EFFECT`` is an effect; its name is the file's name. Nothing
 else has to be changed to add one.
@@ -11,13 +11,14 @@ from functools import cache
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Effect
+from pneu_rig_ros.model.empirical_effects import EFFECTS
 from pneu_rig_ros.model.quantity import unknown
 
 
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all effects, sorted."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
+    return tuple(sorted([*EFFECTS, *(module.name for module in pkgutil.iter_modules(__path__))]))
 
 
 @cache
@@ -30,6 +31,8 @@ def load(name: str, where: str = 'effects') -> Effect:
     """
     if name not in names():
         raise RigError(f'{where}: {unknown(name, names())}')
+    if name in EFFECTS:
+        return EFFECTS[name]
     effect: Effect = importlib.import_module(f'{__name__}.{name}').EFFECT
     return effect
 

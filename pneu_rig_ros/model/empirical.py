@@ -1,0 +1,257 @@
+"""
+Empirical terms: what describes a gap that no cause explains, and can still be simulated.
+
+A term is a simple function of the signals, and a description a sum of terms with a coefficient
+each. ``TERMS`` says what each term is, ``OUTPUTS`` which of them may be added to what. One effect
+for each balance is made of the two; ``values`` evaluates the same terms along a recording, so
+that a residual can be regressed on exactly what the plant can simulate (``empirical_effects``).
+
+Pressures are above atmosphere and count in units of 5 bar, positions in strokes, speeds in
+0.1 m/s, voltages in volts from the centre, masses in kg: units that no run changes, so that one
+coefficient holds for runs at different supply pressures.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import INNER
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+
+Array = NDArray[np.float64]
+
+PRESSURE, SPEED = 5e5, 0.1
+"""Units of pressures [Pa] and speeds [m/s]."""
+TURN = 1e-3
+"""Speed over which the direction turns round [m/s]."""
+SLOW = 0.015
+"""Speed over which friction leaves its level at rest [m/s]."""
+RECENT = 0.02
+"""Time over which a voltage is still a new one [s]."""
+
+# functions of numbers for the plant and of arrays for a recording: one source for both
+both = register_jitable(**INNER)
+
+
+@both
+def gauge(pressure: float, model: CompiledModel) -> float:
+    """Return a pressure [Pa] above atmosphere, in units of ``PRESSURE``."""
+    return (pressure - model.gas.atmospheric_pressure) / PRESSURE
+
+
+@both
+def cold(pressure: float, volume: float, gas_mass: float, model: CompiledModel) -> float:
+    """Return by what share the gas is colder than the supply [-]."""
+    temperature = pressure * volume / (gas_mass * model.gas.gas_constant)
+    return 1.0 - temperature / model.gas.supply_temperature
+
+
+@both
+def direction(s: Signals, model: CompiledModel) -> Any:
+    """Return the sign of the velocity without a jump; at rest that of the bristle force."""
+    bent = 2.0 * s.bristle_force / model.friction.coulomb_force
+    resting = np.minimum(np.maximum(bent, -1.0), 1.0)
+    return (s.velocity + TURN * resting) / (abs(s.velocity) + TURN)
+
+
+@both
+def slowness(velocity: float) -> Any:
+    """Return 1 at rest, falling to 0 with the speed."""
+    return np.exp(-abs(velocity) / SLOW)
+
+
+@both
+def near_end(position: float, model: CompiledModel) -> Any:
+    """Return 1 at both ends of the stroke, and nearly 0 away from them."""
+    return (2.0 * position / model.cylinder.stroke - 1.0) ** 8
+
+
+class Memory(NamedTuple):
+    """A term ``now * signal + before * past``, with d(past)/dt = grows * signal - fades * past."""
+
+    now: float
+    before: float
+    grows: float
+    fades: float
+
+
+CHANGE = Memory(1.0, -1.0, 1.0 / RECENT, 1.0 / RECENT)
+"""The signal less its recent mean."""
+TOTAL = Memory(0.0, 1.0, 1.0, 0.0)
+"""The integral of the signal over time."""
+
+
+class Term(NamedTuple):
+    """What a coefficient is multiplied with: a signal, or what a memory makes of it."""
+
+    text: str
+    signal: Callable[[Signals, CompiledModel], Any]
+    memory: Memory | None = None
+
+
+TERMS: dict[str, Term] = {
+    'constant': Term('1', lambda s, m: 1.0),
+    'position': Term('x/L', lambda s, m: s.position / m.cylinder.stroke),
+    'position_squared': Term('(x/L)^2', lambda s, m: (s.position / m.cylinder.stroke) ** 2),
+    'gauge_1': Term('gauge p1, per 5 bar', lambda s, m: gauge(s.pressure_1, m)),
+    'gauge_2': Term('gauge p2, per 5 bar', lambda s, m: gauge(s.pressure_2, m)),
+    'difference': Term(
+        'p1 - p2, per 5 bar', lambda s, m: (s.pressure_1 - s.pressure_2) / PRESSURE
+    ),
+    'velocity': Term('v, per 0.1 m/s', lambda s, m: s.velocity / SPEED),
+    'speed': Term('|v|, per 0.1 m/s', lambda s, m: abs(s.velocity) / SPEED),
+    'slow': Term('exp(-|v|/15 mm/s)', lambda s, m: slowness(s.velocity)),
+    'direction': Term('the direction', direction),
+    'direction_position': Term(
+        'the direction, and x/L', lambda s, m: direction(s, m) * s.position / m.cylinder.stroke
+    ),
+    'direction_gauge_1': Term(
+        'the direction, and gauge p1, per 5 bar',
+        lambda s, m: direction(s, m) * gauge(s.pressure_1, m),
+    ),
+    'direction_gauge_2': Term(
+        'the direction, and gauge p2, per 5 bar',
+        lambda s, m: direction(s, m) * gauge(s.pressure_2, m),
+    ),
+    'direction_slow': Term(
+        'the direction, and exp(-|v|/15 mm/s)',
+        lambda s, m: direction(s, m) * slowness(s.velocity),
+    ),
+    'ends': Term(
+        '(2x/L - 1)^9',
+        lambda s, m: near_end(s.position, m) * (2.0 * s.position / m.cylinder.stroke - 1.0),
+    ),
+    'ends_velocity': Term(
+        'v (2x/L - 1)^8, per 0.1 m/s', lambda s, m: near_end(s.position, m) * s.velocity / SPEED
+    ),
+    'mass': Term('all that moves, in kg', lambda s, m: m.cylinder.moving_mass
+                 + m.operation.load_mass),
+    'cold_1': Term('(T_s - T_1)/T_s',
+                   lambda s, m: cold(s.pressure_1, s.volume_1, s.gas_mass_1, m)),
+    'cold_2': Term('(T_s - T_2)/T_s',
+                   lambda s, m: cold(s.pressure_2, s.volume_2, s.gas_mass_2, m)),
+    'intake_1': Term('u1 - 2.5 V where above 0, per volt',
+                     lambda s, m: np.maximum(s.voltage_1 - CENTRE_VOLTAGE, 0.0)),
+    'intake_2': Term('u2 - 2.5 V where above 0, per volt',
+                     lambda s, m: np.maximum(s.voltage_2 - CENTRE_VOLTAGE, 0.0)),
+    'exhaust_1': Term('2.5 V - u1 where above 0, per volt',
+                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.voltage_1, 0.0)),
+    'exhaust_2': Term('2.5 V - u2 where above 0, per volt',
+                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.voltage_2, 0.0)),
+    'squared_1': Term(
+        '(u1 - 2.5 V)|u1 - 2.5 V|, per V^2',
+        lambda s, m: (s.voltage_1 - CENTRE_VOLTAGE) * abs(s.voltage_1 - CENTRE_VOLTAGE),
+    ),
+    'squared_2': Term(
+        '(u2 - 2.5 V)|u2 - 2.5 V|, per V^2',
+        lambda s, m: (s.voltage_2 - CENTRE_VOLTAGE) * abs(s.voltage_2 - CENTRE_VOLTAGE),
+    ),
+    'change_1': Term('u1 less its mean over 20 ms, per volt',
+                     lambda s, m: s.voltage_1 - CENTRE_VOLTAGE, CHANGE),
+    'change_2': Term('u2 less its mean over 20 ms, per volt',
+                     lambda s, m: s.voltage_2 - CENTRE_VOLTAGE, CHANGE),
+    'log_dwell': Term('ln(1 + dwell time / 1 s)', lambda s, m: np.log1p(s.dwell_time)),
+    'travel': Term('the way gone so far, in strokes',
+                   lambda s, m: abs(s.velocity) / m.cylinder.stroke, TOTAL),
+}  # fmt: skip
+
+
+class Output(NamedTuple):
+    """
+    What terms may be added to.
+
+    :param effect: which of ``EFFECTS`` adds it
+    :param parameter: of the effect, made of the name of the term
+    :param quantity: of each coefficient
+    :param terms: names
+    """
+
+    effect: str
+    parameter: str
+    quantity: Quantity
+    terms: tuple[str, ...]
+
+    @property
+    def parameters(self) -> dict[str, Quantity]:
+        """Parameters of the effect, in the order of the terms."""
+        return {
+            self.parameter.format(name): replace(
+                self.quantity, description=f'{self.quantity.description}, times {TERMS[name].text}'
+            )
+            for name in self.terms
+        }
+
+
+_GAS = ('constant', 'position', 'gauge_1', 'gauge_2', 'difference', 'velocity', 'speed')
+_LEVEL = ('constant', 'position', 'position_squared', 'gauge_1', 'gauge_2', 'difference',
+          'direction', 'direction_position', 'direction_gauge_1', 'direction_gauge_2',
+          'log_dwell')  # fmt: skip
+OUTPUTS: dict[str, Output] = {
+    'flow_1': Output('empirical_flow', '{}_1', Quantity('kg/s', -0.01, 0.01, 'into chamber 1'),
+                     (*_GAS, 'cold_1', 'intake_1', 'exhaust_1')),
+    'flow_2': Output('empirical_flow', '{}_2', Quantity('kg/s', -0.01, 0.01, 'into chamber 2'),
+                     (*_GAS, 'cold_2', 'intake_2', 'exhaust_2')),
+    'friction': Output('empirical_friction', '{}',
+                       Quantity('N', -1e3, 1e3, 'added to F_c and F_smax'),
+                       (*_LEVEL, 'speed', 'slow', 'direction_slow', 'travel')),
+    'static_friction': Output('empirical_friction', 'static_{}',
+                              Quantity('N', -1e3, 1e3, 'added to F_smax alone'), _LEVEL),
+    'force': Output('empirical_force', '{}', Quantity('N', -1e3, 1e3, 'along the outstroke'),
+                    ('constant', 'position', 'position_squared', 'gauge_1', 'gauge_2',
+                     'difference', 'velocity', 'speed', 'ends', 'ends_velocity', 'mass')),
+    'voltage_1': Output('empirical_voltage', '{}_1', Quantity('V', -3.0, 3.0, 'added to u1'),
+                        ('constant', 'intake_1', 'exhaust_1', 'squared_1', 'change_1')),
+    'voltage_2': Output('empirical_voltage', '{}_2', Quantity('V', -3.0, 3.0, 'added to u2'),
+                        ('constant', 'intake_2', 'exhaust_2', 'squared_2', 'change_2')),
+    'position': Output('empirical_position_reading', '{}',
+                       Quantity('m', -0.1, 0.1, 'added to the reading of x'),
+                       ('constant', 'position', 'position_squared', 'velocity')),
+    'pressure_1': Output('empirical_pressure_reading', '{}_1',
+                         Quantity('Pa', -1e5, 1e5, 'added to the reading of p1'),
+                         ('constant', 'gauge_1', 'velocity')),
+    'pressure_2': Output('empirical_pressure_reading', '{}_2',
+                         Quantity('Pa', -1e5, 1e5, 'added to the reading of p2'),
+                         ('constant', 'gauge_2', 'velocity')),
+}  # fmt: skip
+
+
+def terms(output: str) -> tuple[str, ...]:
+    """Return the names of the terms that may be added to an output."""
+    return OUTPUTS[output].terms
+
+
+def values(output: str, signals: Signals, model: CompiledModel) -> Array:
+    """
+    Return the terms of an output along a recording, shape (n, terms).
+
+    :param signals: arrays of shape (n,); what no term of the output looks at may be NaN
+    """
+    given: Any = signals
+    columns = [
+        _remembered(term, term.signal(given, model), given.time)
+        for term in map(TERMS.__getitem__, OUTPUTS[output].terms)
+    ]
+    size = len(given.position)
+    return np.column_stack([np.broadcast_to(column, size) for column in columns])
+
+
+def _remembered(term: Term, signal: Any, time: Any) -> Any:
+    """Return a term from its signal, held from each sample to the next [s]."""
+    memory = term.memory
+    if memory is None:
+        return signal
+    steps = np.diff(time)
+    kept = np.exp(-memory.fades * steps)
+    # the exact step of a held signal; without fading, its limit
+    taken = -np.expm1(-memory.fades * steps) / memory.fades if memory.fades else steps
+    past = [0.0]
+    for old, new in zip(kept.tolist(), (memory.grows * taken * signal[:-1]).tolist(), strict=True):
+        past.append(old * past[-1] + new)
+    return memory.now * signal + memory.before * np.array(past)

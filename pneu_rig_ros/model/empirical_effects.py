@@ -1,0 +1,256 @@
+"""
+The effects that add empirical terms to the plant: one for each balance, made of the table.
+
+They describe what no cause explains, and are none. Of heat there is no output of its own: it is
+described as the flow that brings the gas the same energy.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from types import new_class
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import called, compiled, inner
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Memory, Term
+from pneu_rig_ros.model.quantity import Quantity
+
+Array = NDArray[np.float64]
+Sum = Callable[[Signals, CompiledModel, Any, Array, Array], float]
+Guard = Callable[[float, float, Signals, CompiledModel], tuple[float, float]]
+
+
+def described(coefficients: Mapping[tuple[str, str], float]) -> dict[str, Any]:
+    """
+    Return the effects that add so many times each term.
+
+    :param coefficients: (output, term) -> coefficient in the unit of the output
+    """
+    changes: dict[str, dict[str, float]] = {}
+    for (output, name), value in coefficients.items():
+        effect, parameter = OUTPUTS[output].effect, OUTPUTS[output].parameter.format(name)
+        changes.setdefault(effect, {})[parameter] = float(value)
+    return {effect: EFFECTS[effect].null._replace(**own) for effect, own in changes.items()}
+
+
+def coefficients(parameters: Any) -> Array:
+    """
+    Return the parameters of such an effect as compiled code takes them; none if all are zero.
+
+    As a tuple each function of the plant would hand on every one of them, which took longer to
+    compile than all the rest.
+    """
+    return np.array(parameters if any(parameters) else (), dtype=np.float64)
+
+
+@inner
+def _nothing(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+    return 0.0
+
+
+def _one(term: Term, place: int) -> Sum:
+    """Return a term of the present times its coefficient, which is at ``place``."""
+    signal = _compiled_once(term.signal)
+
+    @inner
+    def one(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+        return float(c[place] * signal(s, model)) if c[place] != 0.0 else 0.0
+
+    return one
+
+
+def _one_past(term: Term, memory: Memory, place: int, slot: int) -> Sum:
+    """Return a term with a memory, which is the state ``slot``, times its coefficient."""
+    signal = _compiled_once(term.signal)
+
+    @inner
+    def one(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+        rate[slot] = 0.0
+        if c[place] == 0.0:
+            return 0.0
+        new, past = signal(s, model), state[slot]
+        rate[slot] = memory.grows * new - memory.fades * past
+        return float(c[place] * (memory.now * new + memory.before * past))
+
+    return one
+
+
+_compiled_once = cache(inner)
+
+
+def _both(first: Sum, second: Sum) -> Sum:
+    @inner
+    def both(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+        a = first(s, model, c, state, rate)
+        return a + second(s, model, c, state, rate)
+
+    return both
+
+
+def _sum(names: Sequence[str], place: int, slot: int) -> Sum:
+    """
+    Return the terms times their coefficients, which begin at a place, as the states do.
+
+    By halves: a block compiles again what it is made of, so that one term after the other would
+    take a time that grows with their square.
+    """
+    if len(names) == 1:
+        term = TERMS[names[0]]
+        return _one_past(term, term.memory, place, slot) if term.memory else _one(term, place)
+    half = len(names) // 2
+    first, second = names[:half], names[half:]
+    states = sum(TERMS[name].memory is not None for name in first)
+    return _both(_sum(first, place, slot), _sum(second, place + half, slot + states))
+
+
+@inner
+def _as_they_are(
+    first: float, second: float, s: Signals, model: CompiledModel
+) -> tuple[float, float]:
+    return first, second
+
+
+@inner
+def _from_what_is_left(
+    first: float, second: float, s: Signals, model: CompiledModel
+) -> tuple[float, float]:
+    """Let less flow out of a chamber with little gas left: none out of an empty one."""
+    left_1 = min(s.pressure_1 / model.gas.atmospheric_pressure, 1.0)
+    left_2 = min(s.pressure_2 / model.gas.atmospheric_pressure, 1.0)
+    return max(first, first * left_1), max(second, second * left_2)
+
+
+@inner
+def _static_on_top(
+    first: float, second: float, s: Signals, model: CompiledModel
+) -> tuple[float, float]:
+    return first, first + second
+
+
+def _pair(first: Sum, second: Sum, guard: Guard) -> Callable[..., tuple[float, float]]:
+    @called
+    def act(
+        s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array
+    ) -> tuple[float, float]:
+        a = first(s, model, c, state, rate)
+        b = second(s, model, c, state, rate)
+        return guard(a, b, s, model)
+
+    @compiled
+    def contribution(
+        signals: Signals, model: CompiledModel, parameters: Any, state: Array, rate: Array
+    ) -> tuple[float, float]:
+        if len(parameters) == 0:
+            rate[:] = 0.0
+            return 0.0, 0.0
+        return act(signals, model, parameters, state, rate)
+
+    return contribution
+
+
+STEP = 1e-4
+"""Of a difference over the position, as a share of the stroke [-]."""
+
+
+def _rate_of(total: Sum) -> Sum:
+    """
+    Return how fast a sum changes as the piston moves [1/s].
+
+    By central differences, which are exact up to squares of the position.
+    """
+
+    @inner
+    def rate_of(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+        step = STEP * model.cylinder.stroke
+        ahead = total(_moved(s, step), model, c, state, rate)
+        behind = total(_moved(s, -step), model, c, state, rate)
+        return (ahead - behind) / (2.0 * step) * s.velocity
+
+    return rate_of
+
+
+@inner
+def _moved(signals: Signals, way: float) -> Signals:
+    s = signals
+    return Signals(
+        s.time, s.position + way, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
+        s.gas_mass_1, s.gas_mass_2, s.voltage_1, s.voltage_2, s.supply_1, s.supply_2,
+        s.deflection, s.bristle_force, s.sticking, s.dwell_time, s.coulomb_force, s.static_force,
+    )  # fmt: skip
+
+
+def _parameters(name: str) -> type[Any]:
+    """Return the class of the parameters of an effect, all zero unless they are given."""
+    quantities: dict[str, Quantity] = {}
+    for output in OUTPUTS.values():
+        if output.effect == name:
+            quantities |= output.parameters
+    body = {
+        '__module__': __name__,
+        '__doc__': 'Coefficients of the terms.',
+        '__annotations__': {key: Annotated[float, one] for key, one in quantities.items()},
+        **dict.fromkeys(quantities, 0.0),
+    }
+    bases: Any = (NamedTuple,)
+    return new_class(name, bases, exec_body=lambda space: space.update(body))
+
+
+def _sums(name: str) -> tuple[list[Sum], tuple[str, ...]]:
+    """Return the sum of each output of an effect, and the names of the states."""
+    sums: list[Sum] = []
+    states: list[str] = []
+    place = 0
+    for output in (one for one in OUTPUTS.values() if one.effect == name):
+        sums.append(_sum(output.terms, place, len(states)))
+        states += [output.parameter.format(t) for t in output.terms if TERMS[t].memory]
+        place += len(output.terms)
+    return sums, tuple(states)
+
+
+def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]) -> Effect:
+    """Return the effect of the outputs that name it; every coefficient of a probe is the same."""
+    parameters, (sums, states) = _parameters(name), _sums(name)
+    if balance is Balance.MOTION_READING:
+        sums.append(_rate_of(sums[0]))
+    guard = GUARDS.get(balance, _as_they_are)
+    return Effect(
+        title=title,
+        balance=balance,
+        regimes=REGIMES.get(balance, tuple(Regime)),
+        source='a fit to data: a description, not a cause',
+        parameters=parameters,
+        null=parameters(),
+        contribution=_pair(sums[0], sums[1] if len(sums) > 1 else _nothing, guard),
+        probes=tuple(parameters(*([value] * len(parameters._fields))) for value in probes),
+        stage=3 if balance is Balance.SPOOL else 0,
+        states=states,
+        describes=True,
+    )
+
+
+GUARDS: dict[Balance, Guard] = {
+    Balance.MASS: _from_what_is_left, Balance.LEVEL: _static_on_top
+}  # fmt: skip
+REGIMES = {
+    Balance.LEVEL: (Regime.BREAKAWAY, Regime.SLIDING),
+    Balance.SPOOL: (Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+}
+EFFECTS: dict[str, Effect] = {
+    name: _effect(name, f'{what} nobody has named yet', balance, probes)
+    for name, what, balance, probes in (
+        ('empirical_flow', 'a flow', Balance.MASS, (1e-6, -1e-6)),
+        ('empirical_force', 'a force', Balance.FORCE, (0.5, -0.5)),
+        ('empirical_friction', 'a level of friction', Balance.LEVEL, (0.3, -0.1)),
+        ('empirical_position_reading', 'an error of the position sensor',
+         Balance.MOTION_READING, (1e-3, -1e-3)),
+        ('empirical_pressure_reading', 'an error of the pressure sensors',
+         Balance.PRESSURE_READING, (1e3, -1e3)),
+        ('empirical_voltage', 'an error of the valve spools', Balance.SPOOL, (0.02, -0.02)),
+    )
+}  # fmt: skip
+# where batches of plants, and pickle, find the classes
+globals().update({name: effect.parameters for name, effect in EFFECTS.items()})

@@ -1,0 +1,145 @@
+"""Empirical terms: what the plant adds is what the analysis evaluates, and guards hold."""
+
+import math
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.empirical import OUTPUTS, RECENT, TERMS, terms, values
+from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients, described
+from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
+
+from .rigs import SHUT, changed, drive
+from .test_effect_physics import AT_REST, COMPILED, GAS, STROKE, contribute, plant_with, settle
+
+CYLINDER = (configuration_folder() / 'cylinder_2.yaml').read_text()
+EVERY = [(output, name) for output in OUTPUTS for name in terms(output)]
+STATES = [
+    AT_REST,
+    AT_REST._replace(time=0.01, position=0.02, velocity=0.03, bristle_force=3.0, voltage_1=3.1,
+                     voltage_2=1.9, gas_mass_2=2e-4, pressure_1=4e5, dwell_time=20.0),
+    AT_REST._replace(time=0.03, position=0.15, velocity=-2e-4, bristle_force=-2.0, voltage_1=2.2,
+                     voltage_2=2.6, gas_mass_1=3e-4, pressure_2=3e5, dwell_time=0.3),
+]  # fmt: skip
+
+
+def along(states: list[Signals]) -> Signals:
+    """Return signals as arrays."""
+    return cast(Signals, Signals(*(np.array(column) for column in zip(*states, strict=True))))
+
+
+def own(output: str, name: str, value: float) -> tuple[str, Any]:
+    """Return the effect that adds a term to an output, and its parameters."""
+    ((effect, parameters),) = described({(output, name): value}).items()
+    return effect, parameters
+
+
+def added(output: str, name: str, signals: Signals) -> float:
+    """Return what the plant adds to an output where the coefficient of one term is 1e-3."""
+    effect, parameters = own(output, name, 1e-3)
+    first, second, _ = contribute(effect, parameters, **signals._asdict())
+    if output == 'static_friction':
+        return cast(float, second - first)
+    return cast(float, second if output.endswith('_2') else first)
+
+
+@pytest.mark.parametrize(('output', 'name'), [e for e in EVERY if TERMS[e[1]].memory is None])
+def test_plant_adds_what_the_analysis_evaluates(output: str, name: str) -> None:
+    column = values(output, along(STATES), COMPILED)[:, terms(output).index(name)]
+    assert [added(output, name, s) for s in STATES] == pytest.approx(1e-3 * column, rel=1e-12)
+    assert column.any()
+
+
+def test_change_of_a_voltage_is_forgotten_as_fast_in_both() -> None:
+    effect, parameters = own('voltage_1', 'change_1', -0.5)
+    signals = {'voltage_1': 3.0}
+    assert contribute(effect, parameters, **signals)[0] == pytest.approx(-0.25)
+    after = settle(effect, parameters, RECENT, **signals)
+    left = contribute(effect, parameters, after, **signals)[0]
+    assert left == pytest.approx(-0.25 * math.exp(-1.0), rel=1e-6)
+
+    held = along([AT_REST._replace(time=t, **signals) for t in np.linspace(0.0, RECENT, 21)])
+    column = values('voltage_1', held, COMPILED)[:, terms('voltage_1').index('change_1')]
+    assert column[[0, -1]] == pytest.approx([0.5, 0.5 * math.exp(-1.0)], rel=1e-12)
+
+
+def test_travel_is_the_integral_of_the_speed_in_both() -> None:
+    effect, parameters = own('friction', 'travel', 2.0)
+    signals = {'velocity': -0.1 * STROKE}
+    after = settle(effect, parameters, 5.0, **signals)
+    assert contribute(effect, parameters, after, **signals)[:2] == pytest.approx((1.0, 1.0))
+
+    moving = along([AT_REST._replace(time=t, **signals) for t in np.linspace(0.0, 5.0, 6)])
+    column = values('friction', moving, COMPILED)[:, terms('friction').index('travel')]
+    assert column == pytest.approx(0.1 * np.arange(6))
+
+
+def test_sums_are_those_of_their_terms_in_a_plant_too() -> None:
+    """Coefficients reach the compiled plant in the order of the table."""
+    chosen = described({('pressure_2', 'gauge_2'): 3.0, ('position', 'position_squared'): 1e-3})
+    run = drive(Plant(changed('cylinder_2'), chosen), (3.0, 2.0), 0.5)
+    gauge = (run.pressure_2 - GAS.atmospheric_pressure) / 5e5
+    assert run.pressure_2_reading - run.pressure_2 == pytest.approx(3.0 * gauge, abs=1e-9)
+    share = run.position / STROKE
+    assert run.position_reading - run.position == pytest.approx(1e-3 * share**2, abs=1e-15)
+    speed = 2e-3 * share / STROKE * run.velocity
+    assert run.velocity_reading - run.velocity == pytest.approx(speed, abs=1e-12)
+
+
+@pytest.mark.parametrize('name', EFFECTS)
+def test_null_parameters_vanish_with_the_memory(name: str) -> None:
+    effect = EFFECTS[name]
+    rate = np.full(len(effect.states), np.nan)
+    for given in (effect.null, coefficients(effect.null)):
+        pair = effect.contribution(STATES[1], COMPILED, given, np.ones(len(rate)), rate)
+        assert pair == (0.0, 0.0)
+        assert not rate.any()
+
+
+def test_flow_out_of_a_chamber_without_gas_ends() -> None:
+    effect, parameters = own('flow_1', 'constant', -1e-4)
+    nearly_empty = {'pressure_1': 0.1 * GAS.atmospheric_pressure}
+    assert contribute(effect, parameters, **nearly_empty)[0] == pytest.approx(-1e-5)
+    assert contribute(effect, parameters)[0] == -1e-4
+    plant = plant_with(effect, *parameters)
+    run = drive(plant, SHUT, 20.0)
+    assert 0.0 < run.pressure_1[-1] < 0.01 * run.pressure_1[0]
+
+
+def test_flow_is_gas_at_supply_temperature() -> None:
+    """The gas has what flowed in, and its energy the enthalpy of it: Eq. 6."""
+    effect, parameters = own('flow_1', 'constant', 1e-5)
+    plant = plant_with(effect, *parameters, operation={'initial_position': 0.1})
+    run = drive(plant, SHUT, 0.2)
+    flowed = 1e-5 * (run.time[-1] - run.time[0])
+    assert run.gas_mass_1[-1] - run.gas_mass_1[0] == pytest.approx(flowed, rel=1e-6)
+    enthalpy = GAS.heat_capacity_ratio * GAS.gas_constant * GAS.supply_temperature
+    cylinder, power = plant.model.cylinder, GAS.heat_capacity_ratio - 1.0
+    volume = run.position * cylinder.cap_area + cylinder.cap_dead_volume
+    # d(p V^k)/dt = k R T_s V^(k-1) m', whatever the piston does
+    stored = run.pressure_1[-1] * volume[-1] ** (power + 1.0) - run.pressure_1[0] * volume[0] ** (
+        power + 1.0
+    )
+    assert stored / np.mean(volume**power) == pytest.approx(enthalpy * flowed, rel=1e-4)
+
+
+def test_friction_that_is_taken_away_never_drives() -> None:
+    effect, parameters = own('friction', 'constant', -1e3)
+    run = drive(plant_with(effect, *parameters), (2.7, 2.3), 1.0)
+    assert run.position[-1] > 1e-3
+    assert (run.friction_force * run.velocity).min() > -1e-2
+
+
+def test_a_rig_file_names_the_terms_that_act_alone() -> None:
+    text = 'effects: {empirical_flow: {gauge_1_1: -1e-5 kg/s}}'
+    rig = configuration_from_yaml(f'{CYLINDER}\n{text}', 'rig')
+    assert rig.effects == described({('flow_1', 'gauge_1'): -1e-5})
+    assert configuration_from_yaml(rig.to_yaml(), 'rig') == rig
+    assert 'gauge_2_1' not in rig.to_yaml()
+    wrong = text.replace('gauge_1_1', 'gage_1_1')
+    with pytest.raises(RigError, match="did you mean 'gauge_1_1'"):
+        configuration_from_yaml(f'{CYLINDER}\n{wrong}', 'rig')
