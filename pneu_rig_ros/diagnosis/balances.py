@@ -135,6 +135,10 @@ class Comparison:
         source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle ** (k - 1.0))
         return (stored / enthalpy - source) / typical
 
+    def rates(self, hypothesis: Hypothesis) -> Floats:
+        """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
+        return self._march(hypothesis, self.corrected(hypothesis))[0]
+
     def inertia(self, hypothesis: Hypothesis) -> Floats:
         """Return what is accelerated in each window of the motion [kg], NaN at rest."""
         rates, _ = self._march(hypothesis, self.run)

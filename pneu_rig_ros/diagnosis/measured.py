@@ -7,6 +7,7 @@ which the modelled rates are taken.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -71,7 +72,7 @@ class Measured:
     :param stroke: [m]
     :param noise: of the readings
     :param span: of the sensors
-    :param balances: that can be compared: of gas_1, gas_2, force
+    :param missing: balance -> what is missing to compare it, '' where it is open
     :param force: of a bench that moves the piston, along the outstroke [N], shape (n,); None for a
         piston that is free
     :param force_offset: standard deviation of the zero of that force [N]
@@ -87,9 +88,14 @@ class Measured:
     stroke: float
     noise: Noise
     span: Span
-    balances: frozenset[str]
+    missing: Mapping[str, str]
     force: Floats | None = None
     force_offset: float = 0.0
+
+    @property
+    def balances(self) -> frozenset[str]:
+        """Balances that can be compared: of gas_1, gas_2, force."""
+        return frozenset(name for name, missing in self.missing.items() if not missing)
 
     @property
     def size(self) -> int:

@@ -107,7 +107,7 @@ def measured_of(recording: Recording, system: System, path: Path) -> Measured:
     return Measured(
         recording.name, recording.interval, _signal(recording, system, 'position', 0.0, size),
         np.column_stack(pressures), _voltages(recording, system), operation, zero,
-        model.cylinder.stroke, _noise(recording, system), _span(system.sensors, zero), balances,
+        model.cylinder.stroke, _noise(recording, system), _span(system.sensors, zero), closed,
         np.array(recording['force']) if on_bench(recording) else None,
         OFFSET if 'force_offset' in system.each_recording else 0.0,
     )  # fmt: skip

@@ -141,7 +141,7 @@ def null_scores(windows: Sequence[Windows]) -> list[dict[str, Any]]:
 
 def balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return each balance, whether it is open, what is said of it and what is left."""
-    closed = diagnosis.closed
+    closed = diagnosis.missing
     left = left_of_each(diagnosis.held, diagnosis.given, diagnosis.improved)
     found = {one.balance for one in told(diagnosis)}
     rows = []

@@ -11,7 +11,8 @@ to rest, which becomes part of the evidence where they cannot decide.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,8 @@ TWINS = 3
 """Twins of the runs that tell how far a true model's simulation is off."""
 FALSE_ALARMS = 0.01
 """Share of true models whose simulation is called wrong [-]."""
+LEAST_EXCESS = 1.3
+"""Loss of cycles in that of twins up to which they are not off, however many there are [-]."""
 TRUE_LOSS = 3.5
 """Mean loss of the cycles of a true model [-]."""
 CLOSED, MOST_LEFT = 0.1, 0.3
@@ -106,6 +109,15 @@ def preferred(scored: Sequence[Scored]) -> Scored:
     return min(alike, key=lambda one: (len(one.explanation.coordinates), one.total))
 
 
+@dataclass(frozen=True)
+class Cycles:
+    """Mean loss of simulated cycles, that of twins [-], and the p-value of the difference."""
+
+    loss: float
+    expected: float
+    p_value: float
+
+
 @dataclass
 class Search:
     """
@@ -131,6 +143,14 @@ class Search:
     screened: list[Screened] = field(default_factory=list)
     ranking: list[Scored] = field(default_factory=list)
     best: Scored | None = None
+    first_cycles: Cycles | None = None
+    """How far the given model's simulated cycles are off, if they were looked at."""
+
+    @cached_property
+    def losses_given(self) -> float:
+        """Losses of the given hypothesis on all runs, by residuals alone [-]."""
+        pair = (replace(one, confirmation=None) for one in (self.fitted, self.held))
+        return float(sum(one.losses(self.given).sum() for one in pair))
 
     def run(self) -> Scored | None:
         """Return the smallest explanation that leaves nothing significant, or the best there is."""
@@ -215,7 +235,10 @@ class Search:
                  for one in comparisons for _ in range(TWINS)]  # fmt: skip
         expected = Confirmation.of(here, twins, self.rng).losses(here)
         p = float(mannwhitneyu(losses, expected, alternative='greater').pvalue)
-        return p < FALSE_ALARMS and float(np.median(losses)) > 1.5 * float(np.median(expected))
+        cycles = Cycles(float(losses.mean()), float(expected.mean()), p)
+        if self.best is None:
+            self.first_cycles = cycles
+        return p < FALSE_ALARMS and cycles.loss > LEAST_EXCESS * cycles.expected
 
     def simulate(self) -> None:
         """Make simulation part of the evidence."""

@@ -159,7 +159,26 @@ def line_at(values: Floats, sample: int) -> float:
     return float(offset + slope * sample)
 
 
-def at_rest(run: Measured) -> NDArray[np.bool_]:
-    """Return the intervals in which the piston rests, shape (n - 1,)."""
-    resting: NDArray[np.bool_] = run.contacts != along.MOVES
-    return resting
+TOLERANCE = 5e-5
+"""Local error of a run along a measured motion [-]: 15 Pa at 1.4 MPa."""
+
+
+def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
+    """Return p1, p2 as read [Pa] along the measured motion, from the first sample on, (n - 1, 2)."""
+    run = comparison.corrected(hypothesis)
+    gas = hypothesis.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
+    operation = run.started(run.operation)
+    plant = hypothesis.plant(hypothesis.model._replace(operation=operation, gas=gas))
+    plant.tolerance, plant.longest_step = TOLERANCE, run.interval
+    position = np.clip(run.smooth[:, 0], 0.0, run.stroke)
+    measured = np.zeros((run.size - 1, 4))
+    measured[:, 0], measured[:, 1] = position[:-1], np.diff(position) / run.interval
+    actions = np.full(run.size - 1, follow.MOTION, dtype=np.int64)
+    states = plant.follow(run.voltages, run.interval, actions, measured, np.zeros(run.size - 1))
+    return np.column_stack([states.pressure_1_reading, states.pressure_2_reading])
+
+
+def bench_force(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
+    """Return the force of the bench that moves the piston as measured [N], shape (n - 1,)."""
+    force: Floats = -comparison.rates(hypothesis)[:, along.FORCE]
+    return force

@@ -8,8 +8,8 @@ and rank the causes. Simulation from rest to rest confirms, where a piston moves
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ from pneu_rig_ros.diagnosis.localisation import Disagreement, Windows, localise,
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.reading import parted, read_measured
-from pneu_rig_ros.diagnosis.selection import MOST_LEFT, Scored, Search
+from pneu_rig_ros.diagnosis.selection import MOST_LEFT, Cycles, Scored, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.unknown import Description, describe
 from pneu_rig_ros.executor import Executor, Here
@@ -67,12 +67,24 @@ class Diagnosis:
     unknown: Description | None
     next_experiment: NextExperiment | None
     seed: int
-    seconds: float = field(default=0.0)
+    seconds: float
+    first_cycles: Cycles | None
+    missing: Mapping[str, str]
 
     @property
     def given(self) -> Hypothesis:
         """The hypothesis to begin with."""
         return self.system.hypothesis
+
+    @property
+    def simulated(self) -> list[Disagreement]:
+        """Where simulation from rest to rest alone disagrees: in the cycles, from breakaway on."""
+        cycles = self.first_cycles
+        if cycles is None:
+            return []
+        names = tuple(one.run.name for one in self.fitted.comparisons)
+        return [Disagreement('force', 'breakaway', '', '-', cycles.loss, cycles.expected,
+                             cycles.p_value, '', None, None, names, ())]  # fmt: skip
 
     @property
     def explanation(self) -> Explanation:
@@ -135,7 +147,8 @@ def diagnose(
     following = next_experiment(rivals(search), fitted, system)
     return Diagnosis(
         system, str(model), fitted, held, search, windows, where, best, remains, unknown,
-        following, seed, time.perf_counter() - begin,
+        following, seed, time.perf_counter() - begin, search.first_cycles,
+        groups[0][0].run.missing,
     )  # fmt: skip
 
 

@@ -1,1 +1,0 @@
-"""Diagnosis of a part of a rig alone: its chambers, its friction, its valves."""
