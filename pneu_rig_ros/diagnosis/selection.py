@@ -143,6 +143,8 @@ class Search:
     screened: list[Screened] = field(default_factory=list)
     ranking: list[Scored] = field(default_factory=list)
     best: Scored | None = None
+    calibrated: Scored | None = None
+    """Gains of the sensors alone, where they are open."""
     first_cycles: Cycles | None = None
     """How far the given model's simulated cycles are off, if they were looked at."""
 
@@ -157,7 +159,7 @@ class Search:
         if self.base.parts:
             self.tell('fitting ' + self.base.name)
             self.best = self.scored(fit(self.base, self.given, self.fitted, LONG))
-            self.base = self.best.explanation
+            self.base, self.calibrated = self.best.explanation, self.best
         level = [self.base]
         for size in range(1, LARGEST + 1):
             if not self.needed():
@@ -182,6 +184,15 @@ class Search:
     def hypothesis(self) -> Hypothesis:
         """The hypothesis with the best explanation so far."""
         return self.given if self.best is None else self.best.explanation.apply(self.given)
+
+    def cycles_off(self) -> list[Disagreement]:
+        """Return where simulation from rest to rest disagrees: in cycles, from breakaway on."""
+        cycles = self.first_cycles
+        if cycles is None:
+            return []
+        names = tuple(one.run.name for one in self.fitted.comparisons)
+        return [Disagreement('force', 'breakaway', '', '-', cycles.loss, cycles.expected,
+                             cycles.p_value, '', None, None, names, ())]  # fmt: skip
 
     def unexplained(self, remains: Sequence[Disagreement]) -> bool:
         """Return whether what remains is too much for the explanation to be one."""

@@ -1,20 +1,37 @@
 """
 What nobody has named: a formula of a few empirical terms that describes what remains.
 
-It says where the disagreement is and what would close it, not why. The terms are found by
-regression on the residuals themselves, one after the other (orthogonal matching pursuit), and then
-fitted like any cause.
+It says where the disagreement is and what would close it, not why. The terms are those of
+``model.empirical``, chosen one after the other by orthogonal matching pursuit (Y. C. Pati et al.,
+Asilomar Conf. Signals 1993) and then fitted like any cause; as many as the runs left out ask for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.diagnosis.candidates import Candidate, Coordinate, effect_candidate
+from pneu_rig_ros.diagnosis.evidence import OUTLIER, Evidence
 from pneu_rig_ros.diagnosis.explanation import Explanation
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement
-from pneu_rig_ros.diagnosis.selection import Search
+from pneu_rig_ros.diagnosis.ranking import fit
+from pneu_rig_ros.diagnosis.selection import ROUNDS, Search, above
+from pneu_rig_ros.executor import map_tasks
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
+
+Floats = NDArray[np.float64]
+
+MOST_TERMS = 4
+"""Terms of a description at most."""
+LEAST_GAIN = 0.9
+"""Share of the gap that one more term has to leave less than [-]."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +58,112 @@ class Description:
                 'term': self.term, 'gap_left': self.gap_left}  # fmt: skip
 
 
-def describe(search: Search, remains: Sequence[Disagreement]) -> Description:
-    """Return the description that closes most of what remains."""
-    first = remains[0] if remains else None
-    place = (first.balance, first.regime, first.unit) if first else ('force', 'breakaway', 'N')
-    return Description(*place, '', 1.0, Explanation())
+class Term(NamedTuple):
+    """One coefficient of an empirical effect."""
+
+    effect: Candidate
+    coordinate: Coordinate
+
+
+def describe(search: Search, place: Disagreement) -> Description:
+    """
+    Return the description that closes most of what the best explanation leaves.
+
+    :param place: where that shows most
+    """
+    known = search.hypothesis
+    terms = terms_for(place.balance, search)
+    here = search.fitted.residual(known)
+    columns = map_tasks(search.executor, column, terms, known, search.fitted, here)
+    chosen: list[int] = []
+    best, left = Explanation(), 1.0
+    for _ in range(MOST_TERMS):
+        chosen.append(next_term(np.column_stack(columns), here, chosen))
+        start = explained([terms[index] for index in chosen], columns, chosen, here)
+        found = fit(start, known, search.fitted, ROUNDS).explanation
+        now = gap_left(known, found.apply(known), search.held)
+        if now > LEAST_GAIN * left:
+            break
+        best, left = found, now
+    return Description(place.balance, place.regime, place.unit, formula(best), left, best)
+
+
+def terms_for(balance: str, search: Search) -> list[Term]:
+    """Return the terms that act on a balance, or on the sensors."""
+    used = {part.name for part in search.best.explanation.parts} if search.best else set()
+    terms = []
+    for name in library.names():
+        effect = library.load(name)
+        of_gas = effect.balance in GAS_BALANCES
+        concerned = effect.balance in READING_BALANCES or of_gas == balance.startswith('gas')
+        if effect.describes and concerned and name not in used:
+            candidate = effect_candidate(name)
+            terms += [Term(candidate, coordinate) for coordinate in candidate.coordinates]
+    return terms
+
+
+def size_of(term: Term) -> float:
+    """Return a usual size of a coefficient [SI]."""
+    index = term.effect.coordinates.index(term.coordinate)
+    return max(abs(start[index]) for start in term.effect.starts)
+
+
+def column(term: Term, known: Hypothesis, evidence: Evidence, here: Floats) -> Floats:
+    """Return how the residual changes with a term of usual size, shape (n,)."""
+    part = replace(term.effect, coordinates=(term.coordinate,), starts=())
+    changed: Floats = evidence.residual(part.apply(known, (size_of(term),))) - here
+    return changed
+
+
+def next_term(columns: Floats, here: Floats, chosen: Sequence[int]) -> int:
+    """Return the term that explains most of what the chosen ones leave."""
+    weights = 1.0 / np.sqrt(1.0 + (here / OUTLIER) ** 2)
+    scaled, target = columns * weights[:, np.newaxis], -here * weights
+    if chosen:
+        basis, _ = np.linalg.qr(scaled[:, list(chosen)])
+        scaled = scaled - basis @ (basis.T @ scaled)
+        target = target - basis @ (basis.T @ target)
+    norms = np.linalg.norm(scaled, axis=0)
+    gains = np.abs(scaled.T @ target) / np.maximum(norms, 1e-9)
+    gains[norms < 1e-6 * np.linalg.norm(columns, axis=0)] = 0.0
+    gains[list(chosen)] = -1.0
+    return int(np.argmax(gains))
+
+
+def explained(
+    terms: Sequence[Term], columns: Sequence[Floats], chosen: Sequence[int], here: Floats
+) -> Explanation:
+    """Return the terms with coefficients by robust linear regression, within their ranges."""
+    matrix = np.column_stack([columns[index] for index in chosen])
+    weights = 1.0 / np.sqrt(1.0 + (here / OUTLIER) ** 2)
+    shares, *_ = np.linalg.lstsq(matrix * weights[:, np.newaxis], -here * weights, rcond=None)
+    parts: dict[str, list[tuple[Coordinate, float]]] = {}
+    candidates = {term.effect.name: term.effect for term in terms}
+    for term, share in zip(terms, shares, strict=True):
+        value = float(np.clip(share * size_of(term), term.coordinate.low, term.coordinate.high))
+        parts.setdefault(term.effect.name, []).append((term.coordinate, value))
+    explanation = Explanation()
+    for name, pairs in parts.items():
+        coordinates = tuple(replace(c, scale=max(abs(v), 1e-3 * c.scale)) for c, v in pairs)
+        part = replace(candidates[name], coordinates=coordinates, starts=())
+        explanation = explanation.plus(part, [value for _, value in pairs])
+    return explanation
+
+
+def gap_left(known: Hypothesis, described: Hypothesis, held: Evidence) -> float:
+    """Return the share of what exceeds the noise on the runs left out that remains [-]."""
+    before, after = (above(held.whitened(one)) for one in (known, described))
+    if held.confirmation is not None:
+        losses = [float(held.confirmation.losses(one).sum()) for one in (known, described)]
+        before, after = np.hypot(before, losses[0]), np.hypot(after, losses[1])
+    return float(after / before) if before > 0.0 else 1.0
+
+
+def formula(explanation: Explanation) -> str:
+    """Return a description's terms for a person, '' for none."""
+    texts = []
+    for part, values in zip(explanation.parts, explanation.values, strict=True):
+        terms = [f'{value:+.3g} {c.quantity.unit} {c.name}'
+                 for c, value in zip(part.coordinates, values, strict=True)]  # fmt: skip
+        texts.append(f'{part.name}: {" ".join(terms).removeprefix("+")}')
+    return '; '.join(texts)

@@ -23,7 +23,7 @@ from pneu_rig_ros.diagnosis.localisation import Disagreement, Windows, localise,
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.reading import parted, read_measured
-from pneu_rig_ros.diagnosis.selection import MOST_LEFT, Cycles, Scored, Search
+from pneu_rig_ros.diagnosis.selection import Scored, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.unknown import Description, describe
 from pneu_rig_ros.executor import Executor, Here
@@ -68,7 +68,6 @@ class Diagnosis:
     next_experiment: NextExperiment | None
     seed: int
     seconds: float
-    first_cycles: Cycles | None
     missing: Mapping[str, str]
 
     @property
@@ -79,12 +78,7 @@ class Diagnosis:
     @property
     def simulated(self) -> list[Disagreement]:
         """Where simulation from rest to rest alone disagrees: in the cycles, from breakaway on."""
-        cycles = self.first_cycles
-        if cycles is None:
-            return []
-        names = tuple(one.run.name for one in self.fitted.comparisons)
-        return [Disagreement('force', 'breakaway', '', '-', cycles.loss, cycles.expected,
-                             cycles.p_value, '', None, None, names, ())]  # fmt: skip
+        return self.search.cycles_off()
 
     @property
     def explanation(self) -> Explanation:
@@ -140,14 +134,14 @@ def diagnose(
     best = search.run()
     tell('what is left', 0.85)
     remains = search.significant()
-    unknown = _described(search, remains, tell)
-    if unknown is not None:
-        best = None if best is None or search.left() > MOST_LEFT else best
+    if unexplained := search.unexplained(remains):
+        search.best = best = search.calibrated
+    unknown = _described(search, where, tell) if unexplained else None
     tell('what to measure next', 0.95)
     following = next_experiment(rivals(search), fitted, system)
     return Diagnosis(
         system, str(model), fitted, held, search, windows, where, best, remains, unknown,
-        following, seed, time.perf_counter() - begin, search.first_cycles,
+        following, seed, time.perf_counter() - begin,
         groups[0][0].run.missing,
     )  # fmt: skip
 
@@ -169,14 +163,10 @@ def _search(
     return Search(system.hypothesis, fitted, held, candidates, rng, progress, executor, base)
 
 
-def _described(
-    search: Search, remains: Sequence[Disagreement], tell: Tell
-) -> Description | None:
-    """Return a description of what the explanation leaves, None if that is little or nothing."""
-    if not search.unexplained(remains):
-        return None
+def _described(search: Search, where: Sequence[Disagreement], tell: Tell) -> Description:
+    """Return a description of what no cause explains."""
     tell('describing what is not known', 0.88)
-    return describe(search, remains)
+    return describe(search, (where or search.cycles_off())[0])
 
 
 def rivals(search: Search) -> dict[str, Hypothesis]:
