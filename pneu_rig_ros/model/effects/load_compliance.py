@@ -61,4 +61,5 @@ EFFECT = Effect(
     probes=(Parameters(1e-4, 2.0), Parameters(3e-4, 1.0), Parameters(9e-4, 1.0)),
     states=('stretch', 'load_velocity'),
     needs=(Need.FREE_MOTION,),
+    drivers=('position',),
 )
