@@ -11,7 +11,7 @@ from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.effect import READING_BALANCES, Balance
 from pneu_rig_ros.model.plant import Plant, Trajectory
-from pneu_rig_ros.model.shape import DRIVERS, Shape, Shaped, factors, rows
+from pneu_rig_ros.model.shape import DRIVERS, Shape, Shaped, factors, rows, with_values
 from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
 
 from .rigs import changed, drive, stroke
@@ -140,6 +140,12 @@ def test_bad_shape_is_refused_in_one_line(right: str, wrong: str, message: str) 
     with pytest.raises(RigError, match=f'^rig: effects.wall_heat_transfer.*{message}') as error:
         configuration_from_yaml(f'{CYLINDER}\n{HEAT.replace(right, wrong)}', 'rig')
     assert '\n' not in str(error.value)
+
+
+def test_another_value_keeps_the_shape() -> None:
+    own = Shaped(LEAK(1e-8, 2e-8), ones('pressure'))
+    assert with_values(own, {'area_1': 0.0}) == own._replace(parameters=LEAK(0.0, 2e-8))
+    assert with_values(own.parameters, {'area_1': 0.0}) == LEAK(0.0, 2e-8)
 
 
 def test_effect_without_drivers_takes_no_shape() -> None:
