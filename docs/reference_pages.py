@@ -120,7 +120,8 @@ def configuration() -> Lines:
         )
     yield from ('', '## effects', '', 'A mapping of effect to its parameters, see [](effects.md):')
     yield from ('', '```yaml', 'effects:', '  chamber_leak: {area_1: 2e-9 m^2, area_2: 0.0 m^2}')
-    yield '```'
+    yield from ('```', '', 'Beside them an effect may have a')
+    yield '[`shape`](../architecture.md#another-form-of-an-effect), a factor over one variable.'
 
 
 def _specification(spec: Quantity | QuantityList | Choice) -> tuple[str, str, str]:
@@ -152,6 +153,8 @@ def _effect(name: str) -> Lines:
     yield f'{", ".join(regime.label for regime in effect.regimes)}. Source: {effect.source}.'
     if effect.laws:
         yield f'Completes the friction law {" or ".join(f"`{law}`" for law in effect.laws)}.'
+    if effect.drivers:
+        yield f'May have a shape over {", ".join(f"`{name}`" for name in effect.drivers)}.'
     if effect.describes:
         yield 'It only describes what `pneu-rig diagnose` found no name for.'
     yield from table(

@@ -40,4 +40,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(100.0), Parameters(1000.0), Parameters(5000.0)),
+    drivers=('speed', 'velocity', 'position'),
 )

@@ -62,6 +62,7 @@ def plain(effect: Effect) -> dict[str, Any]:
         'source': effect.source,
         'states': list(effect.states),
         'laws': list(effect.laws),
+        'drivers': list(effect.drivers),
         'parameters': parameters,
         'probes': [probe._asdict() for probe in effect.probes],
     }

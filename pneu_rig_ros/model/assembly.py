@@ -32,7 +32,7 @@ from numba import njit
 
 from pneu_rig_ros.model import assembly
 
-_rhs, _solver, _readings, _along = assembly.build({effects!r})
+_rhs, _solver, _readings, _along = assembly.build({effects!r}, {shaped!r})
 _start, _run, _follow = _solver
 
 
@@ -88,9 +88,9 @@ class Assembly(NamedTuple):
     along: Callable[..., None]
 
 
-def build(effects: Sequence[str]) -> Assembly:
-    """Return the functions with the named effects, not yet cached."""
-    contributions = collect([library.load(name) for name in effects], STATE_SIZE)
+def build(effects: Sequence[str], shaped: bool = False) -> Assembly:
+    """Return the functions with the named effects, not yet cached; ``shaped`` as there."""
+    contributions = collect([library.load(name) for name in effects], STATE_SIZE, shaped)
     right_hand_side = build_right_hand_side(contributions)
     return Assembly(
         right_hand_side, build_solver(right_hand_side), build_readings(contributions),
@@ -99,9 +99,14 @@ def build(effects: Sequence[str]) -> Assembly:
 
 
 @cache
-def assemble(effects: tuple[str, ...]) -> Assembly:
-    """Return the compiled, disk-cached functions with the named effects."""
-    module = _module(effects)
+def assemble(effects: tuple[str, ...], shaped: bool = False) -> Assembly:
+    """
+    Return the compiled, disk-cached functions with the named effects.
+
+    :param shaped: whether they take shapes after the parameters; those that take none cost
+        nothing for it, and those that do serve any shape of any effect
+    """
+    module = _module(effects, shaped)
     solver = Solver(module.start, module.run, module.follow)
     return Assembly(module.right_hand_side, solver, module.readings, module.along)
 
@@ -116,8 +121,9 @@ def cache_folder() -> Path:
     return (Path(home) if home else Path.home() / '.cache') / 'pneu_rig_ros'
 
 
-def _module(effects: tuple[str, ...]) -> ModuleType:
-    return kept_module(f'plant_{_fingerprint(effects)}', _TEMPLATE.format(effects=effects))
+def _module(effects: tuple[str, ...], shaped: bool = False) -> ModuleType:
+    text = _TEMPLATE.format(effects=effects, shaped=shaped)
+    return kept_module(f'plant_{_fingerprint(text)}', text)
 
 
 def kept_module(name: str, text: str) -> ModuleType:
@@ -148,6 +154,6 @@ def _write(path: Path, text: str) -> None:
         ) from None
 
 
-def _fingerprint(effects: tuple[str, ...]) -> str:
-    key = f'{sys.version} {numba.__version__} {effects}'.encode()
+def _fingerprint(text: str) -> str:
+    key = f'{sys.version} {numba.__version__} {text}'.encode()
     return hashlib.sha256(key + _SOURCES).hexdigest()[:16]

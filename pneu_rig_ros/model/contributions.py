@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.model.compiled import inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Signals, behind_levels, behind_spools
+from pneu_rig_ros.model.shape import COUNT, factors
 
 Array = NDArray[np.float64]
 CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}
@@ -34,21 +35,23 @@ class Contributions:
     pressure_reading: Pair
 
 
-def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
+def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -> Contributions:
     """
     Return the sums over the effects.
 
     :param effects: in the order of their parameters in the plant's tuple
     :param first_state: index of the first effect state in the state array
+    :param shaped: whether the plant's tuple ends with the shapes of the effects
     """
     sums: dict[Balance, Pair] = dict.fromkeys(Balance, _nothing)
     ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
     for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
         effect = effects[index]
-        join = _behind if effect.balance in CHAINS else _plus
-        sums[effect.balance] = join(
-            sums[effect.balance], effect, index, ends[index], ends[index + 1]
-        )
+        own = _own(effect, index, ends[index], ends[index + 1])
+        if shaped:
+            own = _shaped(own, index, len(effects))
+        others, behind = sums[effect.balance], CHAINS.get(effect.balance)
+        sums[effect.balance] = _behind(others, own, behind) if behind else _plus(others, own)
     return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
 
 
@@ -59,23 +62,49 @@ def _nothing(
     return 0.0, 0.0
 
 
-def _plus(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pair:
-    own = effect.contribution
+def _own(effect: Effect, index: int, start: int, end: int) -> Pair:
+    contribution = effect.contribution
 
+    @inner
+    def own(
+        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+    ) -> tuple[float, float]:
+        return contribution(signals, model, effects[index], state[start:end], rate[start:end])
+
+    return own
+
+
+def _shaped(unshaped: Pair, index: int, shapes: int) -> Pair:
+    """Return the contributions of an effect times its shape, if it has one."""
+
+    @inner
+    def own(
+        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+    ) -> tuple[float, float]:
+        a, b = unshaped(signals, model, effects, state, rate)
+        row = effects[shapes][index]
+        if row[COUNT] == 0.0:
+            return a, b
+        first, second = factors(row, signals, model)
+        return first * a, second * b
+
+    return own
+
+
+def _plus(others: Pair, own: Pair) -> Pair:
     @inner
     def total(
         signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
     ) -> tuple[float, float]:
         a, b = others(signals, model, effects, state, rate)
-        c, d = own(signals, model, effects[index], state[start:end], rate[start:end])
+        c, d = own(signals, model, effects, state, rate)
         return a + c, b + d
 
     return total
 
 
-def _behind(others: Pair, effect: Effect, index: int, start: int, end: int) -> Pair:
+def _behind(others: Pair, own: Pair, behind: Callable[..., Signals]) -> Pair:
     """Return the contributions of a chain: the last sees what the others leave."""
-    own, behind = effect.contribution, CHAINS[effect.balance]
 
     @inner
     def total(
@@ -83,7 +112,7 @@ def _behind(others: Pair, effect: Effect, index: int, start: int, end: int) -> P
     ) -> tuple[float, float]:
         a, b = others(signals, model, effects, state, rate)
         seen = behind(signals, a, b)
-        c, d = own(seen, model, effects[index], state[start:end], rate[start:end])
+        c, d = own(seen, model, effects, state, rate)
         return a + c, b + d
 
     return total

@@ -184,7 +184,7 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         static, grown = static_forces(s.time, memory, breakaway, coulomb, law)
         at_rest = friction.static_level(film, static, coulomb, law)
         share, _ = add_film(s, model, effects, state, rate)
-        at_rest -= share * (at_rest - coulomb)
+        at_rest -= min(share, 1.0) * (at_rest - coulomb)
         power = friction.stribeck_power(v, law)
         level = friction.sliding_level(power, at_rest, coulomb)
         steady = friction.film_steady_state(v, static, coulomb, law)

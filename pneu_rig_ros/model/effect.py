@@ -193,6 +193,7 @@ class Effect:
     :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
     :param describes: whether it only describes what has no name yet: no candidate for a name
+    :param drivers: variables over which its form may differ, see ``shape``, first the likeliest
     :param needs: without any of which it does not show in a part of a rig
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
         compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
@@ -212,6 +213,7 @@ class Effect:
     stage: int = 0
     states: tuple[str, ...] = ()
     describes: bool = False
+    drivers: tuple[str, ...] = ()
     needs: tuple[Need, ...] = ()
 
     def __post_init__(self) -> None:

@@ -18,6 +18,7 @@ from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.empirical_effects import coefficients
 from pneu_rig_ros.model.follow import Actions
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
+from pneu_rig_ros.model.shape import rows, without_shape
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
 
 TOLERANCE = 1e-6
@@ -105,10 +106,10 @@ class Plant:
     Eq. 3-16 with optional effects, integrated in time.
 
     :param model: parameters of all sections
-    :param effects: name -> parameters of each optional effect
+    :param effects: name -> parameters of each optional effect, with or without a ``Shape``
     :param tolerance: local error as a share of full scale [-]
     :param longest_step: [s]
-    :raises RigError: for an unknown effect
+    :raises RigError: for an unknown effect, or a shape that it cannot have
     """
 
     def __init__(
@@ -121,7 +122,7 @@ class Plant:
         self.model = model
         self.tolerance, self.longest_step = tolerance, longest_step
         chosen = dict(sorted((effects or {}).items()))
-        self._chosen = tuple(chosen.values())
+        self._chosen = tuple(without_shape(own) for own in chosen.values())
         self._library = loaded = [library.load(name) for name in chosen]
         self.effects = tuple(
             coefficients(own) if effect.describes else own
@@ -129,7 +130,12 @@ class Plant:
         )
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
-        self.right_hand_side, self._solver, self._read, self._along = assemble(tuple(chosen))
+        shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
+        if shapes is not None:
+            self.effects += (shapes,)
+        self.right_hand_side, self._solver, self._read, self._along = assemble(
+            tuple(chosen), shapes is not None
+        )
         self.reset()
 
     def reset(self) -> PlantState:

@@ -17,6 +17,7 @@ from pneu_rig_ros.model.quantity import (
     unknown,
     write_section,
 )
+from pneu_rig_ros.model.shape import read_effect, without_shape, write_effect
 from pneu_rig_ros.rig.sensors import Sensors
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
 
@@ -50,7 +51,7 @@ class RigConfiguration:
 
     :param name: of the cylinder
     :param model: physical parameters
-    :param effects: name -> parameters of the optional effects
+    :param effects: name -> parameters of the optional effects, some of them ``Shaped``
     :param sensors: sensors and converter
     :param interval_ns: sampling interval [ns]
     :param seed: of noise and calibration
@@ -68,7 +69,7 @@ class RigConfiguration:
         sections: dict[str, Any] = {'name': self.name}
         for key in SECTIONS:
             sections[key] = write_section(getattr(self.model, key))
-        sections['effects'] = {name: write_section(p) for name, p in self.effects.items()}
+        sections['effects'] = {name: write_effect(own) for name, own in self.effects.items()}
         sections['sensors'] = write_section(self.sensors)
         sampling = Sampling(self.interval_ns, self.seed)
         sections['sampling'] = write_section(sampling)
@@ -212,16 +213,17 @@ def _effects(data: object, origin: str) -> dict[str, Any]:
         raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
     chosen = {}
     for name, values in (data or {}).items():
-        parameters = library.load(str(name), f'{origin}: effects').parameters
-        chosen[str(name)] = read_section(parameters, values, f'{origin}: effects.{name}')
+        effect = library.load(str(name), f'{origin}: effects')
+        chosen[str(name)] = read_effect(effect, values, f'{origin}: effects.{name}')
     return chosen
 
 
 def _rung_is_missing(effects: Mapping[str, Any], law: int, origin: str) -> None:
     """Refuse an effect that completes another friction law than the one chosen."""
-    for name, parameters in effects.items():
+    for name, own in effects.items():
         effect = library.load(name)
-        if effect.laws and parameters != effect.null and FRICTION_MODELS[law] not in effect.laws:
+        acts = without_shape(own) != effect.null
+        if effect.laws and acts and FRICTION_MODELS[law] not in effect.laws:
             raise RigError(
                 f'{origin}: effects.{name} is for friction.model {" or ".join(effect.laws)}, '
                 f'not for {FRICTION_MODELS[law]}'

@@ -13,6 +13,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import SECTIONS
 from pneu_rig_ros.model.quantity import Choice, Quantity, specifications, unknown
+from pneu_rig_ros.model.shape import with_values
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.configuration import OVERRIDES, override
 
@@ -119,7 +120,7 @@ def at_point(
             configuration = _with_parameter(configuration, section, key, value)
         elif section:
             own = configuration.effects.get(section, library.load(section).null)
-            changed = {**configuration.effects, section: own._replace(**{key: value})}
+            changed = {**configuration.effects, section: with_values(own, {key: value})}
             configuration = replace(configuration, effects=changed)
         elif name != 'u':
             conditions[name] = value

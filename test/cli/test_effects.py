@@ -31,6 +31,7 @@ def test_json_says_the_same_as_the_library(terminal: Terminal) -> None:
         assert entry['regimes'] == [regime.label for regime in effects.load(name).regimes]
         assert entry['probes'] == [probe._asdict() for probe in effects.load(name).probes]
     assert data['stribeck']['laws'] == ['coulomb_viscous']
+    assert data['load_spring']['drivers'] == ['position']
 
 
 def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:

@@ -45,4 +45,5 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(Parameters(5e-10), Parameters(2e-9), Parameters(1e-8), Parameters(2e-8)),
     needs=(Need.BOTH_CHAMBERS,),
+    drivers=('difference', 'position', 'speed'),
 )

@@ -55,4 +55,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.2), Parameters(-0.05), Parameters(0.05), Parameters(0.2)),
+    drivers=('position', 'speed', 'pressure_1', 'pressure_2'),
 )

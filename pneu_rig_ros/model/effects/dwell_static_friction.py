@@ -64,4 +64,5 @@ EFFECT = Effect(
     laws=('lugre', 'revised_lugre'),
     clock=('dwell_coefficient', 'dwell_exponent'),
     stage=1,
+    drivers=('dwell', 'pressure_1', 'pressure_2', 'position'),
 )

@@ -67,4 +67,5 @@ EFFECT = Effect(
         Parameters(0.03, 200.0, 500.0),
         Parameters(0.02, 5e3, 200.0),
     ),
+    drivers=('position', 'velocity', 'speed'),
 )

@@ -68,4 +68,5 @@ EFFECT = Effect(
     ),
     laws=('lugre',),
     states=('film_share',),
+    drivers=('speed', 'dwell'),
 )

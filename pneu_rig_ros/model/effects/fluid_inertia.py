@@ -42,4 +42,5 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(Parameters(0.003), Parameters(0.01), Parameters(0.05), Parameters(0.2)),
     needs=(Need.FREE_MOTION,),
+    drivers=('speed',),
 )

@@ -62,4 +62,5 @@ EFFECT = Effect(
         Parameters(0.5, 1.0),
     ),
     states=('warmth',),
+    drivers=('time', 'dwell', 'position', 'speed'),
 )

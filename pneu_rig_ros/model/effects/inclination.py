@@ -45,4 +45,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.3), Parameters(-0.05), Parameters(0.05), Parameters(0.3)),
+    drivers=('position',),
 )

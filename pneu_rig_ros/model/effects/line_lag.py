@@ -68,4 +68,5 @@ EFFECT = Effect(
     probes=(Parameters(0.005), Parameters(0.02), Parameters(0.06)),
     states=('line_flow_1', 'line_flow_2'),
     needs=(Need.VALVES,),
+    drivers=(),  # a factor would lose or make the gas that the lines hold
 )

@@ -62,4 +62,5 @@ EFFECT = Effect(
     probes=tuple(Parameters(6e-5 * 1.3**step, 20.0) for step in range(12)),
     states=('stretch', 'load_velocity'),
     needs=(Need.FREE_MOTION,),
+    drivers=('position',),
 )

@@ -39,4 +39,5 @@ EFFECT = Effect(
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     probes=(Parameters(20.0, 0.0), Parameters(60.0, 0.02), Parameters(150.0, 0.05)),
+    drivers=('position',),
 )

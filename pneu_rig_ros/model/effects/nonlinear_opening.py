@@ -67,4 +67,5 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(Parameters(0.85), Parameters(0.95), Parameters(1.05), Parameters(1.2)),
     stage=2,
+    drivers=('opening', 'pressure'),
 )

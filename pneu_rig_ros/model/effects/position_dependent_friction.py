@@ -44,4 +44,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.4), Parameters(-0.1), Parameters(0.1), Parameters(0.4)),
+    drivers=('position', 'velocity', 'speed'),
 )

@@ -40,4 +40,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.03), Parameters(-0.01), Parameters(0.01), Parameters(0.03)),
+    drivers=('position',),
 )

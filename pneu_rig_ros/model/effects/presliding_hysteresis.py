@@ -63,4 +63,5 @@ EFFECT = Effect(
         Parameters(3e5, 5.0),
     ),
     states=('relaxed_deflection',),
+    drivers=('position', 'pressure_1', 'pressure_2'),
 )

@@ -44,4 +44,5 @@ EFFECT = Effect(
         Parameters(-4e3, 4e3),
         Parameters(8e3, 8e3),
     ),
+    drivers=('pressure',),
 )

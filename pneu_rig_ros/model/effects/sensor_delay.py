@@ -56,4 +56,5 @@ EFFECT = Effect(
     probes=(Parameters(0.003), Parameters(0.01), Parameters(0.03)),
     states=('behind',),
     needs=(Need.MILLISECONDS,),
+    drivers=('speed', 'velocity'),
 )

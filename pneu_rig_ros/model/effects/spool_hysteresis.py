@@ -61,4 +61,5 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(Parameters(0.01), Parameters(0.03), Parameters(0.1)),
     states=('dragged_1', 'dragged_2'),
+    drivers=('opening',),
 )

@@ -51,4 +51,5 @@ EFFECT = Effect(
         Parameters(12.0, 0.01, 2.5),
     ),
     laws=('coulomb_viscous',),
+    drivers=('speed', 'velocity', 'pressure_1', 'pressure_2', 'position'),
 )

@@ -89,4 +89,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(1e8), Parameters(5e8), Parameters(2e9)),
+    drivers=('pressure_1', 'pressure_2', 'time'),
 )

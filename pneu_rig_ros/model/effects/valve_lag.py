@@ -53,4 +53,5 @@ EFFECT = Effect(
     probes=(Parameters(0.01), Parameters(0.05), Parameters(0.2)),
     stage=1,
     states=('spool_1', 'spool_2'),
+    drivers=('opening',),
 )

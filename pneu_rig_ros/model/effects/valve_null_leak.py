@@ -88,4 +88,5 @@ EFFECT = Effect(
         Parameters(6e-9, 6e-9),
     ),
     needs=(Need.VALVES,),
+    drivers=('opening', 'pressure'),
 )

@@ -49,4 +49,5 @@ EFFECT = Effect(
         Parameters(0.0, 0.2),
         Parameters(0.6, 0.6),
     ),
+    drivers=('pressure', 'temperature', 'position', 'speed'),
 )

@@ -1,0 +1,214 @@
+"""
+Free shapes: an effect of another functional form, as a factor that varies over one variable.
+
+The factor multiplies what the effect contributes. It is linear between knots and constant beyond
+them. Over a variable of a chamber each of the two contributions has the factor of its own.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.compiled import called, inner
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Effect, Signals
+from pneu_rig_ros.model.quantity import (
+    Quantity,
+    QuantityList,
+    read_section,
+    unknown,
+    write_section,
+)
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+
+Array = NDArray[np.float64]
+
+KNOTS = 8
+"""Knots of a shape, at most."""
+FACTOR = Quantity('-', 0.01, 100.0, 'factor at a knot')
+DRIVERS: dict[str, Quantity] = {
+    'position': Quantity('m', -1.0, 100.0, 'x'),
+    'velocity': Quantity('m/s', -100.0, 100.0, 'v'),
+    'speed': Quantity('m/s', 0.0, 100.0, '|v|'),
+    'pressure_1': Quantity('Pa', 0.0, 1e8, 'p1, absolute'),
+    'pressure_2': Quantity('Pa', 0.0, 1e8, 'p2, absolute'),
+    'difference': Quantity('Pa', -1e8, 1e8, 'p1 - p2'),
+    'dwell': Quantity('s', 0.0, 1e9, 'the dwell that static friction stands for'),
+    'time': Quantity('s', 0.0, 1e9, 'since the start'),
+    'pressure': Quantity('Pa', 0.0, 1e8, 'pressure of its own chamber, absolute'),
+    'temperature': Quantity('K', 0.0, 1e4, 'temperature of the gas in its own chamber'),
+    'opening': Quantity('V', -10.0, 10.0, 'voltage of its own valve, from the centre'),
+}
+"""What a factor may vary over; compiled code knows them by their place."""
+
+
+class Shape(NamedTuple):
+    """
+    A factor, linear between knots.
+
+    :param over: name of one of ``DRIVERS``
+    :param at: where the knots are, increasing [unit of the driver]
+    :param times: the factor at each knot [-]
+    """
+
+    over: str
+    at: tuple[float, ...]
+    times: tuple[float, ...]
+
+
+class Shaped(NamedTuple):
+    """Parameters of an effect with a shape, in place of the parameters alone."""
+
+    parameters: Any
+    shape: Shape
+
+
+def without_shape(own: Any) -> Any:
+    """Return the parameters of an effect, be they with a shape or alone."""
+    return own.parameters if isinstance(own, Shaped) else own
+
+
+def with_values(own: Any, values: Mapping[str, float]) -> Any:
+    """Return the parameters of an effect with other values, and the shape they had."""
+    parameters = without_shape(own)._replace(**values)
+    return own._replace(parameters=parameters) if isinstance(own, Shaped) else parameters
+
+
+def read_effect(effect: Effect, values: object, where: str) -> Any:
+    """
+    Build the parameters of an effect from a YAML mapping, with or without a ``shape``.
+
+    :raises RigError: as :func:`read_section`
+    """
+    if not (isinstance(values, dict) and 'shape' in values):
+        return read_section(effect.parameters, values, where)
+    own = {key: value for key, value in values.items() if key != 'shape'}
+    parameters = read_section(effect.parameters, own, where)
+    return Shaped(parameters, _read(values['shape'], effect, f'{where}.shape'))
+
+
+def write_effect(own: Any) -> dict[str, Any]:
+    """Return the YAML mapping that :func:`read_effect` reads back."""
+    values = write_section(without_shape(own))
+    if isinstance(own, Shaped):
+        over, at, times = own.shape
+        knots = [DRIVERS[over].format(value) for value in at]
+        values['shape'] = {'over': over, 'at': knots, 'times': list(times)}
+    return values
+
+
+def _read(values: object, effect: Effect, where: str) -> Shape:
+    if not isinstance(values, dict) or set(values) != set(Shape._fields):
+        raise RigError(f'{where}: expected a mapping with {", ".join(Shape._fields)}')
+    over = _driver(values['over'], effect, where)
+    at = QuantityList(DRIVERS[over], KNOTS).parse(values['at'], f'{where}.at')
+    times = values['times']
+    if not isinstance(times, list) or any(type(one) not in (int, float) for one in times):
+        raise RigError(f'{where}.times: expected a list of numbers')
+    shape = Shape(over, at, tuple(float(one) for one in times))
+    check(shape, effect, where)
+    return shape
+
+
+def _driver(name: object, effect: Effect, where: str) -> str:
+    if name not in effect.drivers:
+        raise RigError(f'{where}.over: {unknown(str(name), effect.drivers)}')
+    return str(name)
+
+
+def check(shape: Shape, effect: Effect, where: str) -> None:
+    """Raise :class:`RigError` unless the shape is one that the effect can have."""
+    _driver(shape.over, effect, where)
+    if not 2 <= len(shape.at) <= KNOTS or any(np.diff(shape.at) <= 0.0):
+        raise RigError(f'{where}.at: expected 2 to {KNOTS} increasing values')
+    if len(shape.times) != len(shape.at):
+        raise RigError(f'{where}.times: {len(shape.times)} factors for {len(shape.at)} knots')
+    for number, factor in enumerate(shape.times):
+        FACTOR.check(factor, f'{where}.times[{number}]')
+
+
+COUNT, OVER, FIRST = range(3)
+"""A shape in compiled code: number of knots, none for no shape; driver; knots, then factors."""
+
+
+def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Array | None:
+    """
+    Return the shapes for compiled code, one row an effect; None where no effect has any.
+
+    :param effects: name, record and parameters of each effect
+    :raises RigError: for a shape that the effect cannot have
+    """
+    chosen = list(effects)
+    if not any(isinstance(own, Shaped) for *_, own in chosen):
+        return None
+    table = np.zeros((len(chosen), FIRST + 2 * KNOTS))
+    for row, (name, effect, own) in zip(table, chosen, strict=True):
+        if isinstance(own, Shaped):
+            check(own.shape, effect, f'effects.{name}.shape')
+            _fill(row, own.shape.over, own.shape.at, own.shape.times)
+    return table
+
+
+def _fill(row: Array, over: str, at: Sequence[float], times: Sequence[float]) -> None:
+    row[COUNT], row[OVER] = len(at), list(DRIVERS).index(over)
+    row[FIRST : FIRST + len(at)] = at
+    row[FIRST + KNOTS : FIRST + KNOTS + len(at)] = times
+
+
+@inner
+def _common(driver: int, s: Signals) -> float:
+    """Return a driver of both contributions; the order is that of ``DRIVERS``."""
+    if driver == 0:
+        return s.position
+    if driver == 1:
+        return s.velocity
+    if driver == 2:
+        return abs(s.velocity)
+    if driver == 3:
+        return s.pressure_1
+    if driver == 4:
+        return s.pressure_2
+    if driver == 5:
+        return s.pressure_1 - s.pressure_2
+    return s.dwell_time if driver == 6 else s.time
+
+
+@inner
+def _own(
+    driver: int, pressure: float, volume: float, gas_mass: float, voltage: float,
+    model: CompiledModel,
+) -> float:  # fmt: skip
+    """Return a driver of one chamber and its valve."""
+    if driver == 8:
+        return pressure
+    if driver == 9:
+        return pressure * volume / (gas_mass * model.gas.gas_constant)
+    return voltage - CENTRE_VOLTAGE
+
+
+@inner
+def _factor(row: Array, value: float) -> float:
+    count = int(row[COUNT])
+    at, times = row[FIRST : FIRST + count], row[FIRST + KNOTS : FIRST + KNOTS + count]
+    if value <= at[0]:
+        return float(times[0])
+    for i in range(1, count):
+        if value < at[i]:
+            share = (value - at[i - 1]) / (at[i] - at[i - 1])
+            return float(times[i - 1] + share * (times[i] - times[i - 1]))
+    return float(times[count - 1])
+
+
+@called
+def factors(row: Array, s: Signals, model: CompiledModel) -> tuple[float, float]:
+    """Return the factors of both contributions of an effect with the shape of a row."""
+    driver = int(row[OVER])
+    if driver < 8:
+        factor = _factor(row, _common(driver, s))
+        return factor, factor
+    first = _own(driver, s.pressure_1, s.volume_1, s.gas_mass_1, s.voltage_1, model)
+    second = _own(driver, s.pressure_2, s.volume_2, s.gas_mass_2, s.voltage_2, model)
+    return _factor(row, first), _factor(row, second)
