@@ -89,7 +89,7 @@ format: $(READY)  ## mend what can be mended of the style
 .PHONY: lock
 lock:  ## write requirements.txt from setup.py (needs uv)
 	@header="$$(sed -n '/^#/p' requirements.txt)" && \
-	uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra diagnosis --extra scale --extra fuzz --extra docs --universal --python-version 3.10 \
+	uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra scale --extra fuzz --extra docs --universal --python-version 3.10 \
 	    --no-annotate --no-header --quiet --output-file requirements.txt > /dev/null && \
 	pins="$$(sed -E "/== 'win32'/d; s/ ; (sys_platform|platform_python|python_full_version < '3.14').*//" \
 	    requirements.txt)" && printf '%s\n' "$$header" "$$pins" > requirements.txt

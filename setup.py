@@ -25,6 +25,7 @@ setup(
         (f'share/{package}/config', sorted(glob('config/*.*'))),
         (f'share/{package}/config/excitations', sorted(glob('config/excitations/*.yaml'))),
         (f'share/{package}/config/readings', sorted(glob('config/readings/*.yaml'))),
+        (f'share/{package}/config/systems', sorted(glob('config/systems/*.yaml'))),
         (f'share/{package}/launch', sorted(glob('launch/*.py'))),
     ],
     python_requires='>=3.10,<3.14',
@@ -70,8 +71,6 @@ setup(
         ],
         # For other units than SI, and Parquet. An extra, as rosdep knows neither.
         'tables': ['pint', 'pyarrow'],
-        # For a description of what no effect explains. An extra for the same reason.
-        'diagnosis': ['pysindy'],
         # For more than one process or machine. An extra for the same reason.
         'scale': ['distributed'],
         'bench': ['cma', 'scikit-sundae'],

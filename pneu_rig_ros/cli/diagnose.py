@@ -5,24 +5,24 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from pneu_rig_ros.cli import options, output
-from pneu_rig_ros.cli.diagnose_part import diagnose_part, is_part
 from pneu_rig_ros.cli.several import SeveralToVerify
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pneu_rig_ros.gap.diagnosis import Diagnosis
+    from pneu_rig_ros.diagnosis.workflow import Diagnosis
 
 MOST_RANKED = 8
 """Candidates that are printed."""
+MOST_MISSING = 3
+"""Missing keys and signals of a closed balance that are printed."""
 COMPARING, DRAWING = 0.96, 0.97
 """Shares of the work when before and after are compared, and when the report is drawn [-]."""
 
@@ -43,7 +43,7 @@ COMPARING, DRAWING = 0.96, 0.97
     '  load_mass: 0.2 kg\n',
 )
 @click.argument('bags', metavar='BAG...', nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option('--model', required=True, metavar='NAME|FILE', help='a cylinder or a YAML file')
+@click.option('--model', required=True, metavar='NAME|FILE', help='a cylinder, or a YAML file')
 @click.option(
     '--verify',
     multiple=True,
@@ -57,11 +57,6 @@ COMPARING, DRAWING = 0.96, 0.97
     type=click.Path(path_type=Path),
     metavar='YAML',
     help='which column is what, where a BAG is a text table (see import)',
-)
-@click.option(
-    '--part',
-    type=click.Choice(('chambers', 'friction', 'valves')),
-    help="diagnose a part alone  [default: what the model's file says]",
 )
 @click.option(
     '--out',
@@ -80,54 +75,32 @@ COMPARING, DRAWING = 0.96, 0.97
 @options.workers_options()
 @click.option('--json', 'as_json', is_flag=True, help='print diagnosis.json')
 @click.option('--quiet', is_flag=True, help='print nothing but errors')
-def diagnose(
-    bags: Sequence[Path],
-    verify: Sequence[Path],
-    mapping: Path | None,
-    out: Path,
-    as_json: bool,
-    quiet: bool,
-    **settings: Any,
-) -> None:
+def diagnose(bags: Sequence[Path], out: Path, as_json: bool, quiet: bool, **settings: Any) -> None:
     """
     Find out what a model lacks, from measured bags.
 
     Tells where model and measurement disagree by more than the noise, which missing effect or
     wrong parameter explains it, adds that to the model, and judges it on bags that it was not
     fitted to. Says so when nothing is missing, and when nothing it knows explains the gap.
+
+    The model may be a rig's configuration, or have only the sections that are known of a test
+    stand: what can be compared follows from these and from the signals recorded.
     """
+    from pneu_rig_ros.executor import executor
     from pneu_rig_ros.model import effects
 
     for name in settings['without']:
         if name not in effects.names():  # a description is no candidate: nothing to leave out
             effects.cause(name, '--without')
-    from pneu_rig_ros.executor import executor
-
     with (
         _directory(out),
         executor(settings.pop('workers'), settings.pop('scheduler')) as settings['executor'],
     ):
-        if is_part(settings['model'], settings['part']):
-            data = diagnose_part(bags, verify, mapping, out, settings, quiet)
-        else:
-            data = _diagnose_rig(bags, verify, mapping, out, settings, quiet)
+        data = _diagnose(bags, settings, out, quiet)
     if as_json:
         output.print_json(data)
     elif not quiet:
         show(data, out)
-
-
-def _diagnose_rig(
-    bags: Sequence[Path], verify: Sequence[Path], mapping: Path | None, out: Path,
-    settings: dict[str, Any], quiet: bool,
-) -> dict[str, Any]:  # fmt: skip
-    """Diagnose a whole rig; return diagnosis.json."""
-    from pneu_rig_ros.records.table import is_bag
-
-    if mapping is not None and all(map(is_bag, (*bags, *verify))):
-        raise RigError(f'--map {mapping}: is for text tables, and there is none')
-    whole = {name: value for name, value in settings.items() if name != 'part'}
-    return _diagnose(bags, whole | {'verify': verify, 'mapping': mapping}, out, quiet)
 
 
 @contextlib.contextmanager
@@ -147,8 +120,8 @@ def _diagnose(
     bags: Sequence[Path], settings: dict[str, Any], out: Path, quiet: bool
 ) -> dict[str, Any]:
     """Diagnose behind a progress bar and write the files; return diagnosis.json."""
-    from pneu_rig_ros.gap.answer import answer
-    from pneu_rig_ros.gap.diagnosis import diagnose as find_out
+    from pneu_rig_ros.diagnosis.result import answer
+    from pneu_rig_ros.diagnosis.workflow import diagnose as find_out
 
     with output.stage_bar(quiet=quiet) as tell:
         diagnosis = find_out(bags, tell=tell, **settings)
@@ -172,16 +145,15 @@ def write_files(
 
 def improved_yaml(diagnosis: Diagnosis) -> str:
     """
-    Return the configuration with the improved parameters and effects, ready for the plant.
+    Return the model with the improved parameters and effects, ready for the plant if it is a rig.
 
-    :raises RigError: when a fitted value is none that the plant takes
+    :raises RigError: when a fitted value is none that the model takes
     """
     from pneu_rig_ros.rig.configuration import configuration_from_yaml
 
-    best = diagnosis.best
-    configuration = replace(diagnosis.configuration, model=best.model, effects=dict(best.effects))
-    text = configuration.to_yaml()
-    configuration_from_yaml(text, 'improved.yaml')
+    text = diagnosis.system.to_yaml(diagnosis.improved)
+    if diagnosis.system.rig is not None:
+        configuration_from_yaml(text, 'improved.yaml')
     return text
 
 
@@ -197,8 +169,11 @@ def show(data: dict[str, Any], out: Path) -> None:
     output.print_values(_values(data, out))
 
 
-WHERE = ('balance', 'regime', '>RMS', '>noise', 'unit', '>RMS/noise', 'longest')
-RANKING = ('candidate', 'kind', 'stage', '>gap left', '')
+BALANCES = ('balance', 'model and measurement', '>left')
+WHERE = (
+    'balance', 'regime', 'most in', '>mean', '>noise', 'unit', '>significance', 'longest'
+)  # fmt: skip
+RANKING = ('candidate', 'kind', 'stage', '>misfit left', '')
 ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
 SHRUNK = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
 EVENTS = ('', '>measured', '>before', '>after')
@@ -209,26 +184,29 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[str, Table]]:
     """Yield the titles and tables that are not empty."""
     from pneu_rig_ros.report import diagnosis_rows as rows
 
-    bags, part = ', '.join(data['gap']['bags']), 'part' in data
     tables: list[tuple[str, Sequence[str], Sequence[Sequence[str]]]] = [
+        ('Balances', BALANCES, rows.balance_rows(data, MOST_MISSING)),
         ('Where the given model disagrees', WHERE, rows.where_rows(data)),
         ('What may explain it', RANKING, rows.ranking_texts(data, MOST_RANKED)),
         ('What was changed and added', ADDED, rows.added_rows(data)),
-        (f'{"RMSE" if part else "RMSE from rest to rest"} on {bags}', SHRUNK, rows.gap_rows(data)),
-        ('Events on the same bags', EVENTS, [] if part else rows.event_rows(data)),
+        (_compared(data), SHRUNK, rows.gap_rows(data)),
+        ('Events on the same recordings', EVENTS, rows.event_rows(data)),
     ]
     yield from ((title, output.table(heads, cells)) for title, heads, cells in tables if cells)
+
+
+def _compared(data: dict[str, Any]) -> str:
+    """Return what the RMSE are of: a simulation, and recordings."""
+    how = 'from rest to rest' if data['gap']['free_run'] else 'along the measured motion'
+    return f'RMSE {how} on {", ".join(data["gap"]["bags"])}'
 
 
 def _values(data: dict[str, Any], out: Path) -> dict[str, str]:
     from pneu_rig_ros.report import diagnosis_rows as rows
 
     values = {'gap': rows.cut_text(data)}
-    if data['unknown']:
-        unknown = data['unknown']
-        term = f'{unknown["term"]} (a description, not a cause)'
-        values['described by'] = term if unknown['term'] else 'no simple term shrinks the gap'
-        values['shows in'] = f'{unknown["balance"]}, {unknown["regime"]}'
+    if remains := rows.remaining_text(data):
+        values['remains'] = remains
     if alike := data['indistinguishable']:
         values['not told apart'] = '; '.join(' or '.join(names) for names in alike)
     if lines := list(rows.next_lines(data)):

@@ -29,6 +29,7 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.effect import LEAST_TIME, READING_BALANCES
 
+CHAMBERS = (1, 2)
 GAS_WINDOW, FORCE_WINDOW = 0.1, 0.07
 """Length of the test functions [s]: as long as what happens in a slip lets them be."""
 LEAST_SAMPLES = 20
@@ -79,9 +80,9 @@ class Comparison:
         return TestFunctions.of(power, size, hop, self.run.size - 1, self.run.interval)
 
     @property
-    def slides_freely(self) -> bool:
-        """Whether nothing but the gas and the seal moves the piston."""
-        return self.run.force is None
+    def free(self) -> bool:
+        """Whether the model moves the piston: all balances are open, and there is no bench."""
+        return len(self.run.balances) == len(CHAMBERS) + 1 and self.run.force is None
 
     def corrected(self, hypothesis: Hypothesis) -> Measured:
         """Return the run as sensors without the errors of a hypothesis would have read it."""
@@ -110,20 +111,20 @@ class Comparison:
         )  # fmt: skip
         if parts == 1:
             return rates, bias
-        return tuple(  # type: ignore[return-value]
+        mean_rates, mean_bias = (
             every.reshape(-1, parts, every.shape[1]).mean(axis=1) for every in (rates, bias)
         )
+        return mean_rates, mean_bias
 
     def residuals(self, hypothesis: Hypothesis) -> Residuals:
         """Return the residuals of all windows; NaN where a balance says nothing."""
         run = self.corrected(hypothesis)
         rates, _ = self._march(hypothesis, run)
-        gas = [self._gas(hypothesis, run, rates, chamber) for chamber in (1, 2)]
-        return Residuals(*gas, self._force(run, rates), self._breakaway(hypothesis, run, rates))
+        gas_1, gas_2 = (self._gas(hypothesis, run, rates, chamber) for chamber in CHAMBERS)
+        breakaway = self._breakaway(hypothesis, run, rates)
+        return Residuals(gas_1, gas_2, self._force(run, rates), breakaway)
 
-    def _gas(
-        self, hypothesis: Hypothesis, run: Measured, rates: Floats, chamber: int
-    ) -> Floats:
+    def _gas(self, hypothesis: Hypothesis, run: Measured, rates: Floats, chamber: int) -> Floats:
         gas, cylinder = hypothesis.model.gas, hypothesis.model.cylinder
         k = gas.heat_capacity_ratio
         enthalpy = k * gas.gas_constant * gas.supply_temperature
@@ -191,12 +192,23 @@ def at_readings(run: Measured, position: Floats, pressures: Floats) -> Compariso
 
 def substeps(hypothesis: Hypothesis, interval: float) -> int:
     """Return into how many parts an interval [s] is divided, so that effects' states keep up."""
-    if not any(library.load(name).states for name in hypothesis.effects):
+    acting = any(_remembers(name, own) for name, own in hypothesis.effects.items())
+    if not acting or interval > SLOW:
         return 1
     return min(int(np.ceil(interval / (0.4 * LEAST_TIME))), MOST_SUBSTEPS)
 
 
+def _remembers(name: str, parameters: Any) -> bool:
+    """Return whether an effect has states that act: of a description, those of its own terms."""
+    effect = library.load(name)
+    if not effect.describes:
+        return bool(effect.states)
+    return any(getattr(parameters, state) != 0.0 for state in effect.states)
+
+
 MOST_SUBSTEPS = 16
+SLOW = 5e-3
+"""Interval of samples from which on no effect of milliseconds is looked for [s]."""
 
 
 def refined(samples: Floats, parts: int) -> Floats:

@@ -243,9 +243,7 @@ def effect_candidate(name: str) -> Candidate:
         for key, column, null in zip(specs, columns, effect.null, strict=True)
     )
     starts = tuple(tuple(float(v) for v in probe) for probe in effect.probes)
-    return Candidate(
-        name, balance_name(effect.balance), coordinates, starts
-    )
+    return Candidate(name, balance_name(effect.balance), coordinates, starts)
 
 
 def effect_coordinate(

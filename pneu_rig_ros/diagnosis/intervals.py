@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 from scipy.stats import norm
 
 from pneu_rig_ros.diagnosis.evidence import Evidence, loss
@@ -22,13 +23,13 @@ from pneu_rig_ros.diagnosis.ranking import Fit
 Floats = NDArray[np.float64]
 
 CONFIDENCE = 0.95
+STRETCH = 5
+"""Windows whose mean leaves the noise, where no cause is known."""
 BRIDGE = 0.15
 """Intervals less far apart are one [s]."""
 
 
-def value_intervals(
-    fit: Fit, given: Hypothesis, evidence: Evidence
-) -> list[tuple[float, float]]:
+def value_intervals(fit: Fit, given: Hypothesis, evidence: Evidence) -> list[tuple[float, float]]:
     """Return an interval of 95 % for each coordinate of a fit [SI]."""
     residual = evidence.residual(fit.explanation.apply(given))
     excess = max(2.0 * loss(residual) / max(residual.size, 1), 1.0)
@@ -60,15 +61,13 @@ def residual_intervals(
     """Return the same of windows whose mean over a stretch leaves the noise: no cause is known."""
     spans: list[tuple[str, str, float, float]] = []
     for one in windows:
-        width = 5
-        mean = np.convolve(one.residual / one.deviation, np.ones(width) / width, mode='same')
+        width = min(STRETCH, one.residual.size)
+        mean = uniform_filter1d(one.residual / one.deviation, width)
         spans += list(_spans(one, np.abs(mean) * np.sqrt(width) > fraction))
     return spans
 
 
-def _spans(
-    windows: Windows, flags: NDArray[np.bool_]
-) -> Iterator[tuple[str, str, float, float]]:
+def _spans(windows: Windows, flags: NDArray[np.bool_]) -> Iterator[tuple[str, str, float, float]]:
     """Yield the stretches of the flagged windows; each stands for the middle of its time."""
     marks = np.flatnonzero(flags)
     if not marks.size:

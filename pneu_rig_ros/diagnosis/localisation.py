@@ -12,15 +12,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, false_discovery_control, norm
 
 from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.diagnosis.evidence import Evidence
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import Whitener
-from pneu_rig_ros.diagnosis.evidence import Evidence
 from pneu_rig_ros.diagnosis.weak_form import Floats, TestFunctions
 from pneu_rig_ros.model import along
 
@@ -156,7 +157,7 @@ def _windows(
     variables = {
         name: functions.plain_means(middles[:, i])[kept] for i, name in enumerate(VARIABLES)
     }
-    starts = functions.starts[kept] * run.interval
+    starts = functions.starts[kept].astype(np.float64) * run.interval
     ends = starts + functions.size * run.interval
     regimes = _regimes(comparison, functions, balance)[kept]
     directions = np.where(variables['velocity'] >= 0.0, 'out', 'in')
@@ -165,9 +166,7 @@ def _windows(
                    factor, regimes, np.where(moving, directions, ''), variables)  # fmt: skip
 
 
-def _regimes(
-    comparison: Comparison, functions: TestFunctions, balance: str
-) -> NDArray[np.str_]:
+def _regimes(comparison: Comparison, functions: TestFunctions, balance: str) -> NDArray[np.str_]:
     """Return the regime of each window: what the piston does for most of it."""
     contacts = comparison.run.contacts
     resting = functions.plain_means((contacts == along.RESTS).astype(np.float64))
@@ -188,7 +187,7 @@ def _breakaways(
 ) -> Windows:
     run, kept = comparison.run, whiten.kept
     ends = comparison.ends[kept]
-    time = ends * run.interval
+    time = ends.astype(np.float64) * run.interval
     middles = 0.5 * (run.smooth[1:] + run.smooth[:-1])
     after = np.minimum(ends + round(BREAKS / run.interval), run.size - 2)
     velocity = run.velocity[after]
@@ -197,7 +196,8 @@ def _breakaways(
     regimes = np.full(ends.size, BREAKAWAY)
     directions = np.where(velocity >= 0.0, 'out', 'in')
     return Windows('force', run.name, time - BREAKS, time + BREAKS, residual[kept],
-                   whiten.deviation, whitened, whiten, factor, regimes, directions, variables)  # fmt: skip
+                   whiten.deviation, whitened, whiten, factor, regimes,
+                   directions, variables)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -215,9 +215,12 @@ class Cell:
 
 def cells(groups: Sequence[Windows]) -> Iterator[Cell]:
     """Yield all cells that have enough windows."""
-    for balance, regime, direction in sorted(
-        {(g.balance, str(r), str(d)) for g in groups for r, d in zip(g.regime, g.direction, strict=True)}
-    ):  # fmt: skip
+    places = {
+        (g.balance, str(regime), str(direction))
+        for g in groups
+        for regime, direction in zip(g.regime, g.direction, strict=True)
+    }
+    for balance, regime, direction in sorted(places):
         here = [(g, (g.regime == regime) & (g.direction == direction))
                 for g in groups if g.balance == balance]  # fmt: skip
         here = [(g, flags) for g, flags in here if flags.any()]
@@ -238,7 +241,7 @@ def _bins(place: tuple[str, str, str], members: Members) -> Iterator[Cell]:
         if edges.size < 3:
             continue
         edges[-1] = np.nextafter(edges[-1], np.inf)
-        for low, high in zip(edges[:-1], edges[1:], strict=True):
+        for low, high in pairwise(edges):
             parts = [(g, flags & (g.variables[variable] >= low) & (g.variables[variable] < high))
                      for g, flags in members]  # fmt: skip
             yield Cell(*place, variable, float(low), float(high), tuple(parts))
@@ -295,9 +298,7 @@ def localise(groups: Sequence[Windows]) -> list[Disagreement]:
     return sorted(found, key=lambda one: one.p_value)
 
 
-def _disagreement(
-    significant: Sequence[tuple[Cell, tuple[float, float, float]]]
-) -> Disagreement:
+def _disagreement(significant: Sequence[tuple[Cell, tuple[float, float, float]]]) -> Disagreement:
     cell, (mean, noise, p_value) = min(significant, key=lambda pair: pair[1][2])
     spans = [
         (one.members[0][0].recording, float(one.low or 0.0), float(one.high or 0.0))

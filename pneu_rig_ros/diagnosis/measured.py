@@ -105,7 +105,8 @@ class Measured:
     @property
     def time(self) -> Floats:
         """Middles of the intervals [s], shape (n - 1,)."""
-        return (np.arange(self.size - 1) + 0.5) * self.interval
+        middles: Floats = (np.arange(self.size - 1, dtype=np.float64) + 0.5) * self.interval
+        return middles
 
     @cached_property
     def _speed_and_rests(self) -> tuple[Floats, list[Rest]]:
@@ -127,7 +128,7 @@ class Measured:
         flags = np.zeros(self.size, dtype=np.bool_)
         for rest in self.rests:
             flags[rest.first : rest.end] = True
-        both: Flags = flags[1:] & flags[:-1]
+        both: Flags = np.logical_and(flags[1:], flags[:-1])
         return both
 
     @cached_property
@@ -167,7 +168,7 @@ class Measured:
     def position_known(self) -> Flags:
         """Intervals in which the position is not beyond its sensor's span, shape (n - 1,)."""
         known = self.position < self.span.position - CLIPPED * self.noise.position
-        both: Flags = known[1:] & known[:-1]
+        both: Flags = np.logical_and(known[1:], known[:-1])
         return both
 
     def pressure_known(self, chamber: int) -> Flags:
@@ -176,13 +177,13 @@ class Measured:
         values = self.pressures[:, chamber - 1]
         known = values > self.span.low + CLIPPED * noise
         known &= values < self.span.high - CLIPPED * noise
-        both: Flags = known[1:] & known[:-1]
+        both: Flags = np.logical_and(known[1:], known[:-1])
         return both
 
     @cached_property
     def slides(self) -> Flags:
         """Intervals in which the piston moves, and not onto an end stop, shape (n - 1,)."""
-        moves = self.contacts == along.MOVES
+        moves: Flags = np.equal(self.contacts, along.MOVES)
         if self.force is not None:
             return moves
         stroke = self.contacts >= along.AT_INNER_STOP

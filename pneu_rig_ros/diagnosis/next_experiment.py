@@ -75,15 +75,13 @@ def next_experiment(
     if len(rivals) < 2:
         return None
     runs = [one.run for one in evidence.comparisons]
-    if system.rig is None or not evidence.comparisons[0].slides_freely:
+    if system.rig is None or not evidence.comparisons[0].free:
         return _like(rivals, evidence)
     noise = np.array([runs[0].noise.position, runs[0].noise.pressure_1, runs[0].noise.pressure_2])
     supplies = {run.operation.supply_pressure for run in runs}
     loads = {run.operation.load_mass for run in runs}
     tried = []
-    for u, supply, load, share in product(
-        commands(runs), ends(supplies), ends(loads), STARTS
-    ):
+    for u, supply, load, share in product(commands(runs), ends(supplies), ends(loads), STARTS):
         position = (share if u > 0 else 1.0 - share) * runs[0].stroke
         every = [readings(one, runs[0], u, supply, load, position) for one in rivals.values()]
         if any(one is None for one in every):
@@ -143,5 +141,6 @@ def readings(
 
 
 def _apart(one: Floats | None, other: Floats | None, noise: Floats) -> float:
-    assert one is not None and other is not None
+    assert one is not None
+    assert other is not None
     return float(np.sqrt(np.mean(((one - other) / noise) ** 2)))

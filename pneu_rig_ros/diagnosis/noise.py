@@ -167,7 +167,9 @@ def noise_model(
     force = whitener(kept, sources, beyond(again.force, closed, kept))
     offset = np.full((motion.starts.size, 1), run.force_offset)
     force = force.with_common(np.hstack([clipped_thrust(hypothesis, comparison), offset]))
-    return NoiseModel(*chambers, force, breakaways(hypothesis, comparison, again.breakaway, rates))
+    return NoiseModel(
+        chambers[0], chambers[1], force, breakaways(hypothesis, comparison, again.breakaway, rates)
+    )
 
 
 def hop(starts: NDArray[np.intp]) -> int:
@@ -176,7 +178,7 @@ def hop(starts: NDArray[np.intp]) -> int:
 
 
 def gas_variance(hypothesis: Hypothesis, comparison: Comparison, chamber: int) -> Floats:
-    """Return the variance of the gas residuals [kg^2/s^2] by white noise of p and x, shape (m,)."""
+    """Return the variance of the gas residuals [kg^2/s^2] by noise of p and x, shape (m,)."""
     run, windows, gas = comparison.run, comparison.gas, hypothesis.model.gas
     cylinder = hypothesis.model.cylinder
     position = 0.5 * (run.smooth[1:, 0] + run.smooth[:-1, 0])

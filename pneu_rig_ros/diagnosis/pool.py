@@ -85,9 +85,7 @@ def _effects(
             yield candidate if system.rig is not None else _laddered(candidate)
 
 
-def _there(
-    system: System, runs: Sequence[Measured], balances: frozenset[str]
-) -> set[Need]:
+def _there(system: System, runs: Sequence[Measured], balances: frozenset[str]) -> set[Need]:
     """Return what of a rig the system has."""
     there = set() if system.shut else {Need.VALVES}
     there |= {Need.BOTH_CHAMBERS} if {'gas_1', 'gas_2'} <= balances else set()
@@ -128,16 +126,21 @@ def _of_open_chambers(candidate: Candidate, balances: frozenset[str]) -> Candida
 def _laddered(candidate: Candidate) -> Candidate:
     """Return a candidate that starts from multiples of its probes, within the bounds."""
     unit = candidate.coordinates[0].quantity.unit
-    starts, coordinates = [], []
-    for probe in candidate.starts:
-        for factor in LADDER:
-            starts.append(tuple(
-                float(np.clip(value * (factor if one.quantity.unit == unit else 1.0),
-                              one.quantity.low, one.quantity.high))
-                for one, value in zip(candidate.coordinates, probe, strict=True)
-            ))  # fmt: skip
+    starts = [
+        tuple(strength(one, value, factor if one.quantity.unit == unit else 1.0)
+              for one, value in zip(candidate.coordinates, probe, strict=True))
+        for probe in candidate.starts
+        for factor in LADDER
+    ]  # fmt: skip
+    coordinates = []
     for one in candidate.coordinates:
         q = one.quantity
         low = min(one.low, max(q.low, 1e-3 * one.low)) if one.logarithmic else q.low
         coordinates.append(replace(one, low=low, high=q.high))
     return replace(candidate, coordinates=tuple(coordinates), starts=tuple(dict.fromkeys(starts)))
+
+
+def strength(coordinate: Coordinate, value: float, factor: float) -> float:
+    """Return a value so many times as strong, within its range [SI]."""
+    quantity = coordinate.quantity
+    return float(np.clip(value * factor, quantity.low, quantity.high))

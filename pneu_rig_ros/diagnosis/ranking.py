@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
 """Shares of a candidate's change of the residuals that are tried [-]."""
 STEP = 1e-3
-"""Of the finite differences, in units of a coordinate [-]: the rates have no noise of their own."""
+"""Of the finite differences, in units of a coordinate [-]: rates have no noise of their own."""
 SIMULATED_STEP = 1e-2
 """The same where the evidence holds simulations, which have noise of integration."""
 
@@ -46,9 +46,7 @@ class Screened:
     others: tuple[tuple[float, ...], ...] = ()
 
 
-def screen(
-    candidate: Candidate, given: Hypothesis, evidence: Evidence, here: Floats
-) -> Screened:
+def screen(candidate: Candidate, given: Hypothesis, evidence: Evidence, here: Floats) -> Screened:
     """
     Return what a candidate leaves at the best share of the change from its best start.
 

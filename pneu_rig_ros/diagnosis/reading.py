@@ -182,7 +182,5 @@ def _check_span(recording: Recording, name: str, end: float, path: Path) -> None
         return
     share = float(np.mean(recording[name] >= end - 2.0 * recording.noise[name]))
     if share > SATURATED:
-        raise RigError(f'{path}: {name} is at the end of its sensor\'s span ({end:g}) for '
+        raise RigError(f"{path}: {name} is at the end of its sensor's span ({end:g}) for "
                        f'{share:.0%} of the time; record it within the span')  # fmt: skip
-
-

@@ -82,7 +82,9 @@ def sentence(diagnosis: Diagnosis) -> str:
         return 'Errors of the sensors within their class explain what differs; nothing is missing.'
     if verdict == UNKNOWN:
         places = ' and '.join(dict.fromkeys(one.balance for one in told(diagnosis)))
-        return f'Model and measurement disagree in {places}, and nothing in the library explains it.'
+        return (
+            f'Model and measurement disagree in {places}, and nothing in the library explains it.'
+        )
     names = [
         f'{part.name} ({library.load(part.name).title})' if part.is_effect
         else f'{part.name} has another value'
@@ -160,17 +162,21 @@ def left_of_each(
     rows: dict[str, float | None] = {}
     both = [windows_of(evidence, one) for one in (given, improved)]
     for name in BALANCES:
-        before, after = (
-            above(np.concatenate([one.whitened for one in windows if one.balance == name] or [[]]))
-            for windows in both
-        )
+        before, after = (above(whitened_of(name, windows)) for windows in both)
         rows[name] = after / before if before > 0.0 else None
     return rows
 
 
+def whitened_of(balance: str, windows: Sequence[Windows]) -> Floats:
+    """Return the whitened residuals of a balance, shape (n,)."""
+    own = [one.whitened for one in windows if one.balance == balance]
+    return np.concatenate([np.zeros(0), *own])
+
+
 def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return the candidates as plain data: fitted ones, best first, then those screened."""
-    search, rows = diagnosis.search, {}
+    search = diagnosis.search
+    rows: dict[tuple[str, ...], dict[str, Any]] = {}
     begin = search.losses_given
     for one in sorted(search.ranking, key=lambda one: one.total):
         causes = one.explanation.causes
@@ -205,7 +211,7 @@ def _share(loss: float, begin: float) -> float:
 
 
 def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
-    """Return the explanations of equal size that are as likely as the best, which is among them."""
+    """Return the explanations of equal size that are as likely as the best, that one first."""
     best = diagnosis.best
     if best is None or not best.explanation.causes:
         return []

@@ -4,8 +4,8 @@ Which explanation the evidence asks for: as few causes as leave nothing signific
 Explanations grow by one cause at a time, up to three. Of each size the most promising are fitted
 and compared by the log predictive density of the runs left out; of those within two standard
 errors of the best (A. Vehtari, A. Gelman, J. Gabry, Stat. Comput. 27 (2017) 1413) the simplest is
-taken. What the residuals hardly see - bristles, compliance, inertia - shows in simulation from rest
-to rest, which becomes part of the evidence where they cannot decide.
+taken. What the residuals hardly see - bristles, compliance, inertia - shows in simulation from
+rest to rest, which becomes part of the evidence where they cannot decide.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pneu_rig_ros.diagnosis.confirmation import Confirmation
 from pneu_rig_ros.diagnosis.evidence import Evidence
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import Disagreement, localise, windows_of
+from pneu_rig_ros.diagnosis.localisation import NOISE_KNOWN, Disagreement, localise, windows_of
 from pneu_rig_ros.diagnosis.ranking import Fit, Screened, fit, screen
 from pneu_rig_ros.diagnosis.twins import twin_of
 from pneu_rig_ros.executor import Executor, Here, map_tasks
@@ -44,8 +44,8 @@ ERRORS = 2.0
 """Standard errors within which two explanations are not told apart."""
 DECISIVE = 10.0
 """
-Difference of log densities beyond which they are, however few the runs [-]: odds of 20 000 to 1, of
-which the errors of the noise model may take some.
+Difference of log densities beyond which they are, however few the runs [-]: odds of 20 000 to 1,
+of which the errors of the noise model may take some.
 """
 TWINS = 3
 """Twins of the runs that tell how far a true model's simulation is off."""
@@ -55,9 +55,13 @@ LEAST_EXCESS = 1.3
 """Loss of cycles in that of twins up to which they are not off, however many there are [-]."""
 TRUE_LOSS = 3.5
 """Mean loss of the cycles of a true model [-]."""
-CLOSED, MOST_LEFT = 0.1, 0.3
-"""Share of what exceeds the noise that an explanation leaves if it closes the gap, and if it still
-is one [-]."""
+WORTH = 0.7
+"""Share of the gap above which one more cause leaves too much to be one [-]."""
+CLOSED, LITTLE = 0.1, 0.03
+"""
+Share of what exceeds the noise that an explanation leaves if it closes the gap, and that is too
+little to ask for another one [-].
+"""
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,10 @@ class Search:
     best: Scored | None = None
     calibrated: Scored | None = None
     """Gains of the sensors alone, where they are open."""
+    begin: tuple[Evidence, Evidence] | None = None
+    """The evidence with the noise that the given hypothesis has."""
+    significant_given: bool = False
+    """Whether the residuals of the given hypothesis disagree."""
     first_cycles: Cycles | None = None
     """How far the given model's simulated cycles are off, if they were looked at."""
 
@@ -155,7 +163,9 @@ class Search:
         return float(sum(one.losses(self.given).sum() for one in pair))
 
     def run(self) -> Scored | None:
-        """Return the smallest explanation that leaves nothing significant, or the best there is."""
+        """Return the smallest explanation that leaves nothing significant, or the best of all."""
+        self.begin = self.fitted, self.held
+        self.significant_given = bool(self.significant())
         if self.base.parts:
             self.tell('fitting ' + self.base.name)
             self.best = self.scored(fit(self.base, self.given, self.fitted, LONG))
@@ -168,10 +178,22 @@ class Search:
             chosen = preferred(found)
             if self.best is not None and not gained(chosen, self.best):
                 break
+            if (
+                self.best is not None
+                and self.best is not self.calibrated
+                and not self.closes(chosen)
+            ):
+                break
             self.settle(chosen)
             self.ranking += [chosen, *found]
             level = self.level(found)
         return self.best
+
+    def closes(self, chosen: Scored) -> bool:
+        """Return whether one more cause leaves much less on the runs left out."""
+        with_it = chosen.explanation.apply(self.given)
+        before, after = (above(self.held.whitened(one)) for one in (self.hypothesis, with_it))
+        return self.held.confirmation is not None or after < WORTH * before
 
     def level(self, found: Sequence[Scored]) -> list[Explanation]:
         """Return the explanations that grow further: the best, and those next to it."""
@@ -194,16 +216,27 @@ class Search:
         return [Disagreement('force', 'breakaway', '', '-', cycles.loss, cycles.expected,
                              cycles.p_value, '', None, None, names, ())]  # fmt: skip
 
-    def unexplained(self, remains: Sequence[Disagreement]) -> bool:
-        """Return whether what remains is too much for the explanation to be one."""
-        if self.fitted.confirmation is not None and self.off_in_simulation():
-            return self.best is None or self.left_in_simulation() > MOST_LEFT
-        return bool(remains) and (self.best is None or self.left() > MOST_LEFT)
+    def leaves_much(self, remains: Sequence[Disagreement]) -> bool:
+        """Return whether so much remains that the explanation may be none."""
+        if self.best is None or self.best is self.calibrated:
+            return bool(remains) or self.fitted.confirmation is not None
+        off = self.fitted.confirmation is not None and self.off_in_simulation()
+        return (bool(remains) or off) and self.left_in_all() > LITTLE
 
-    def left_in_simulation(self) -> float:
-        """Return the share of the losses of the cycles left out that remains [-]."""
+    def given_up(self) -> None:
+        """Go back to what was known at first; changes the evidence too."""
+        simulated = self.fitted.confirmation is not None and not self.significant_given
+        assert self.begin is not None
+        self.fitted, self.held = self.begin
+        self.best = self.calibrated
+        if simulated:
+            self.simulate()
+
+    def left_in_all(self) -> float:
+        """Return the share of what exceeds the noise that the best explanation leaves [-]."""
         confirmation = self.held.confirmation
-        assert confirmation is not None
+        if confirmation is None or self.significant_given:
+            return self.left()
         before, after = (confirmation.losses(one).sum() for one in (self.given, self.hypothesis))
         least = TRUE_LOSS * confirmation.losses(self.hypothesis).size
         return float(max(after - least, 0.0) / max(before - least, 1e-9))
@@ -238,7 +271,7 @@ class Search:
 
     def off_in_simulation(self) -> bool:
         """Return whether cycles are farther off than those of twins."""
-        if not self.fitted.comparisons[0].slides_freely:
+        if not self.fitted.comparisons[0].free:
             return False
         here, comparisons = self.hypothesis, self.fitted.comparisons
         losses = Confirmation.of(here, comparisons, self.rng).losses(here)
@@ -276,7 +309,8 @@ class Search:
         starts = [base.plus(one.candidate, values) for one in ranked[:FITTED]
                   for values in (one.values, *one.others)]  # fmt: skip
         found = best_of_each(self.fits(starts, ROUNDS))
-        if self.fitted.confirmation is None and ambiguous(found):
+        free = all(one.free for one in self.fitted.comparisons)
+        if free and self.fitted.confirmation is None and ambiguous(found):
             self.simulate()
             found = self.fits([one.explanation for one in found], ROUNDS)
         return found
@@ -345,4 +379,5 @@ def above(whitened: Floats) -> float:
     """Return what of residuals noise does not explain, in standard deviations [-]."""
     if not whitened.size:
         return 0.0
-    return float(np.sqrt(max(np.mean(whitened**2) - 1.21, 0.0)))
+    excess = float(np.mean(whitened**2)) - NOISE_KNOWN**2
+    return max(excess, 0.0) ** 0.5

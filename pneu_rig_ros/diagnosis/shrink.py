@@ -19,8 +19,6 @@ from pneu_rig_ros.errors import RigError
 
 Floats = NDArray[np.float64]
 Signals = Mapping[str, Floats]
-WHOLE = frozenset(('gas_1', 'gas_2', 'force'))
-"""Balances of a rig that can be simulated as a whole."""
 NOTHING = {'unit': '-', 'measured': None, 'before': None, 'after': None}
 
 
@@ -32,7 +30,7 @@ def signal_tables(given: Hypothesis, improved: Hypothesis, held: Evidence) -> di
     less those of what is open, along the measured motion.
     """
     runs = held.comparisons
-    if all(one.run.balances == WHOLE and one.slides_freely for one in runs):
+    if all(one.free for one in runs):
         return {
             'signals': _table(runs, lambda h, one: of_rig(h, one), given, improved),
             'free_run': _table(runs, lambda h, one: of_rig(h, one, free=True), given, improved),
@@ -109,9 +107,7 @@ def _row(table: Sequence[tuple[str, float, float, float]]) -> dict[str, Any]:
     return {'unit': table[0][0], **{n: v if np.isfinite(v) else None for n, v in known.items()}}
 
 
-def events(
-    runs: Sequence[Comparison], given: Hypothesis, improved: Hypothesis
-) -> dict[str, Any]:
+def events(runs: Sequence[Comparison], given: Hypothesis, improved: Hypothesis) -> dict[str, Any]:
     """Return cycles, dwells and stroke time, measured, before and after, as plain data."""
     table = np.array([[_events(given, one, hypothesis) for hypothesis in (None, given, improved)]
                       for one in runs])  # fmt: skip

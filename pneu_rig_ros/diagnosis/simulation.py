@@ -164,7 +164,7 @@ TOLERANCE = 5e-5
 
 
 def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
-    """Return p1, p2 as read [Pa] along the measured motion, from the first sample on, (n - 1, 2)."""
+    """Return p1, p2 as read [Pa] along the measured motion, shape (n - 1, 2)."""
     run = comparison.corrected(hypothesis)
     gas = hypothesis.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
     operation = run.started(run.operation)

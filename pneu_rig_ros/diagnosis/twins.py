@@ -72,14 +72,21 @@ class Spread(NamedTuple):
 def spread(
     hypothesis: Hypothesis, comparisons: tuple[Comparison, ...], rng: np.random.Generator
 ) -> Spread:
-    """Return the spread over one twin of each run."""
+    """
+    Return the spread over one twin of each run.
+
+    What moves as somebody else makes it move has no other twin than its readings again.
+    """
+    if not all(one.free for one in comparisons):
+        return Spread(1.0, 1.0, (1.0,) * (len(SPEEDS) - 1), 1.0, {})
     twins = [Comparison(twin_of(hypothesis, one.run, rng)) for one in comparisons]
     noises = [noise_model(hypothesis, twin, rng) for twin in twins]
     residuals = [twin.residuals(hypothesis) for twin in twins]
     bias = mean_force(twins, noises, residuals)
     whitened = [with_bias(noise, twin, bias).whiten(one)
                 for noise, twin, one in zip(noises, twins, residuals, strict=True)]  # fmt: skip
-    gas_1, gas_2, force, breakaway = (np.concatenate(column) for column in zip(*whitened, strict=True))
+    columns = [np.concatenate(column) for column in zip(*whitened, strict=True)]
+    gas_1, gas_2, force, breakaway = columns
     pairs = zip(twins, noises, strict=True)
     bins = np.digitize(np.concatenate([window_speeds(*pair) for pair in pairs]), SPEEDS[1:-1])
     by_speed = tuple(excess(force[bins == index]) for index in range(len(SPEEDS) - 1))
@@ -96,9 +103,7 @@ def mean_force(
     return {int(index): float(values[classes == index].mean()) for index in np.unique(classes)}
 
 
-def with_bias(
-    noise: NoiseModel, comparison: Comparison, bias: Mapping[int, float]
-) -> NoiseModel:
+def with_bias(noise: NoiseModel, comparison: Comparison, bias: Mapping[int, float]) -> NoiseModel:
     """Return the noise if windows of one speed share an error of the force besides."""
     shared = in_common(speed_classes(comparison), bias)
     return noise._replace(force=noise.force.with_common(shared))

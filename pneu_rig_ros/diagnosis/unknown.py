@@ -31,7 +31,9 @@ Floats = NDArray[np.float64]
 MOST_TERMS = 4
 """Terms of a description at most."""
 LEAST_GAIN = 0.9
-"""Share of the gap that one more term has to leave less than [-]."""
+"""What leaves up to so much more than the best description is as good, with fewer terms [-]."""
+CLOSES = 0.02
+"""Share of the gap that is as good as none [-]."""
 
 
 @dataclass(frozen=True)
@@ -76,16 +78,28 @@ def describe(search: Search, place: Disagreement) -> Description:
     here = search.fitted.residual(known)
     columns = map_tasks(search.executor, column, terms, known, search.fitted, here)
     chosen: list[int] = []
-    best, left = Explanation(), 1.0
+    tried: list[tuple[float, Explanation]] = [(1.0, Explanation())]
     for _ in range(MOST_TERMS):
-        chosen.append(next_term(np.column_stack(columns), here, chosen))
+        chosen += with_mirror(next_term(np.column_stack(columns), here, chosen), terms, chosen)
         start = explained([terms[index] for index in chosen], columns, chosen, here)
         found = fit(start, known, search.fitted, ROUNDS).explanation
-        now = gap_left(known, found.apply(known), search.held)
-        if now > LEAST_GAIN * left:
+        tried.append((gap_left(known, found.apply(known), search.held), found))
+        if tried[-1][0] < CLOSES:
             break
-        best, left = found, now
+    least = min(left for left, _ in tried)
+    left, best = next(one for one in tried if one[0] <= max(least / LEAST_GAIN, CLOSES))
     return Description(place.balance, place.regime, place.unit, formula(best), left, best)
+
+
+def with_mirror(index: int, terms: Sequence[Term], chosen: Sequence[int]) -> list[int]:
+    """Return a term and the same of the other chamber, as both chambers are alike."""
+    name, effect = terms[index].coordinate.name, terms[index].effect.name
+    mirrored = name.translate(str.maketrans('12', '21'))
+    for other, term in enumerate(terms):
+        same = term.effect.name == effect and term.coordinate.name == mirrored
+        if same and other != index and other not in chosen:
+            return [index, other]
+    return [index]
 
 
 def terms_for(balance: str, search: Search) -> list[Term]:

@@ -14,6 +14,7 @@ exactly::
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -63,15 +64,18 @@ class TestFunctions:
 
     def means(self, middles: Floats) -> Floats:
         """Return the weighted means of values at the middles of the intervals, shape (m,)."""
-        return self._windows(middles, self.size) @ self.weights
+        means: Floats = self._windows(middles, self.size) @ self.weights
+        return means
 
     def rates(self, samples: Floats) -> Floats:
         """Return the mean rates of a signal at the samples, shape (m,)."""
-        return self._windows(samples, self.size + 1) @ self.slope
+        rates: Floats = self._windows(samples, self.size + 1) @ self.slope
+        return rates
 
     def accelerations(self, samples: Floats) -> Floats:
         """Return the mean second derivatives of a signal at the samples, shape (m,)."""
-        return self._windows(samples, self.size + 1) @ self.bend
+        bends: Floats = self._windows(samples, self.size + 1) @ self.bend
+        return bends
 
     def inside(self, flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return the windows all of whose intervals are flagged, shape (m,)."""
@@ -83,7 +87,7 @@ class TestFunctions:
         means: Floats = self._windows(middles, self.size).mean(axis=1)
         return means
 
-    def _windows(self, values: NDArray[np.generic], size: int) -> NDArray[np.generic]:
+    def _windows(self, values: Any, size: int) -> Any:
         if values.size < size:
             return np.empty((0, size), dtype=values.dtype)
         return sliding_window_view(values, size)[self.starts]

@@ -35,6 +35,11 @@ CONSISTENT, UNCALIBRATED, PARAMETER, EFFECT, UNKNOWN = (
 )  # fmt: skip
 RIVALS = 3
 """Explanations that the next experiment is to tell apart."""
+MOST_LEFT, BETTER = 0.9, 0.7
+"""
+Share of what exceeds the noise that a named cause may leave, and share of that which a description
+has to leave less than to be preferred [-].
+"""
 STEPS = 25.0
 """Steps that a search takes at most, for its progress [-]."""
 
@@ -134,9 +139,9 @@ def diagnose(
     best = search.run()
     tell('what is left', 0.85)
     remains = search.significant()
-    if unexplained := search.unexplained(remains):
-        search.best = best = search.calibrated
-    unknown = _described(search, where, tell) if unexplained else None
+    unknown = _described(search, where, tell) if search.leaves_much(remains) else None
+    if unknown is not None:
+        best = search.calibrated
     tell('what to measure next', 0.95)
     following = next_experiment(rivals(search), fitted, system)
     return Diagnosis(
@@ -163,10 +168,23 @@ def _search(
     return Search(system.hypothesis, fitted, held, candidates, rng, progress, executor, base)
 
 
-def _described(search: Search, where: Sequence[Disagreement], tell: Tell) -> Description:
-    """Return a description of what no cause explains."""
+def _described(search: Search, where: Sequence[Disagreement], tell: Tell) -> Description | None:
+    """
+    Return a description in place of the explanation; None where that explains as well.
+
+    A name has to close about as much of the gap as a formula without one.
+    """
     tell('describing what is not known', 0.88)
-    return describe(search, (where or search.cycles_off())[0])
+    named, left = search.best, search.left_in_all()
+    settled = search.fitted, search.held
+    search.given_up()
+    description = describe(search, (where or search.cycles_off())[0])
+    if named is None or named is search.calibrated:
+        return description
+    if left > MOST_LEFT or description.gap_left < BETTER * left:
+        return description
+    search.best, (search.fitted, search.held) = named, settled
+    return None
 
 
 def rivals(search: Search) -> dict[str, Hypothesis]:

@@ -72,7 +72,7 @@ def gas_source(rate: float, swept: float, pressure: float, volume: float,
     """
     gas = model.gas
     enthalpy = gas.heat_capacity_ratio * gas.gas_constant * gas.supply_temperature
-    return (volume * rate + gas.heat_capacity_ratio * pressure * swept) / enthalpy
+    return float((volume * rate + gas.heat_capacity_ratio * pressure * swept) / enthalpy)
 
 
 @compiled
@@ -154,7 +154,7 @@ def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
             state[VELOCITY] = side * FASTEST_CREEP
         elif bent > 0.0:
             state[VELOCITY] = side * bent / (1.0 - share)
-        return loaded
+        return float(loaded)
 
     return rest
 

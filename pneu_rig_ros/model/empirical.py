@@ -195,9 +195,13 @@ _LEVEL = ('constant', 'position', 'position_squared', 'gauge_1', 'gauge_2', 'dif
           'log_dwell')  # fmt: skip
 OUTPUTS: dict[str, Output] = {
     'flow_1': Output('empirical_flow', '{}_1', Quantity('kg/s', -0.01, 0.01, 'into chamber 1'),
-                     (*_GAS, 'cold_1', 'intake_1', 'exhaust_1')),
+                     (*_GAS, 'intake_1', 'exhaust_1')),
     'flow_2': Output('empirical_flow', '{}_2', Quantity('kg/s', -0.01, 0.01, 'into chamber 2'),
-                     (*_GAS, 'cold_2', 'intake_2', 'exhaust_2')),
+                     (*_GAS, 'intake_2', 'exhaust_2')),
+    'heat_1': Output('empirical_heat', '{}_1', Quantity('W', -1e3, 1e3, 'into chamber 1'),
+                     ('constant', 'gauge_1', 'cold_1')),
+    'heat_2': Output('empirical_heat', '{}_2', Quantity('W', -1e3, 1e3, 'into chamber 2'),
+                     ('constant', 'gauge_2', 'cold_2')),
     'friction': Output('empirical_friction', '{}',
                        Quantity('N', -1e3, 1e3, 'added to F_c and F_smax'),
                        (*_LEVEL, 'speed', 'slow', 'direction_slow', 'travel')),

@@ -1,8 +1,7 @@
 """
 The effects that add empirical terms to the plant: one for each balance, made of the table.
 
-They describe what no cause explains, and are none. Of heat there is no output of its own: it is
-described as the flow that brings the gas the same energy.
+They describe what no cause explains, and are none.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -125,6 +124,17 @@ def _from_what_is_left(
 
 
 @inner
+def _from_what_is_warm(
+    first: float, second: float, s: Signals, model: CompiledModel
+) -> tuple[float, float]:
+    """Let less heat out of a cold gas: none out of one without any."""
+    scale = model.gas.gas_constant * model.gas.supply_temperature
+    left_1 = min(s.pressure_1 * s.volume_1 / (s.gas_mass_1 * scale), 1.0)
+    left_2 = min(s.pressure_2 * s.volume_2 / (s.gas_mass_2 * scale), 1.0)
+    return max(first, first * left_1), max(second, second * left_2)
+
+
+@inner
 def _static_on_top(
     first: float, second: float, s: Signals, model: CompiledModel
 ) -> tuple[float, float]:
@@ -233,7 +243,8 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
 
 
 GUARDS: dict[Balance, Guard] = {
-    Balance.MASS: _from_what_is_left, Balance.LEVEL: _static_on_top
+    Balance.MASS: _from_what_is_left, Balance.HEAT: _from_what_is_warm,
+    Balance.LEVEL: _static_on_top,
 }  # fmt: skip
 REGIMES = {
     Balance.LEVEL: (Regime.BREAKAWAY, Regime.SLIDING),
@@ -245,6 +256,7 @@ EFFECTS: dict[str, Effect] = {
         ('empirical_flow', 'a flow', Balance.MASS, (1e-6, -1e-6)),
         ('empirical_force', 'a force', Balance.FORCE, (0.5, -0.5)),
         ('empirical_friction', 'a level of friction', Balance.LEVEL, (0.3, -0.1)),
+        ('empirical_heat', 'a heat flow', Balance.HEAT, (1.0, -1.0)),
         ('empirical_position_reading', 'an error of the position sensor',
          Balance.MOTION_READING, (1e-3, -1e-3)),
         ('empirical_pressure_reading', 'an error of the pressure sensors',

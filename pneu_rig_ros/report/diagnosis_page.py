@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
@@ -11,21 +11,13 @@ from typing import Any, NamedTuple
 import jinja2
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.gap.diagnosis import Diagnosis
-from pneu_rig_ros.gap.experiment import Experiment
-from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.where import SIGNIFICANT
+from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis, rivals
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report import diagnosis_rows as rows
 from pneu_rig_ros.report.claims_page import data_address
-from pneu_rig_ros.report.residual_figures import (
-    Blocks,
-    blocks_of,
-    draw_dependence,
-    draw_over_time,
-    half_heights,
-)
+from pneu_rig_ros.report.latent_figures import Track, draw_latent, tracks_of
 from pneu_rig_ros.report.shrink_figures import draw_next, draw_shrink, runs_of
 from pneu_rig_ros.report.writing import write_whole
 
@@ -47,18 +39,26 @@ class Drawing(NamedTuple):
     place: str
     title: str
     caption: str
-    draw: Callable[[], Figure]
+    draw: Callable[[], Figure | None]
 
 
-class Conditions(NamedTuple):
-    """A run for people: its conditions, and what it was used for."""
+class Recorded(NamedTuple):
+    """A recording for people: what it was used for, and its conditions."""
 
     name: str
     used: str
     duration: str
-    supply: str
-    load: str
-    rest: str
+    conditions: Sequence[str]
+
+
+TITLES = {
+    'gas_1': 'Gas in chamber 1',
+    'gas_2': 'Gas in chamber 2',
+    'force': 'Forces on the piston',
+}
+PLACES = ('where', 'left', 'shrink', 'free', 'next')
+HEADS = ('Supply, absolute', 'Load', 'Rest before')
+"""Conditions of a rig's recordings."""
 
 
 def write_page(
@@ -72,109 +72,140 @@ def write_page(
     :param progress: told the share of the pictures drawn [-]
     :raises RigError: when the file cannot be written
     """
-    drawings = list(_drawings(diagnosis))
-    pictures: dict[str, list[Picture]] = {'where': [], 'left': [], 'shrink': [], 'free': [],
-                                         'next': []}  # fmt: skip
+    drawings = list(_drawings(diagnosis, answer))
+    pictures: dict[str, list[Picture]] = {place: [] for place in PLACES}
     for number, one in enumerate(drawings, start=1):
-        pictures[one.place].append(Picture(one.title, one.caption, data_address(one.draw())))
+        figure = one.draw()
+        if figure is not None:
+            pictures[one.place].append(Picture(one.title, one.caption, data_address(figure)))
         progress(number / len(drawings))
     return write_whole(path, _template().render(**_content(diagnosis, answer), pictures=pictures))
 
 
 def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:
+    whole = bool(answer['gap']['free_run'])
+    compared = 'From rest to rest' if whole else 'Along the measured motion'
     return {
         'answer': answer,
-        'significant': f'{SIGNIFICANT:g}',
-        'runs': list(conditions(diagnosis)),
+        'balances': rows.balance_rows(answer),
+        'titles': TITLES,
+        'runs': list(recorded(diagnosis)),
+        'heads': HEADS if diagnosis.system.rig is not None else (),
         'where': rows.where_rows(answer),
         'ranking': rows.ranking(answer, MOST_RANKED),
         'added': rows.added_rows(answer),
-        'sources': {name: library.load(name).source for name in diagnosis.best.effects},
-        'tables': {'From rest to rest': rows.gap_rows(answer),
-                   'Free run': rows.gap_rows(answer, 'free_run')},
+        'sources': {one['name']: library.load(one['name']).source for one in answer['effects']},
+        'tables': {compared: rows.gap_rows(answer), 'Free run': rows.gap_rows(answer, 'free_run')},
         'events': rows.event_rows(answer),
         'gap_before': rows.number(answer['gap']['before'], 2),
         'gap_after': rows.number(answer['gap']['after'], 2),
         'cut': rows.cut_text(answer),
+        'remains': rows.remaining_text(answer),
         'next_lines': list(rows.next_lines(answer)),
         'version': version('pneu_rig_ros'),
         'revision': git_revision(),
     }  # fmt: skip
 
 
-def conditions(diagnosis: Diagnosis) -> Iterator[Conditions]:
-    """Yield the runs, those of the fits first."""
+def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
+    """Yield the recordings, those of the fits first."""
     for used, evidence in (('fit', diagnosis.fitted), ('left out', diagnosis.held)):
-        for one in evidence.experiments:
-            operation = one.operation
-            supply = f'{operation.supply_pressure * 1e-5:g} bar'
-            yield Conditions(
-                one.name, used, f'{one.record.duration:.1f} s', supply,
-                f'{operation.load_mass:g} kg', f'{operation.rest_time:g} s',
+        for one in evidence.comparisons:
+            run, operation = one.run, one.run.operation
+            conditions = (
+                f'{operation.supply_pressure * 1e-5:g} bar', f'{operation.load_mass:g} kg',
+                f'{operation.rest_time:g} s',
             )  # fmt: skip
+            told = conditions if diagnosis.system.rig is not None else ()
+            yield Recorded(run.name, used, f'{run.size * run.interval:.1f} s', told)
 
 
-BEYOND = 'Each point is a mean over 29 ms; those beyond the scale are drawn at its edge.'
-
-
-def _drawings(diagnosis: Diagnosis) -> Iterator[Drawing]:
-    yield from _residual_drawings(diagnosis)
-    for experiment in diagnosis.held.experiments:
-        yield from _shrink_drawings(diagnosis, experiment)
+def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
+    yield from _latent_drawings(diagnosis, answer)
+    for comparison in diagnosis.held.comparisons:
+        yield from _shrink_drawings(diagnosis, comparison)
     plan = diagnosis.next_experiment
     if plan is not None:
         yield Drawing(
             'next',
             'What each would show',
             'Simulated: u held for two thirds of the time, then the valves shut.',
-            partial(draw_next, plan, diagnosis.rivals, diagnosis.fitted.experiments[0]),
+            partial(
+                draw_next, plan, rivals(diagnosis.search), diagnosis.fitted.comparisons[0].run
+            ),
         )
 
 
-def _residual_drawings(diagnosis: Diagnosis) -> Iterator[Drawing]:
+LATENT = {
+    'gas': 'What must be added to the gas that the model lets flow into the chamber, so that the '
+    'measured pressure follows: a flow of mass, or of heat that raises the pressure as much.',
+    'force': 'What must be added to the force along the outstroke, so that the piston moves as '
+    'measured; at each breakaway, by how much more the seal held than the model lets it.',
+}
+
+
+def _latent_drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
     @cache
-    def blocks(of: str) -> list[Blocks]:
-        hypothesis = {'given': diagnosis.given, 'best': diagnosis.best}[of]
-        return blocks_of(hypothesis, diagnosis.fitted, diagnosis.seed)
+    def tracks(given: bool) -> dict[str, list[Track]]:
+        improved = _improved(diagnosis) if given else None
+        return tracks_of(diagnosis.fitted, diagnosis.given if given else diagnosis.improved,
+                         improved)  # fmt: skip
 
-    yield Drawing(
-        'where',
-        'Over time',
-        f'The residual of each balance with the model as given. {BEYOND}',
-        lambda: draw_over_time(blocks('given')),
-    )
-    yield Drawing(
-        'where',
-        'Against what it may depend on',
-        'The same residuals. Dwell is the time that the piston has rested, or had rested before '
-        'it slid.',
-        lambda: draw_dependence(blocks('given')),
-    )
-    if diagnosis.verdict != 'consistent':
-        yield Drawing(
-            'left',
-            'What is left',
-            'The residuals with the improved model, on the scale of those above.',
-            lambda: draw_over_time(blocks('best'), half_heights(blocks('given'))),
-        )
+    def draw(balance: str, given: bool) -> Figure | None:
+        if balance not in tracks(given):
+            return None
+        return draw_latent(balance, tracks(given)[balance], spans_of(answer, balance, given))
+
+    for one in answer['balances']:
+        if one['open']:
+            name = one['name']
+            title, caption = f'{TITLES[name]} ({name})', LATENT[name.split('_')[0]]
+            yield Drawing('where', title, caption, partial(draw, name, True))
+            if _improved(diagnosis) is not None:
+                yield Drawing('left', title, 'The same with the improved model.',
+                              partial(draw, name, False))  # fmt: skip
 
 
-def _shrink_drawings(diagnosis: Diagnosis, experiment: Experiment) -> Iterator[Drawing]:
-    def draw(mode: Mode) -> Figure:
-        return draw_shrink(runs_of(diagnosis, experiment, mode))
+def spans_of(
+    answer: rows.Answer, balance: str, given: bool = True
+) -> dict[str, list[tuple[float, float]]]:
+    """Return recording -> from, to [s] where a balance of the given model is off."""
+    spans: dict[str, list[tuple[float, float]]] = {}
+    for one in answer['intervals'] if given else []:
+        if one['balance'] == balance:
+            spans.setdefault(one['recording'], []).append((one['from'], one['to']))
+    return spans
 
+
+def _improved(diagnosis: Diagnosis) -> Any:
+    """Return the hypothesis with what was found, None where nothing was."""
+    if diagnosis.verdict == CONSISTENT or diagnosis.improved == diagnosis.given:
+        return None
+    return diagnosis.improved
+
+
+def _shrink_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[Drawing]:
+    def draw(free: bool) -> Figure:
+        return draw_shrink(runs_of(comparison, diagnosis.given, _improved(diagnosis), free))
+
+    name = comparison.run.name
+    if not comparison.free:
+        yield Drawing('shrink', f'{name}, along the measured motion',
+                      'The motion is the measured one; the simulation has only the first readings '
+                      'of the pressures.', partial(draw, False))  # fmt: skip
+        return
     yield Drawing(
         'shrink',
-        f'{experiment.name}, from rest to rest',
+        f'{name}, from rest to rest',
         'The simulation starts again from the readings at every rest.',
-        partial(draw, Mode.CYCLES),
+        partial(draw, False),
     )
     yield Drawing(
         'free',
-        f'{experiment.name}, free run',
+        f'{name}, free run',
         'The simulation has the first readings and the valve voltages, nothing else. A slip that '
         'comes at another time sets it off for the rest of the run.',
-        partial(draw, Mode.FREE),
+        partial(draw, True),
     )
 
 

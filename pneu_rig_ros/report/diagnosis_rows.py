@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 Answer = Mapping[str, Any]
-"""What `pneu_rig_ros.gap.answer.answer` returns, or diagnosis.json holds."""
+"""What `pneu_rig_ros.diagnosis.result.answer` returns, or diagnosis.json holds."""
 
 UNITS = {
     'm': ('mm', 1e3),
@@ -17,6 +16,13 @@ UNITS = {
 }
 """SI unit -> unit for people, units of it in one SI unit."""
 
+VARIABLE_UNITS = {
+    'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa', 'dwell': 's',
+    'time': 's',
+}  # fmt: skip
+"""What bounds a disagreement -> SI unit."""
+SHORT = {'position': 'x', 'velocity': 'v', 'pressure_1': 'p1', 'pressure_2': 'p2', 'time': 't'}
+
 EVENTS = {'cycles': 'stick-slip cycles', 'dwell': 'mean dwell', 'stroke_time': 'stroke time'}
 
 NOT_KNOWN = '-'
@@ -25,12 +31,21 @@ PLAIN_BELOW = 10_000
 """Numbers below it have no exponent."""
 
 
+class Balance(NamedTuple):
+    """What a balance says, or what is missing for it."""
+
+    name: str
+    state: str
+    left: str
+
+
 class Where(NamedTuple):
     """Where a balance disagrees."""
 
     balance: str
     regime: str
-    rms: str
+    range: str
+    mean: str
     noise: str
     unit: str
     significance: str
@@ -38,7 +53,7 @@ class Where(NamedTuple):
 
 
 class Ranked(NamedTuple):
-    """A possible explanation; ``left`` is the share of the gap that it leaves, 0 to 1."""
+    """A possible explanation; ``left`` is the share of the misfit that it leaves, 0 to 1."""
 
     name: str
     kind: str
@@ -89,22 +104,57 @@ def number(value: float, digits: int = 3) -> str:
     return f'{value:.0f}' if 'e+' in text and round(abs(value)) < PLAIN_BELOW else text
 
 
+def balance_rows(answer: Answer, most: int = 100) -> list[Balance]:
+    """
+    Return the balances, open or not, and what the answer leaves of what exceeds the noise.
+
+    :param most: so many missing keys and signals are told
+    """
+    rows = []
+    for one in answer['balances']:
+        if not one['open']:
+            rows.append(Balance(one['name'], f'closed: {_shortened(one["why"], most)}', NOT_KNOWN))
+            continue
+        state = 'agrees' if one['verdict'] == 'consistent' else 'disagrees'
+        left = NOT_KNOWN if one['left'] is None else f'{one["left"]:.0%}'
+        rows.append(Balance(one['name'], state, left))
+    return rows
+
+
+def _shortened(why: str, most: int) -> str:
+    missing = why.split(', ')
+    more = f' and {len(missing) - most} more' if len(missing) > most else ''
+    return f'no {", ".join(missing[:most])}{more}'
+
+
 def where_rows(answer: Answer) -> list[Where]:
     """Return where the model disagrees, the most significant first."""
-    rows = []
-    for one in answer['where']:
-        unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
-        rms, noise = (number(scale * one[name]) for name in ('rms', 'noise'))
-        times = f'{one["significance"]:.1f}'
-        rows.append(Where(one['balance'], one['regime'], rms, noise, unit, times, _longest(one)))
-    return rows
+    return [_where(one) for one in answer['where']]
+
+
+def _where(one: Mapping[str, Any]) -> Where:
+    unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
+    mean, noise = (number(scale * one[name]) for name in ('mean', 'noise'))
+    regime = f'{one["regime"]} {one["direction"]}'.strip()
+    return Where(one['balance'], regime, _range(one), mean, noise, unit,
+                 f'{one["significance"]:.1f}', _longest(one))  # fmt: skip
+
+
+def _range(one: Mapping[str, Any]) -> str:
+    """Return the range of the variable in which a disagreement is most significant."""
+    name, ends = one['variable'], (one['from'], one['to'])
+    if not name or None in ends:
+        return 'all'
+    unit, scale = UNITS.get(VARIABLE_UNITS[name], (VARIABLE_UNITS[name], 1.0))
+    low, high = (number(scale * end) for end in ends)
+    return f'{SHORT.get(name, name)} {low} to {high} {unit}'
 
 
 def _longest(one: Mapping[str, Any]) -> str:
     if not one['intervals']:
         return NOT_KNOWN
     span = one['intervals'][0]
-    return f'{span["bag"]}, {span["from"]:.2f}-{span["to"]:.2f} s'
+    return f'{span["recording"]}, {span["from"]:.2f}-{span["to"]:.2f} s'
 
 
 def ranking(answer: Answer, most: int) -> list[Ranked]:
@@ -113,9 +163,10 @@ def ranking(answer: Answer, most: int) -> list[Ranked]:
     rows = []
     for one in answer['candidates'][:most]:
         names, left = one['names'], one['gap_left']
-        chosen = one['stage'] == 'fitted' and set(names) <= added
-        text = f'{left:.0%}' if left < 9.995 else 'over 999%'
-        rows.append(Ranked(' + '.join(names), _kind(names), one['stage'], text, left, chosen))
+        chosen = one['stage'] != 'screened' and set(names) == added
+        stage = 'screened' if one['stage'] == 'screened' else 'fitted'
+        kind = _kind(names)
+        rows.append(Ranked(' + '.join(names), kind, stage, f'{left:.0%}', left, chosen))
     return rows
 
 
@@ -151,32 +202,40 @@ def _added(name: str, was: str, one: Mapping[str, Any]) -> Added:
 
 def gap_rows(answer: Answer, which: str = 'signals') -> list[Shrunk]:
     """
-    Return the gap of each signal before and after.
+    Return the RMSE of each signal before and after.
 
-    :param which: 'signals' for predictions from rest to rest, 'free_run' for whole runs
+    :param which: 'signals' or 'free_run'
     """
     return [_shrunk(name, one) for name, one in answer['gap'].get(which, {}).items()]
 
 
 def _shrunk(name: str, one: Mapping[str, Any]) -> Shrunk:
     unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
-    before, after, noise = (number(scale * one[key]) for key in ('before', 'after', 'noise'))
-    multiples = (f'{one[key] / one["noise"]:.1f}' for key in ('before', 'after'))
+    values = [one[key] for key in ('before', 'after', 'noise')]
+    before, after, noise = (
+        NOT_KNOWN if value is None else number(scale * value) for value in values
+    )
+    multiples = (_multiple(value, one['noise']) for value in values[:2])
     return Shrunk(name.replace('_', ' '), before, after, noise, unit, *multiples)
+
+
+def _multiple(value: float | None, noise: float | None) -> str:
+    return f'{value / noise:.1f}' if noise and value is not None else NOT_KNOWN
 
 
 def event_rows(answer: Answer) -> list[Event]:
     """Return what happened in the runs left out of the fit, and in both simulations."""
+    keys = ('measured', 'before', 'after')
     rows = []
     for name, what in EVENTS.items():
-        if (one := answer['gap'].get(name)) is not None:
-            texts = (_event(one[key], one['unit']) for key in ('measured', 'before', 'after'))
-            rows.append(Event(what, *texts))
+        one = answer['gap'][name]
+        if any(one[key] is not None for key in keys):
+            rows.append(Event(what, *(_event(one[key], one['unit']) for key in keys)))
     return rows
 
 
 def _event(value: float | None, unit: str) -> str:
-    if value is None or math.isnan(value):
+    if value is None:
         return NOT_KNOWN
     return f'{value:g}' if unit == '-' else f'{value:.3g} {unit}'
 
@@ -185,12 +244,23 @@ def cut_text(answer: Answer) -> str:
     """Return in a sentence how far the gap shrank on the runs left out of the fit."""
     gap = answer['gap']
     if gap['before'] <= 0.0:
-        return 'there is no gap above the noise'
+        return 'nothing exceeds the noise'
     before, after = (number(gap[key], 2) for key in ('before', 'after'))
-    calibrated = answer['verdict'] == 'consistent' and answer.get('calibration')
-    means = ' by the slopes of the sensors' if calibrated else ''
-    return (f'{before} noise floors above the noise before, {after} after: '
+    means = ' by the slopes of the sensors' if answer['verdict'] == 'uncalibrated' else ''
+    return (f'{before} standard deviations above the noise before, {after} after: '
             f'{gap["cut"]:.0%} of the gap is closed{means}')  # fmt: skip
+
+
+def remaining_text(answer: Answer) -> str:
+    """Return in a sentence what no cause in the library explains, '' if that is nothing."""
+    unknown = answer['unknown']
+    if unknown is None:
+        return ''
+    place = f'{unknown["balance"]}, {unknown["regime"]}'
+    if not unknown['term']:
+        return f'{place}; no simple term describes it'
+    return (f'{place}; described, which is no cause, by {unknown["term"]}: '
+            f'{unknown["gap_left"]:.0%} of the gap left')  # fmt: skip
 
 
 def next_lines(answer: Answer) -> Iterator[str]:
@@ -198,8 +268,11 @@ def next_lines(answer: Answer) -> Iterator[str]:
     plan = answer['next_experiment']
     if plan is None:
         return
-    start = 1e3 * plan['initial_position']
-    yield (f'u = {plan["u"]:g} V, supply {plan["supply_pressure"] * 1e-5:g} bar absolute, '
-           f'load {plan["load_mass"]:g} kg, from {start:.0f} mm')  # fmt: skip
+    if plan['like']:
+        yield f'a longer recording like {plan["like"]}'
+    else:
+        start = 1e3 * plan['initial_position']
+        yield (f'u = {plan["u"]:g} V, supply {plan["supply_pressure"] * 1e-5:g} bar absolute, '
+               f'load {plan["load_mass"]:g} kg, from {start:.0f} mm')  # fmt: skip
     yield f'which sets these at least {plan["by"]:.1f} times the noise apart:'
     yield ', '.join(plan['separates'])

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
 
 import matplotlib
 import numpy as np
@@ -11,22 +14,24 @@ from matplotlib.figure import Figure
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.comparison import Run
-from pneu_rig_ros.gap.diagnosis import Diagnosis
-from pneu_rig_ros.gap.discriminate import DURATION, NextExperiment, readings
-from pneu_rig_ros.gap.experiment import Experiment
-from pneu_rig_ros.gap.hypothesis import Hypothesis
-from pneu_rig_ros.gap.prediction import Mode
-from pneu_rig_ros.gap.shrink import measured_run, predicted_run
-from pneu_rig_ros.report.comparison_figures import SHOWN, thinned
+from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.next_experiment import INTERVAL, NextExperiment, readings
+from pneu_rig_ros.diagnosis.simulation import Guided, bench_force, chamber_pressures
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.report import comparison_figures
+from pneu_rig_ros.report.comparison_figures import thinned
 from pneu_rig_ros.report.figure import BLUE, ORANGE, STYLE
 
 Floats = NDArray[np.float64]
 
 GREEN = '#2c8a5a'
 SIGNALS = ('position', 'pressure_1', 'pressure_2')
-COLOURS = {'measured': BLUE, 'model as given': ORANGE, 'improved model': GREEN}
-WIDTHS = {'measured': 2.4, 'model as given': 1.1, 'improved model': 1.1}
+SHOWN = {**comparison_figures.SHOWN, 'force': ('bench force', 'N', 1.0)}
+MEASURED, GIVEN, IMPROVED = 'measured', 'model as given', 'improved model'
+COLOURS = {MEASURED: BLUE, GIVEN: ORANGE, IMPROVED: GREEN}
+WIDTHS = {MEASURED: 2.4, GIVEN: 1.1, IMPROVED: 1.1}
 RIVAL_COLOURS = (BLUE, ORANGE, GREEN)
 DETAIL = 0.15
 """Share of the run that the detail shows [-]."""
@@ -36,31 +41,84 @@ STRIDE = 8
 """Samples between two stretches that are looked at."""
 
 
-def runs_of(diagnosis: Diagnosis, experiment: Experiment, mode: Mode) -> dict[str, Run]:
-    """Return the measured run, the given model's and, if it is another, the improved model's."""
-    runs = {
-        'measured': measured_run(experiment, diagnosis.given),
-        'model as given': predicted_run(experiment, diagnosis.given, mode),
-    }
-    if diagnosis.verdict != 'consistent':
-        runs['improved model'] = predicted_run(experiment, diagnosis.best, mode)
-    return runs
+@dataclass(frozen=True)
+class Run:
+    """
+    Signals over time.
+
+    :param time: [s], shape (n,)
+    :param position: measured [m], shape (n,)
+    :param signals: name -> values [SI], shape (n,)
+    """
+
+    time: Floats
+    position: Floats
+    signals: Mapping[str, Floats]
+
+
+def runs_of(
+    comparison: Comparison, given: Hypothesis, improved: Hypothesis | None, free: bool = False
+) -> dict[str, Run]:
+    """
+    Return the measured run and those of the models that do not break down.
+
+    :param improved: None where the given model is not improved
+    :param free: whether the simulation of a rig is started once only
+    """
+    run = comparison.run
+    simulate = partial(_of_rig, free=free) if comparison.free else _of_part
+    names = SIGNALS if comparison.free else open_signals(run)
+    columns = [run.position, *run.pressures.T, *([] if run.force is None else [run.force])]
+    measured = dict(zip((*SIGNALS, 'force'), columns, strict=False))
+    signals = {MEASURED: {name: measured[name][1:] for name in names}}
+    for name, hypothesis in ((GIVEN, given), (IMPROVED, improved)):
+        with contextlib.suppress(RigError):  # it breaks down
+            signals |= {} if hypothesis is None else {name: simulate(comparison, hypothesis)}
+    time: Floats = run.interval * np.arange(1.0, run.size)
+    return {name: Run(time, run.position[1:], one) for name, one in signals.items()}
+
+
+def open_signals(run: Measured) -> tuple[str, ...]:
+    """Return the signals that the open balances of a part tell."""
+    pressures = [f'pressure_{i}' for i in (1, 2) if f'gas_{i}' in run.balances]
+    return (*pressures, *(['force'] if run.force is not None else []))
+
+
+def _of_rig(comparison: Comparison, hypothesis: Hypothesis, free: bool) -> dict[str, Floats]:
+    simulated = Guided(comparison).simulate(hypothesis, free).readings
+    return dict(zip(SIGNALS, simulated.T, strict=True))
+
+
+def _of_part(comparison: Comparison, hypothesis: Hypothesis) -> dict[str, Floats]:
+    """Return what is open along the measured motion."""
+    run, signals = comparison.run, {}
+    if any(name.startswith('pressure') for name in open_signals(run)):
+        both = chamber_pressures(hypothesis, comparison)
+        signals = {'pressure_1': both[:, 0], 'pressure_2': both[:, 1]}
+    if run.force is not None:
+        force = bench_force(hypothesis, comparison)
+        if run.force_offset > 0.0:  # the zero of the bench is not known
+            force = force + np.mean(run.force[1:] - force)
+        signals['force'] = force
+    return {name: signals[name] for name in open_signals(run)}
 
 
 def draw_shrink(runs: Mapping[str, Run]) -> Figure:
-    """Return position and pressures against time; beside it where the given model is worst."""
-    span = detail(runs['measured'], runs['model as given'])
+    """Return all signals against time; beside it where the given model is worst."""
+    measured = runs[MEASURED]
+    span = detail(measured, runs.get(GIVEN, measured))
+    rows = len(measured.signals)
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.6, 5.6), layout='constrained')
-        grid = figure.subplots(3, 2, sharex='col', width_ratios=(2.2, 1.0))
-        for (whole, part), name in zip(grid, SIGNALS, strict=True):
+        figure = Figure(figsize=(8.6, 1.65 * rows + 0.9), layout='constrained')
+        grid = figure.subplots(rows, 2, sharex='col', width_ratios=(2.2, 1.0), squeeze=False)
+        for (whole, part), name in zip(grid, measured.signals, strict=True):
             label, unit, scale = SHOWN[name]
             for legend, run in runs.items():
                 _plot(whole, run, name, scale, legend, None)
                 _plot(part, run, name, scale, legend, span)
             whole.axvspan(*span, color='#f0ead9', linewidth=0, zorder=0)
             whole.set_ylabel(f'{label}\n[{unit}]')
-        whole.set_xlim(0.0, runs['measured'].time[-1])
+        whole.set_xlim(0.0, measured.time[-1])
         part.set_xlim(*span)
         whole.set_xlabel('time [s]')
         part.set_xlabel('time [s], the stretch that is shaded')
@@ -80,7 +138,7 @@ def detail(measured: Run, simulated: Run) -> tuple[float, float]:
     windows = sliding_window_view(measured.position, size)[::STRIDE]
     way = np.ptp(windows, axis=1)
     far = np.zeros(way.size)
-    for name in SIGNALS:
+    for name in measured.signals:
         off = ((simulated.signals[name] - measured.signals[name]) ** 2).cumsum()
         every = np.concatenate([[0.0], off])
         sums = (every[size:] - every[:-size])[::STRIDE]
@@ -103,16 +161,24 @@ def _plot(
 
 
 def draw_next(
-    plan: NextExperiment, rivals: Mapping[str, Hypothesis], experiment: Experiment
-) -> Figure:
-    """Return what each rival predicts for the experiment that tells them apart best."""
+    plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Measured
+) -> Figure | None:
+    """
+    Return what each rival predicts for the experiment that tells them apart best.
+
+    None where it is one like a recording there is.
+    """
+    if plan.u is None or plan.supply_pressure is None:
+        return None
+    load, start = plan.load_mass or 0.0, plan.initial_position or 0.0
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(8.6, 2.7), layout='constrained')
         panels = figure.subplots(1, 3)
         for (name, rival), colour in zip(rivals.items(), RIVAL_COLOURS, strict=False):
-            table = readings(rival, experiment, plan.u, plan.supply_pressure, plan.load_mass,
-                             plan.initial_position)  # fmt: skip
-            time = np.linspace(0.0, DURATION, len(table))
+            table = readings(rival, run, plan.u, plan.supply_pressure, load, start)
+            if table is None:
+                continue
+            time = INTERVAL * np.arange(len(table))
             for axes, signal, values in zip(panels, SIGNALS, table.T, strict=True):
                 label, unit, scale = SHOWN[signal]
                 axes.plot(time, scale * values, color=colour, label=name)

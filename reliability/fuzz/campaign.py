@@ -13,7 +13,7 @@ SHARES: dict[str, dict[str, float]] = {
     'configuration': {RANDOM: 1, GUIDED: 1},
     'excitation': {RANDOM: 1, GUIDED: 1},
     'reading': {RANDOM: 1, GUIDED: 1},
-    'part': {RANDOM: 1, GUIDED: 1},
+    'system': {RANDOM: 1, GUIDED: 1},
     'mapping': {RANDOM: 1, GUIDED: 1},
     'conditions': {RANDOM: 1, GUIDED: 1},
     'quantity': {RANDOM: 1, GUIDED: 2},

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from reliability.fuzz.attempt import Tally
 
 PACKAGES = ('pneu_rig_ros.records', 'pneu_rig_ros.rig', 'pneu_rig_ros.control', 'yaml', 'rosbags',
-            'pneu_rig_ros.gap.parts', 'pneu_rig_ros.claims.readings')  # fmt: skip
+            'pneu_rig_ros.diagnosis.system', 'pneu_rig_ros.claims.readings')  # fmt: skip
 """What atheris watches."""
 TELL_EVERY = 0.25
 """Time between two tallies of a guided run, which ends without a word [s]."""

@@ -20,8 +20,8 @@ from rosbags.serde import SerdeError
 
 from pneu_rig_ros.claims.readings import load_reading
 from pneu_rig_ros.control.excitation import load_excitation, shipped_excitations
+from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.gap.parts.part import load_part
 from pneu_rig_ros.records import bag as bags
 from pneu_rig_ros.records import read_recording, repair, wire
 from pneu_rig_ros.records.conditions import format_conditions, parse_conditions
@@ -232,9 +232,11 @@ READERS: dict[str, Reader] = {
     'reading': Reader(
         _yaml_reader(load_reading), lambda: _files('readings/*.yaml'), seeds.YAML
     ),
-    'part': Reader(_yaml_reader(load_part), lambda: _files('parts/s*[!p].yaml'), seeds.YAML),
+    'system': Reader(
+        _yaml_reader(load_system), lambda: _files('systems/s*[!p].yaml'), seeds.YAML
+    ),
     'mapping': Reader(
-        _yaml_reader(read_mapping), lambda: [*_files('parts/*.map.yaml'), *seeds.MAPPINGS],
+        _yaml_reader(read_mapping), lambda: [*_files('systems/*.map.yaml'), *seeds.MAPPINGS],
         seeds.YAML,
     ),
     'conditions': Reader(_conditions, lambda: seeds.CONDITIONS, seeds.YAML),

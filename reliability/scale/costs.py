@@ -28,9 +28,9 @@ SPIN = 1.0
 SAMPLES, PLANTS = 8000, 64
 """Of the batch: intervals of 1.16 ms, and plants."""
 COMPILE = (
-    'from pneu_rig_ros.gap.hypothesis import Hypothesis;'
+    'from pneu_rig_ros.diagnosis.hypothesis import Hypothesis;'
     'from pneu_rig_ros.rig import load_configuration as load;'
-    "m = load('cylinder_1').model; p = Hypothesis(m).plant_of(m);"
+    "m = load('cylinder_1').model; p = Hypothesis(m).plant(m);"
     'import numpy as np; p.run(np.full((2, 2), 2.5), 1e-3)'
 )
 """The plant of a diagnosis, with every effect of the library."""

@@ -2,7 +2,15 @@
 
 import pytest
 
-from pneu_rig_ros.report.diagnosis_rows import cut_text, number
+from pneu_rig_ros.report.diagnosis_rows import (
+    balance_rows,
+    cut_text,
+    gap_rows,
+    next_lines,
+    number,
+    ranking,
+    where_rows,
+)
 
 
 @pytest.mark.parametrize(
@@ -25,9 +33,58 @@ def test_numbers_below_ten_thousand_have_no_exponent(value: float, digits: int, 
 
 def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
     answer = {'verdict': 'effect', 'gap': {'before': 412.3, 'after': 0.184, 'cut': 0.9996}}
-    text = '412 noise floors above the noise before, 0.18 after: 100% of the gap is closed'
+    text = ('412 standard deviations above the noise before, 0.18 after: '
+            '100% of the gap is closed')  # fmt: skip
     assert cut_text(answer) == text
-    slopes = {'calibration': {'position': {}}}
-    assert cut_text(answer | slopes) == text
-    found = cut_text(answer | slopes | {'verdict': 'consistent'})
+    found = cut_text(answer | {'verdict': 'uncalibrated'})
     assert found == text + ' by the slopes of the sensors'
+    agrees = {'verdict': 'consistent', 'gap': {'before': 0.0, 'after': 0.0, 'cut': 0.0}}
+    assert cut_text(agrees) == 'nothing exceeds the noise'
+
+
+def test_disagreement_is_told_with_its_place() -> None:
+    one = {
+        'balance': 'gas_1', 'regime': 'sliding', 'direction': 'out', 'unit': 'kg/s',
+        'mean': 2.5e-6, 'noise': 1e-7, 'significance': 25.0, 'p_value': 0.0,
+        'variable': 'position', 'from': 0.02, 'to': 0.035, 'recordings': ['a'],
+        'intervals': [{'recording': 'a', 'from': 1.0, 'to': 2.5}],
+    }  # fmt: skip
+    (row,) = where_rows({'where': [one]})
+    assert row == (
+        'gas_1', 'sliding out', 'x 20.0 to 35.0 mm', '2.50', '0.100', 'mg/s', '25.0',
+        'a, 1.00-2.50 s',
+    )  # fmt: skip
+    (row,) = where_rows({'where': [one | {'variable': '', 'from': None, 'intervals': []}]})
+    assert (row.range, row.longest) == ('all', '-')
+
+
+def test_closed_balance_tells_what_is_missing() -> None:
+    closed = {'name': 'gas_2', 'open': False, 'why': 'signal u, valve.a, valve.b', 'left': None}
+    opened = {'name': 'force', 'open': True, 'why': '', 'verdict': 'effect', 'left': 0.031}
+    answer = {'balances': [closed, opened]}
+    assert balance_rows(answer, most=1)[0].state == 'closed: no signal u and 2 more'
+    assert balance_rows(answer)[0].state == 'closed: no signal u, valve.a, valve.b'
+    assert balance_rows(answer)[1] == ('force', 'disagrees', '3%')
+
+
+def test_signals_of_a_simulation_that_broke_down_have_no_number() -> None:
+    signal = {'unit': 'Pa', 'noise': 150.0, 'before': None, 'after': 300.0}
+    (row,) = gap_rows({'gap': {'signals': {'pressure_1': signal}}})
+    assert row == ('pressure 1', '-', '0.300', '0.150', 'kPa', '-', '2.0')
+
+
+def test_only_a_fitted_candidate_is_the_chosen_one() -> None:
+    rows = [{'names': ['stribeck'], 'stage': stage, 'gap_left': 0.2}
+            for stage in ('screened', 'regression')]  # fmt: skip
+    answer = {'parameters': [], 'effects': [{'name': 'stribeck'}], 'candidates': rows}
+    assert [(one.stage, one.chosen) for one in ranking(answer, 5)] == [
+        ('screened', False), ('fitted', True),
+    ]  # fmt: skip
+
+
+def test_what_to_measure_next_may_be_a_recording_like_another() -> None:
+    plan = {'like': 'run_1', 'by': 3.04, 'separates': ['a', 'b']}
+    first, second, third = next_lines({'next_experiment': plan})
+    assert first == 'a longer recording like run_1'
+    assert '3.0 times' in second
+    assert third == 'a, b'

@@ -7,26 +7,30 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pneu_rig_ros.analysis.comparison import Run, compare_runs
+from pneu_rig_ros.analysis.comparison import Compared, compare_signals, compared
 from pneu_rig_ros.analysis.friction import Floats, ForceBalance
+from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.report.gap_figure import SIGNALS, draw_gap, smoothed
+from pneu_rig_ros.rig import load_configuration
 
 INTERVAL = 1.16e-3
-BALANCE = ForceBalance(1e-3, 9e-4, 0.5, 1e5)
+RIG = load_configuration('cylinder_1')
 NOISE = {'position': 3e-5, 'pressure_1': 2e2, 'friction': 1.0}
 
 
-def run(seed: int, bias: float = 0.0) -> Run:
+def run(seed: int, bias: float = 0.0) -> Compared:
     """Return three seconds at rest with the noise of the rig, pressure p1 off by a bias [Pa]."""
     noise = np.random.default_rng(seed).normal(size=(3, 2600))
     x = 0.05 + 2e-5 * noise[0]
     p1, p2 = 1.1e5 + bias + 150.0 * noise[1], 1e5 + 150.0 * noise[2]
-    return Run(str(seed), INTERVAL, x, p1, p2, BALANCE)
+    signals = {'position': x, 'pressure_1': p1, 'pressure_2': p2}
+    interval = round(1e9 * INTERVAL)
+    return compared(Recording(str(seed), 0, interval, signals, configuration=RIG))
 
 
 def drawn_gap(path: Path, monkeypatch: pytest.MonkeyPatch, bias: float) -> Figure:
     measured, models = run(1), (run(2, bias), run(3))
-    before, after = (compare_runs(measured, one, NOISE) for one in models)
+    before, after = (compare_signals(measured.signals, one.signals, NOISE) for one in models)
     figures: list[Figure] = []
     monkeypatch.setattr(Figure, 'savefig', lambda figure, *_, **__: figures.append(figure))
     draw_gap(path, 'gap', measured, models, (before, after))
@@ -46,7 +50,9 @@ def test_friction_is_drawn_without_most_of_its_noise(
     whole = run(1).signals['friction']
     assert curves[0].shape == whole.shape
     assert np.std(curves[0]) < 0.3 * np.std(whole)
-    assert np.mean(curves[1] - curves[2]) == pytest.approx(1e3 * BALANCE.area_1, abs=0.05)
+    assert np.mean(curves[1] - curves[2]) == pytest.approx(
+        1e3 * ForceBalance.of(RIG).area_1, abs=0.05
+    )
 
 
 def test_smoothing_keeps_levels_and_shifts_nothing() -> None:

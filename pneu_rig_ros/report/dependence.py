@@ -1,0 +1,193 @@
+"""What a latent input depends on: the signal whose bins explain most of its variance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.diagnosis.localisation import LEAST, VARIABLES
+from pneu_rig_ros.report.diagnosis_rows import UNITS, VARIABLE_UNITS
+from pneu_rig_ros.report.figure import BLUE, ORANGE
+
+if TYPE_CHECKING:
+    from pneu_rig_ros.report.latent_figures import Track
+
+Floats = NDArray[np.float64]
+
+COLOURS = {'out': BLUE, 'in': ORANGE, '': '#5f6570'}
+NAMES = {'out': 'outstroke', 'in': 'instroke', '': 'at rest'}
+"""Direction -> colour, name."""
+SYMBOLS = {
+    'position': 'position x', 'velocity': 'velocity v', 'pressure_1': 'pressure $p_1$',
+    'pressure_2': 'pressure $p_2$', 'time': 'time', 'dwell': 'rest before',
+}  # fmt: skip
+BINS = 9
+"""Parts into which the range of a signal is divided in each direction, by quantiles."""
+FEW_BINS = 3
+"""The same where there are few values."""
+SPANS = {**LEAST, 'time': 0.5, 'dwell': 0.1}
+"""Least width of a part [SI]."""
+FEWEST = 3
+"""Values of a part at least."""
+LEAD = 0.1
+"""Time has to explain so much more than any signal to be chosen: all change with it [-]."""
+DECADES = 8.0
+"""Largest in smallest rest from which on the axis is logarithmic [-]."""
+
+
+class Bins(NamedTuple):
+    """Means over the parts of a range with their standard deviations, in one direction."""
+
+    middle: Floats
+    mean: Floats
+    deviation: Floats
+
+
+@dataclass(frozen=True)
+class Samples:
+    """
+    Values of one latent input of one recording.
+
+    :param values: shape (m,)
+    :param covariance: of their errors, shape (m, m)
+    :param variables: signal -> values, shape (m,)
+    :param direction: of each
+    """
+
+    values: Floats
+    covariance: Floats
+    variables: Mapping[str, Floats]
+    direction: NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """
+    A latent input against one signal.
+
+    :param variable: name of the signal
+    :param bins: direction -> what is drawn
+    :param unit, scale: for people, and how many of it are one SI unit
+    :param joined: whether the points are means that a line may join
+    """
+
+    title: str
+    variable: str
+    bins: Mapping[str, Bins]
+    unit: str
+    scale: float
+    joined: bool
+    logarithmic: bool = False
+
+
+def dependence(tracks: Sequence[Track]) -> list[Dependence | None]:
+    """Return what the latent input depends on, and what it does at breakaways if there are any."""
+    moving = [samples for one in tracks if (samples := _moving(one)) is not None]
+    breaks = [samples for one in tracks if (samples := _breaking(one)) is not None]
+    return [_best(moving, 'all recordings', BINS), _best(breaks, 'breakaways', 0)]
+
+
+def _moving(track: Track) -> Samples | None:
+    if track.windows is None or track.latent is None:
+        return None
+    latent, windows = track.latent, track.windows
+    variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
+    return Samples(latent.cleared, latent.covariance, {**variables, 'time': latent.time},
+                   windows.direction[latent.members])  # fmt: skip
+
+
+def _breaking(track: Track) -> Samples | None:
+    if (breaks := track.breakaways) is None:
+        return None
+    variables = {name: breaks.variables[name] for name in ('position', 'pressure_1', 'pressure_2')}
+    return Samples(breaks.residual, np.diag(breaks.deviation**2),
+                   {**variables, 'time': breaks.middle, 'dwell': track.dwell},
+                   breaks.direction)  # fmt: skip
+
+
+def _best(samples: Sequence[Samples], title: str, bins: int) -> Dependence | None:
+    """Return the samples against the signal that explains most; each of them without bins."""
+    if not samples:
+        return None
+    names = list(samples[0].variables)
+    shares = {name: explained(samples, name, bins or FEW_BINS) for name in names}
+    name = max(shares, key=lambda one: shares[one] - (LEAD if one == 'time' else 0.0))
+    unit, scale = UNITS.get(VARIABLE_UNITS[name], (VARIABLE_UNITS[name], 1.0))
+    rows = {one: binned(samples, name, one, bins) for one in COLOURS}
+    known = {one: row for one, row in rows.items() if row.middle.size}
+    values = np.concatenate([one.variables[name] for one in samples])
+    wide = name == 'dwell' and values.max() > DECADES * values.min() > 0.0
+    told = bins > 0 and shares[name] >= 0.01
+    share = f'\n{shares[name]:.0%} of the variance' if told else ''
+    return Dependence(title + share, name, known, unit, scale, bins > 0, bool(wide))
+
+
+def explained(samples: Sequence[Samples], name: str, bins: int) -> float:
+    """Return the share of the variance that bins of a signal explain, for their number [-]."""
+    values = np.concatenate([one.values for one in samples])
+    weights = np.concatenate([1.0 / one.covariance.diagonal() for one in samples])
+    values = np.clip(values, *np.percentile(values, [1.0, 99.0]))
+    column = np.concatenate([one.variables[name] for one in samples])
+    direction = np.concatenate([one.direction for one in samples])
+    numbers = np.zeros(values.size, dtype=np.intp)
+    for index, one in enumerate(COLOURS):
+        here = direction == one
+        if here.any():
+            cuts = cuts_of(column[here], name, bins)
+            numbers[here] = (bins + 1) * index + np.digitize(column[here], cuts)
+    kinds, groups = np.unique(numbers, return_inverse=True)
+    if kinds.size >= values.size - 1:
+        return 0.0
+    sums = np.bincount(groups, weights)
+    means = np.bincount(groups, weights * values) / sums
+    total = float(np.sum(weights * (values - np.average(values, weights=weights)) ** 2))
+    within = float(np.sum(weights * (values - means[groups]) ** 2))
+    freedom = (values.size - 1) / (values.size - kinds.size)
+    return max(1.0 - freedom * within / total, 0.0) if total > 0.0 else 0.0
+
+
+def cuts_of(values: Floats, name: str, bins: int) -> Floats:
+    """Return what parts the range of a signal: the middles between quantiles that are apart."""
+    levels: list[float] = []
+    for level in np.quantile(values, np.linspace(0.0, 1.0, bins)):
+        if not levels or level - levels[-1] >= SPANS[name]:
+            levels.append(float(level))
+    cuts: Floats = 0.5 * (np.array(levels[1:]) + np.array(levels[:-1]))
+    return cuts
+
+
+def binned(samples: Sequence[Samples], name: str, direction: str, bins: int) -> Bins:
+    """Return the means over bins of a signal in one direction; the values themselves for 0."""
+    column = np.concatenate([one.variables[name] for one in samples])
+    here = np.concatenate([one.direction for one in samples]) == direction
+    if not here.any():
+        return Bins(*np.empty((3, 0)))
+    if not bins:
+        values = np.concatenate([one.values for one in samples])[here]
+        variance = np.concatenate([one.covariance.diagonal() for one in samples])[here]
+        return Bins(column[here], values, np.sqrt(variance))
+    cuts = cuts_of(column[here], name, bins)
+    numbers = np.digitize(column, cuts)
+    rows = [_mean(samples, column, here & (numbers == number)) for number in range(cuts.size + 1)
+            if (here & (numbers == number)).sum() >= FEWEST]  # fmt: skip
+    return Bins(*np.array(rows).T) if rows else Bins(*np.empty((3, 0)))
+
+
+def _mean(
+    samples: Sequence[Samples], column: Floats, inside: NDArray[np.bool_]
+) -> tuple[float, float, float]:
+    """Return the mean of a signal, of the values inside, and its standard deviation."""
+    total = variance = norm = 0.0
+    begin = 0
+    for one in samples:
+        flags = inside[begin : begin + one.values.size]
+        begin += one.values.size
+        weights = flags / one.covariance.diagonal()
+        total += float(weights @ one.values)
+        variance += float(weights @ one.covariance @ weights)
+        norm += float(weights.sum())
+    return float(column[inside].mean()), total / norm, float(np.sqrt(variance)) / norm

@@ -1,0 +1,104 @@
+"""Where a model disagrees: in the right balance, and nowhere where it does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.localisation import Disagreement, Windows, localise, windows_of
+from pneu_rig_ros.diagnosis.noise import whitener
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.rig import RigConfiguration
+
+from .runs import configured, measured, system_of
+
+LEAK = 2e-9
+SEEDS = 100
+
+
+def white(balance: str, recording: str, size: int, rng: np.random.Generator) -> Windows:
+    """Return windows of white noise, in three regimes and at random places."""
+    kept = np.ones(size, dtype=np.bool_)
+    noise = rng.standard_normal(size)
+    regimes = np.array(['dwell', 'sliding', 'sliding'])[rng.integers(0, 3, size)]
+    directions = np.where(regimes == 'dwell', '', rng.choice(['in', 'out'], size))
+    variables = {
+        'position': rng.uniform(0.0, 0.3, size), 'velocity': rng.uniform(-0.2, 0.2, size),
+        'pressure_1': rng.uniform(1e5, 6e5, size), 'pressure_2': rng.uniform(1e5, 6e5, size),
+    }  # fmt: skip
+    start = 0.05 * np.arange(size)
+    return Windows(balance, recording, start, start + 0.1, noise, np.ones(size), noise,
+                   whitener(kept, [], np.ones(size)), np.ones(size), regimes, directions,
+                   variables)  # fmt: skip
+
+
+def noisy(seed: int) -> list[Windows]:
+    rng = np.random.default_rng(seed)
+    return [white(balance, name, 200, rng)
+            for balance in ('gas_1', 'gas_2', 'force') for name in 'ab']  # fmt: skip
+
+
+def test_white_noise_is_rarely_told() -> None:
+    told = sum(bool(localise(noisy(seed))) for seed in range(SEEDS))
+    assert told <= 8
+
+
+def test_a_shift_of_one_noise_is_told_with_its_size_and_bounds() -> None:
+    groups = noisy(0)
+    shifted = []
+    for one in groups:
+        shift = 1.0 * ((one.balance == 'gas_2') & (one.variables['position'] > 0.15))
+        shifted.append(replace(one, whitened=one.whitened + shift, residual=one.residual + shift))
+    first, *others = localise(shifted)
+    assert first.balance == 'gas_2'
+    assert {one.balance for one in others} <= {'gas_2'}
+    assert first.mean == pytest.approx(1.0, abs=3.0 * first.noise)
+    if first.variable == 'position':
+        assert first.low is not None
+        assert first.low > 0.1
+
+
+def located(
+    folder: Path, change: RigConfiguration, cylinder: str = 'cylinder_1'
+) -> list[Disagreement]:
+    """Return where a model without a change disagrees with two runs of a rig."""
+    system = system_of(folder, configured(cylinder))
+    runs = [measured(system, f'run_{i}', replace(change, seed=i)) for i in (1, 2)]
+    evidence = Evidence.of(system.hypothesis, [Comparison(run) for run in runs],
+                           np.random.default_rng(0))  # fmt: skip
+    return localise(windows_of(evidence, system.hypothesis))
+
+
+@pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_3'])
+def test_nothing_is_told_of_a_true_model(tmp_path: Path, cylinder: str) -> None:
+    assert located(tmp_path, configured(cylinder), cylinder) == []
+
+
+@pytest.mark.parametrize(('area', 'balance'), [('area_1', 'gas_1'), ('area_2', 'gas_2')])
+def test_leak_is_told_of_its_chamber_alone(tmp_path: Path, area: str, balance: str) -> None:
+    leak = library.load('chamber_leak').null._replace(**{area: LEAK})
+    found = located(tmp_path, configured('cylinder_1', {'chamber_leak': leak}))
+    assert {one.balance for one in found} == {balance}
+    assert found[0].significance > 6.0
+    assert found[0].mean < 0.0  # it lacks an outflow
+    assert found[0].unit == 'kg/s'
+
+
+def less_friction() -> RigConfiguration:
+    rig = configured('cylinder_1')
+    law = rig.model.friction
+    law = law._replace(coulomb_force=0.8 * law.coulomb_force)
+    return replace(rig, model=rig.model._replace(friction=law))
+
+
+def test_less_friction_is_told_of_the_force_in_both_directions(tmp_path: Path) -> None:
+    found = located(tmp_path, less_friction())
+    assert {one.balance for one in found} == {'force'}
+    signs = {one.direction: np.sign(one.mean) for one in found if one.regime == 'sliding'}
+    assert signs == {'out': 1.0, 'in': -1.0}
+    assert min(one.p_value for one in found) < 1e-9

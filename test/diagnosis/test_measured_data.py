@@ -1,0 +1,63 @@
+"""Real hardware, measured by others: the effects that are known to be there are named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.workflow import diagnose
+
+ROOT = Path(__file__).resolve().parents[2]
+SYSTEMS = ROOT / 'config' / 'systems'
+DATA = ROOT.parent / 'shared' / 'data'
+
+pytestmark = [
+    pytest.mark.skipif(
+        not (DATA / 'sealed_chambers').is_dir(), reason=f'no measured data in {DATA}'
+    ),
+    pytest.mark.timeout(600),
+]
+
+
+def seal(name: str) -> dict[str, Any]:
+    """Return the answer for a seal: fitted at 3 and 5 bar, judged at 1 and 7 bar."""
+    runs = {bar: DATA / 'seal_friction' / f'{name}_{bar}bar.csv' for bar in (1, 3, 5, 7)}
+    return answer(
+        diagnose(
+            [runs[3], runs[5]], SYSTEMS / f'seal_{name}.yaml', [runs[1], runs[7]],
+            mapping=SYSTEMS / 'seal_friction.map.yaml',
+        )
+    )  # fmt: skip
+
+
+def test_sealed_chambers_lack_heat_transfer() -> None:
+    folder = DATA / 'sealed_chambers'
+    told = answer(
+        diagnose(
+            [folder / '2021.07.26T10.51.44.exp'], SYSTEMS / 'sealed_chambers.yaml',
+            [folder / '2022.01.28T16.46.31.exp'],
+            mapping=SYSTEMS / 'sealed_chambers.map.yaml',
+        )
+    )  # fmt: skip
+    assert told['verdict'] == 'effect'
+    assert told['effects'][0]['name'] == 'wall_heat_transfer'
+    assert told['gap']['cut'] > 0.6
+    assert told['gap']['signals']['pressure_1']['after'] < 14e3
+    assert told['gap']['signals']['pressure_2']['after'] < 14e3
+
+
+@pytest.mark.parametrize(
+    ('name', 'low', 'high'),
+    # slopes [N/Pa] between half the widths of the measured loops at neighbouring pressures: of
+    # the lip seal 3.3, 7.0 and 12.0 N at 1, 3 and 7 bar
+    [('NAPN', 1.1e-5, 1.9e-5), ('O-ring257', 3e-6, 9e-6), ('KDN', 1e-6, 4e-6)],
+)
+def test_seals_lack_friction_that_grows_with_pressure(name: str, low: float, high: float) -> None:
+    told = seal(name)
+    assert told['verdict'] == 'effect'
+    assert told['effects'][0]['name'] == 'pressure_dependent_friction'
+    assert low < told['effects'][0]['parameters']['slope']['value'] < high
+    assert told['gap']['cut'] > (0.5 if name == 'NAPN' else 0.25)

@@ -1,0 +1,106 @@
+"""Whitened residuals of a true model are independent, of mean 0 and standard deviation 1."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.evidence import Evidence, huber, loss
+from pneu_rig_ros.diagnosis.measured import positive_mean, unclipped
+from pneu_rig_ros.diagnosis.noise import Source, whitener
+from pneu_rig_ros.diagnosis.twins import excess, twin_of
+
+from .runs import configured, measured, system_of
+
+TWINS = 4
+SUPPLIES = (5e5, 6e5)
+
+
+@pytest.fixture(scope='module', params=['cylinder_1', 'cylinder_2', 'cylinder_3'])
+def whitened(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, Residuals]:
+    """Return the whitened residuals of twins of two runs."""
+    name = request.param
+    system = system_of(tmp_path_factory.mktemp(name), configured(name))
+    runs = [measured(system, f'run_{i}', configured(name, seed=i, supply_pressure=supply))
+            for i, supply in enumerate(SUPPLIES)]  # fmt: skip
+    every = []
+    for seed in range(TWINS):
+        rng = np.random.default_rng(seed)
+        twins = [Comparison(twin_of(system.hypothesis, run, rng)) for run in runs]
+        every += Evidence.of(system.hypothesis, twins, rng).of_each(system.hypothesis)
+    return name, Residuals(*(np.concatenate(column) for column in zip(*every, strict=True)))
+
+
+@pytest.mark.parametrize('balance', ['gas_1', 'gas_2'])
+def test_gas_residuals_of_a_true_model_are_noise(
+    whitened: tuple[str, Residuals], balance: str
+) -> None:
+    z = getattr(whitened[1], balance)
+    assert z.size > 250
+    assert abs(z.mean()) < 0.1
+    assert 0.85 < z.std() < 1.1
+    neighbours = float(np.mean(z[1:] * z[:-1]) / z.var())
+    assert abs(neighbours) < 0.2
+
+
+def test_force_residuals_of_a_true_model_are_noise(whitened: tuple[str, Residuals]) -> None:
+    name, residuals = whitened
+    z = residuals.force
+    assert z.size > 400
+    assert abs(z.mean()) < 0.15
+    if name == 'cylinder_2':
+        pytest.xfail('0.5 N of friction: at 10 to 30 mm/s errors of the speed make some 1.3')
+    assert 0.8 < z.std() < 1.15
+
+
+def test_breakaways_of_a_true_model_are_within_the_noise(whitened: tuple[str, Residuals]) -> None:
+    z = whitened[1].breakaway
+    assert z.size > 25
+    assert abs(z.mean()) < 0.5
+    assert z.std() < 1.1
+
+
+def test_whitening_takes_out_correlation_and_what_windows_share() -> None:
+    rng = np.random.default_rng(0)
+    size, lags = 400, np.array([-0.3])
+    rows = rng.standard_normal((200, size + 1))
+    # moving average: variance 1, neighbours correlated by lags
+    a = 0.5 * (np.sqrt(1.0 + 2.0 * lags[0]) + np.sqrt(1.0 - 2.0 * lags[0]))
+    b = np.sqrt(1.0 - a**2) * np.sign(lags[0])
+    noise = 2.0 * (a * rows[:, 1:] + b * rows[:, :-1])
+    assert np.mean(noise[:, 1:] * noise[:, :-1]) == pytest.approx(4.0 * lags[0], abs=0.05)
+    white = whitener(np.ones(size, dtype=np.bool_), [Source(np.full(size, 4.0), lags)],
+                     np.zeros(size))  # fmt: skip
+    shared = np.sin(np.arange(size))[:, np.newaxis]
+    common = white.with_common(5.0 * shared)
+    z = np.array([common(one + 5.0 * rng.standard_normal() * shared[:, 0]) for one in noise])
+    assert z.std() == pytest.approx(1.0, abs=0.02)
+    assert abs(np.mean(z[:, 1:] * z[:, :-1])) < 0.02
+    # what is shared counts as one number, however many windows have it
+    assert np.linalg.norm(common(50.0 * shared[:, 0])) == pytest.approx(10.0, rel=0.05)
+
+
+def test_noise_that_is_cut_off_is_put_right() -> None:
+    rng = np.random.default_rng(0)
+    for true in (0.0, 0.5, 1.0, 3.0):
+        readings = np.maximum(true + rng.standard_normal(200_000), 0.0)
+        assert readings.mean() == pytest.approx(float(positive_mean(np.array(true))), abs=0.01)
+        found = unclipped(np.array([1e5 + 150.0 * readings.mean()]), 1e5, 150.0)
+        assert found[0] == pytest.approx(1e5 + 150.0 * true, abs=3.0)
+
+
+def test_spread_is_never_less_than_the_noise_and_not_told_by_a_few() -> None:
+    assert excess(np.full(11, 9.0)) == 1.0
+    assert excess(np.full(12, 0.1)) == 1.0
+    assert excess(np.full(12, 2.0)) == pytest.approx(2.0)
+    assert excess(np.full(12, 900.0)) == pytest.approx(3.0)
+
+
+def test_losses_are_half_the_squares_and_grow_linearly() -> None:
+    small, large = np.array([0.01, -0.02]), np.array([1e3, 2e3])
+    np.testing.assert_allclose(huber(small), 0.5 * small**2, rtol=1e-4)
+    np.testing.assert_allclose(huber(large), 3.0 * np.abs(large), rtol=0.01)
+    assert loss(small) == pytest.approx(float(huber(small).sum()))

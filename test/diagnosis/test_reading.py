@@ -1,0 +1,149 @@
+"""Recordings that cannot be diagnosed are refused in one line that says why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.reading import measured_of, parted, read_measured
+from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.diagnosis.workflow import diagnose
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.recording import Recording
+from pneu_rig_ros.simulate import simulate
+
+from .parts import BENCH, BLOCK, CHAMBERS, bench_run, chamber_run, mapping, system_file, table
+from .runs import configured
+
+Change = Callable[[dict[str, np.ndarray]], dict[str, np.ndarray]]
+
+
+def refused(act: Callable[[], object]) -> str:
+    """Return the only line in which something is refused."""
+    with pytest.raises(RigError) as error:
+        act()
+    assert '\n' not in str(error.value)
+    return str(error.value)
+
+
+def rig_signals(size: int = 2000) -> dict[str, np.ndarray]:
+    """Return signals of a rig that could be."""
+    rng = np.random.default_rng(0)
+    x = np.linspace(0.05, 0.2, size) + rng.normal(0.0, 5e-5, size)
+    p1, p2 = 3e5 + rng.normal(0.0, 200.0, (2, size))
+    return {'position': x, 'pressure_1': p1, 'pressure_2': p2, 'u': np.full(size, 0.3)}
+
+
+def said_of(signals: dict[str, np.ndarray], model: str = 'cylinder_1') -> str:
+    run = Recording('run', 0, 1_160_000, signals)
+    return refused(lambda: measured_of(run, load_system(model), Path('run.csv')))
+
+
+def test_recording_without_an_open_balance_says_what_each_lacks(tmp_path: Path) -> None:
+    signals = chamber_run(0, (4.5e5, 1.1e6), (0.0, 0.0), duration=20.0)
+    path = table(tmp_path / 'run.csv', 0.1, {'position': signals['position']})
+    known = mapping(tmp_path / 'map.yaml', 'position')
+    system = load_system(system_file(tmp_path, CHAMBERS))
+    line = refused(lambda: read_measured([path], system, known))
+    assert line.startswith(f'{path}: nothing can be compared')
+    assert 'gas_1 needs signal pressure_1' in line
+    assert 'gas_2 needs signal pressure_2' in line
+    assert 'force needs friction.model' in line
+
+
+@pytest.mark.parametrize('name', ['position', 'pressure_1', 'pressure_2'])
+def test_signal_that_never_changes_is_refused(name: str) -> None:
+    signals = rig_signals()
+    signals[name] = np.full(2000, signals[name][0])
+    line = said_of(signals)
+    assert f'run.csv: {name} is' in line
+    assert 'throughout' in line
+
+
+def test_force_of_a_bench_that_never_changes_is_refused(tmp_path: Path) -> None:
+    signals = bench_run(0, 3e5, 0.0)
+    signals['force'] = np.full(signals['force'].size, 3.0)
+    system = load_system(system_file(tmp_path, BENCH))
+    run = Recording('run', 0, 10_000_000, signals)
+    line = refused(lambda: measured_of(run, system, Path('run.csv')))
+    assert 'force is 3 throughout' in line
+
+
+def test_held_position_need_not_be_recorded_but_must_not_be_constant(tmp_path: Path) -> None:
+    system = load_system(system_file(tmp_path, BLOCK))
+    signals = {k: v for k, v in rig_signals().items() if k != 'position'}
+    held = measured_of(Recording('run', 0, 1_160_000, signals), system, Path('run.csv'))
+    assert held.balances == {'gas_1', 'gas_2'}
+    np.testing.assert_array_equal(held.position, 0.1)
+
+
+def test_signal_at_the_end_of_its_span_is_refused() -> None:
+    system = load_system('cylinder_1')
+    assert system.rig is not None
+    end = system.rig.sensors.pressure_span + 1e5
+    signals = rig_signals()
+    rng = np.random.default_rng(1)
+    signals['pressure_1'] = np.minimum(end + rng.normal(300.0, 200.0, 2000), end)
+    signals['pressure_1'][:600] -= 5e5  # seven tenths of it are at the end
+    run = Recording('run', 0, 1_160_000, signals, conditions={'supply_pressure': 7e5})
+    line = refused(lambda: measured_of(run, system, Path('run.csv')))
+    assert 'pressure_1 is at the end of its sensor' in line
+    share = float(line.split('for ')[1].split('%')[0])
+    assert 60.0 < share < 70.0  # less what noise takes away from the end
+
+
+def test_recording_that_is_too_short_is_refused() -> None:
+    line = said_of({name: values[:500] for name, values in rig_signals().items()})
+    assert line == 'run.csv: 0.58 s, at least 1 s needed'
+
+
+def test_rig_sampled_too_slowly_is_refused() -> None:
+    run = Recording('run', 0, 50_000_000, rig_signals())
+    line = refused(lambda: measured_of(run, load_system('cylinder_1'), Path('run.csv')))
+    assert 'a sample every 50 ms, at most 20 ms allowed' in line
+
+
+def test_recordings_of_two_cylinders_are_refused(tmp_path: Path) -> None:
+    bags = [simulate(configured(name), 0.34, 1.5, tmp_path / name)
+            for name in ('cylinder_1', 'cylinder_2')]  # fmt: skip
+    line = refused(lambda: diagnose(bags, 'cylinder_1'))
+    assert line.startswith('cylinder_2: recorded with another cylinder than cylinder_1')
+
+
+def test_one_recording_alone_is_refused(tmp_path: Path) -> None:
+    (tmp_path / 'a').mkdir()
+    assert 'one run alone' in refused(lambda: parted([tmp_path / 'a'], []))
+    assert 'does not exist' in refused(lambda: parted([tmp_path / 'b'], []))
+
+
+def test_one_recording_twice_is_refused(tmp_path: Path) -> None:
+    (tmp_path / 'a').mkdir()
+    again = tmp_path / '.' / 'a'
+    assert 'given twice' in refused(lambda: parted([tmp_path / 'a'], [again]))
+
+
+@pytest.mark.parametrize(
+    ('names', 'fitted', 'held'),
+    [('ab', 'a', 'b'), ('abc', 'ab', 'c'), ('abcdef', 'abde', 'cf'), ('abcd', 'abd', 'c')],
+)
+def test_every_third_recording_is_left_out(
+    tmp_path: Path, names: str, fitted: str, held: str
+) -> None:
+    for name in names:
+        (tmp_path / name).mkdir()
+    parts = parted([tmp_path / name for name in names], [])
+    assert tuple(''.join(path.name for path in part) for part in parts) == (fitted, held)
+
+
+def test_value_that_is_no_number_is_told_with_its_place(tmp_path: Path) -> None:
+    signals = chamber_run(0, (4.5e5, 1.1e6), (0.0, 0.0), duration=20.0)
+    path = table(tmp_path / 'run.csv', 0.1, signals)
+    lines = path.read_text().splitlines()
+    lines[7] = 'nan,' + lines[7].split(',', 1)[1]
+    path.write_text('\n'.join(lines))
+    system = load_system(system_file(tmp_path, CHAMBERS))
+    line = refused(lambda: read_measured([path], system, mapping(tmp_path / 'map.yaml', *signals)))
+    assert 'row 8' in line

@@ -1,0 +1,161 @@
+"""The whole workflow on recordings of which the truth is known."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.simulate import simulate
+
+from .parts import (
+    BENCH,
+    CHAMBERS,
+    CONDUCTANCES,
+    DEAD,
+    bench_run,
+    chamber_run,
+    mapping,
+    system_file,
+    table,
+)
+from .runs import configured, system_of
+
+ROOT = Path(__file__).resolve().parents[2]
+SCHEMA = json.loads((ROOT / 'docs' / 'diagnosis.schema.json').read_text())
+pytestmark = pytest.mark.timeout(600)
+
+FILLS = ((4.5e5, 1.1e6), (5.5e5, 1.2e6))
+STROKES = {'a': (0.34, 5e5, 0.02), 'b': (-0.4, 6e5, 0.2), 'c': (0.4, 7e5, 0.05)}
+"""Run -> u [V], supply pressure [Pa], initial position [m]."""
+FACTOR = 1.15
+Change = Callable[[RigConfiguration], RigConfiguration]
+
+
+def told(found: Diagnosis) -> dict[str, Any]:
+    """Return the answer, checked against its schema as what a file of it holds."""
+    data: dict[str, Any] = json.loads(json.dumps(answer(found), allow_nan=False))
+    jsonschema.validate(data, SCHEMA)
+    assert data['where'] or data['verdict'] in ('consistent', 'uncalibrated')
+    return data
+
+
+def chambers(
+    folder: Path, conductances: tuple[float, float], dead: tuple[float, float] = DEAD
+) -> Diagnosis:
+    tables = []
+    for i, fill in enumerate(FILLS):
+        signals = chamber_run(i, fill, conductances, dead)
+        tables.append(table(folder / f'run_{i}.csv', 0.1, signals))
+    known = mapping(folder / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
+    return diagnose(tables[:1], system_file(folder, CHAMBERS), tables[1:], mapping=known)
+
+
+def rigs(folder: Path, change: Change, without: tuple[str, ...] = ()) -> Diagnosis:
+    """Return the diagnosis of strokes of a changed cylinder 1."""
+    bags = []
+    for seed, (name, (u, supply, position)) in enumerate(STROKES.items(), start=1):
+        rig = configured('cylinder_1', seed=seed, supply_pressure=supply,
+                         initial_position=position)  # fmt: skip
+        bags.append(simulate(change(rig), u, 6.0, folder / name))
+    system_of(folder, configured('cylinder_1'))
+    return diagnose(bags[:2], folder / 'model.yaml', bags[2:], without=without)
+
+
+def cold(rig: RigConfiguration) -> RigConfiguration:
+    heat = library.load('wall_heat_transfer').null._replace(conductance_1=0.5, conductance_2=0.5)
+    return replace(rig, effects={'wall_heat_transfer': heat})
+
+
+def wider(rig: RigConfiguration) -> RigConfiguration:
+    valve = rig.model.valve
+    valve = valve._replace(intake_coefficient=FACTOR * valve.intake_coefficient)
+    return replace(rig, model=rig.model._replace(valve=valve))
+
+
+def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_path: Path) -> None:
+    found = chambers(tmp_path, CONDUCTANCES)
+    data = told(found)
+    assert data['verdict'] == 'effect'
+    assert [one['name'] for one in data['effects']] == ['wall_heat_transfer']
+    values = data['effects'][0]['parameters']
+    for i, true in enumerate(CONDUCTANCES, start=1):
+        estimate = values[f'conductance_{i}']
+        low, high = estimate['interval']
+        assert low < estimate['value'] < high
+        assert estimate['value'] == pytest.approx(true, abs=1.5 * (high - low))
+        assert estimate['value'] == pytest.approx(true, rel=0.05)
+    assert [row['open'] for row in data['balances']] == [True, True, False]
+    assert {row['balance'] for row in data['where']} == {'gas_1', 'gas_2'}
+    assert data['gap']['cut'] > 0.9
+    improved = system_file(tmp_path, found.system.to_yaml(found.improved))
+    assert load_system(improved).hypothesis.effects == found.improved.effects
+
+
+def test_dead_volume_of_sealed_chambers_is_told_from_an_effect(tmp_path: Path) -> None:
+    data = told(chambers(tmp_path, (0.0, 0.0), (0.029, DEAD[1])))
+    assert data['verdict'] == 'parameter'
+    assert [one['name'] for one in data['parameters']] == ['cylinder.cap_dead_volume']
+    assert data['parameters'][0]['value'] == pytest.approx(0.029, rel=0.01)
+    assert data['where'][0]['balance'] == 'gas_1'
+
+
+def test_nothing_is_missing_in_sealed_chambers_that_lack_nothing(tmp_path: Path) -> None:
+    data = told(chambers(tmp_path, (0.0, 0.0)))
+    assert data['verdict'] == 'consistent'
+    assert data['where'] == []
+    assert data['intervals'] == []
+
+
+def test_friction_that_grows_with_pressure_is_named_on_a_bench(tmp_path: Path) -> None:
+    tables = []
+    for bar in (3, 5, 1, 7):
+        signals = bench_run(bar, 1e5 * bar, 1.2e-5, 2.5)
+        tables.append(table(tmp_path / f'{bar}_bar.csv', 0.01, signals))
+    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
+    system = system_file(tmp_path, BENCH)
+    data = told(diagnose(tables[:2], system, tables[2:], mapping=known))
+    assert data['verdict'] == 'effect'
+    assert [one['name'] for one in data['effects']] == ['pressure_dependent_friction']
+    slope = data['effects'][0]['parameters']['slope']
+    assert slope['value'] == pytest.approx(1.2e-5, rel=0.05)
+    assert data['where'][0]['balance'] == 'force'
+    assert data['gap']['cut'] > 0.8
+
+
+def test_nothing_is_missing_in_a_rig_that_lacks_nothing(tmp_path: Path) -> None:
+    data = told(rigs(tmp_path, lambda rig: rig))
+    assert data['verdict'] == 'consistent'
+    assert data['effects'] == data['parameters'] == []
+    for row in data['null_scores']:
+        if row['count'] > 50:
+            assert abs(row['mean']) < 0.3, row
+            assert 0.75 < row['rms'] < 1.25, row
+
+
+def test_wrong_parameter_of_a_rig_is_told_with_its_value(tmp_path: Path) -> None:
+    data = told(rigs(tmp_path, wider))
+    assert data['verdict'] == 'parameter'
+    assert [one['name'] for one in data['parameters']] == ['valve.intake_coefficient']
+    one = data['parameters'][0]
+    assert one['value'] == pytest.approx(FACTOR * one['was'], rel=0.02)
+    assert {row['balance'] for row in data['where']} <= {'gas_1', 'gas_2'}
+
+
+def test_effect_that_the_library_lacks_is_unknown_but_told_where(tmp_path: Path) -> None:
+    every = tuple(name for name in library.names() if not library.load(name).describes)
+    data = told(rigs(tmp_path, cold, without=every))
+    assert data['verdict'] == 'unknown'
+    assert data['unknown'] is not None
+    assert data['where'][0]['balance'] in ('gas_1', 'gas_2')
+    assert data['intervals']

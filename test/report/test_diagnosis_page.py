@@ -1,0 +1,145 @@
+"""The page of a diagnosis: what it draws is what was found."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from pneu_rig_ros.cli import main
+from pneu_rig_ros.diagnosis.latent import smooth
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.diagnosis.workflow import Diagnosis
+from pneu_rig_ros.report.dependence import dependence
+from pneu_rig_ros.report.diagnosis_page import spans_of
+from pneu_rig_ros.report.latent_figures import connected, draw_latent, tracks_of
+from pneu_rig_ros.report.shrink_figures import GIVEN, IMPROVED, MEASURED, runs_of
+
+COMMAND = importlib.import_module('pneu_rig_ros.cli.diagnose')
+"""The module: in its package the name is that of the command."""
+GAUGES, SLOPE = (1e5, 4e5), 1e-5
+
+
+def test_latent_input_is_what_the_seal_rubs_more(bench: Diagnosis) -> None:
+    for windows, gauge in zip(bench.windows, GAUGES, strict=True):
+        latent = smooth(windows)
+        direction = np.where(windows.direction == 'out', 1.0, -1.0)
+        settled = np.abs(windows.variables['velocity']) > 9e-3
+        for way in (1.0, -1.0):  # against the outstroke when moving out
+            found = float(np.median(latent.mean[settled & (direction == way)]))
+            assert found == pytest.approx(-way * SLOPE * gauge, rel=0.1)
+        assert np.median(latent.deviation) < 0.1 * SLOPE * gauge
+
+
+def test_band_of_noise_alone_has_its_width(bench: Diagnosis) -> None:
+    windows = bench.windows[0]
+    rng = np.random.default_rng(1)
+    inside = []
+    for _ in range(10):
+        band = windows.whiten.band
+        white = rng.normal(size=windows.residual.size)
+        own = band[0] * white
+        for lag in range(1, len(band)):
+            own[lag:] += band[lag, :-lag] * white[:-lag]
+        latent = smooth(replace(windows, residual=windows.factor * own))
+        inside.append(float(np.mean(np.abs(latent.mean) < 2.0 * latent.deviation)))
+    assert np.mean(inside) > 0.9
+
+
+def test_pressure_is_what_it_depends_on(bench: Diagnosis) -> None:
+    (side,) = [
+        one
+        for one in dependence(tracks_of(bench.fitted, bench.given, None)['force'])
+        if one is not None
+    ]
+    assert side.variable == 'pressure_2'
+    assert set(side.bins) == {'out', 'in'}
+    assert np.all(np.diff(side.bins['in'].mean) > 0.0)
+    assert np.all(np.diff(side.bins['out'].mean) < 0.0)
+
+
+def test_explanation_is_drawn_over_the_latent_input(bench: Diagnosis) -> None:
+    (track, _) = tracks_of(bench.fitted, bench.given, bench.improved)['force']
+    assert track.latent is not None
+    assert track.explained is not None
+    explained = track.latent.levelled(track.explained)
+    assert np.corrcoef(track.latent.mean, explained)[0, 1] > 0.98
+
+
+def test_significant_stretches_are_shaded(bench: Diagnosis) -> None:
+    data = answer(bench)
+    spans = spans_of(data, 'force')
+    assert set(spans) == {'run_0', 'run_1'}
+    tracks = tracks_of(bench.fitted, bench.given, bench.improved)['force']
+    figure = draw_latent('force', tracks, spans)
+    assert isinstance(figure, Figure)
+    shades = [len(axes.patches) for axes in figure.axes[:2]]
+    assert shades == [len(spans[name]) for name in ('run_0', 'run_1')]
+    assert spans_of(data, 'force', given=False) == {}
+
+
+def test_curve_breaks_where_no_window_says_anything() -> None:
+    time = np.concatenate([np.arange(0.0, 1.0, 0.05), np.arange(3.0, 4.0, 0.05)])
+    assert [(part.start, part.stop) for part in connected(time)] == [(0, 20), (20, 40)]
+
+
+def test_improved_model_is_nearer_along_the_measured_motion(bench: Diagnosis) -> None:
+    (comparison,) = bench.held.comparisons
+    runs = runs_of(comparison, bench.given, bench.improved)
+    assert list(runs) == [MEASURED, GIVEN, IMPROVED]
+    assert list(runs[MEASURED].signals) == ['force']
+    off = {name: float(np.std(run.signals['force'] - runs[MEASURED].signals['force']))
+           for name, run in runs.items()}  # fmt: skip
+    assert off[IMPROVED] < 0.3 * off[GIVEN]
+
+
+def test_files_are_whole_and_the_model_loads(
+    bench: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data, shares = answer(bench), []
+    COMMAND.write_files(tmp_path, bench, data, shares.append)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        'diagnosis.json', 'improved.yaml', 'report.html',
+    ]  # fmt: skip
+    assert shares[-1] == 1.0
+    assert json.loads((tmp_path / 'diagnosis.json').read_text())['verdict'] == 'effect'
+    assert load_system(tmp_path / 'improved.yaml').hypothesis == bench.improved
+    page = (tmp_path / 'report.html').read_text()
+    assert data['sentence'].split(' (')[0] in page
+    assert len(re.findall('<img src="data:image/svg', page)) >= 3
+    assert 'no signal pressure_1' in page or 'no cylinder.cap_dead_volume' in page
+    COMMAND.show(data, tmp_path)
+    _check_terminal(capsys.readouterr().out, tmp_path)
+
+
+def test_command_says_what_the_python_call_finds(
+    bench_files: Any, bench: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tables = [str(path) for path in bench_files.tables]
+    words = ['diagnose', *tables[:2], '--verify', tables[2], '--model', str(bench_files.system),
+             '--map', str(bench_files.mapping), '--workers', '1']  # fmt: skip
+    assert main([*words, '--out', str(tmp_path / 'answer'), '--json']) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((tmp_path / 'answer' / 'diagnosis.json').read_text())
+    expected = json.loads(json.dumps(answer(bench)))
+    assert {**printed, 'seconds': 0.0} == {**expected, 'seconds': 0.0}
+    assert main([*words, '--out', str(tmp_path / 'answer')]) == 2
+    assert 'is not empty' in capsys.readouterr().err
+    assert main([*words, '--without', 'pressure_dependant', '--out', str(tmp_path / 'b')]) == 2
+    assert list(tmp_path.iterdir()) == [tmp_path / 'answer']
+
+
+def _check_terminal(text: str, folder: Path) -> None:
+    assert 'pressure_dependent_friction' in text
+    assert re.search(r'gas_1 +closed: no ', text)
+    assert re.search(r'force +sliding in', text)
+    assert 'RMSE along the measured motion on run_2' in text
+    assert str(folder / 'report.html') in text.replace('\n', '')
