@@ -191,9 +191,13 @@ class Search:
 
     def closes(self, chosen: Scored) -> bool:
         """Return whether one more cause leaves much less on the runs left out."""
-        with_it = chosen.explanation.apply(self.given)
-        before, after = (above(self.held.whitened(one)) for one in (self.hypothesis, with_it))
-        return self.held.confirmation is not None or after < WORTH * before
+        pair = self.hypothesis, chosen.explanation.apply(self.given)
+        before, after = (above(self.held.whitened(one)) for one in pair)
+        confirmation = self.held.confirmation
+        if after < WORTH * before or confirmation is None:
+            return after < WORTH * before
+        excess = [float((confirmation.losses(one) - TRUE_LOSS).sum()) for one in pair]
+        return excess[1] < WORTH * excess[0]
 
     def level(self, found: Sequence[Scored]) -> list[Explanation]:
         """Return the explanations that grow further: the best, and those next to it."""
@@ -380,4 +384,4 @@ def above(whitened: Floats) -> float:
     if not whitened.size:
         return 0.0
     excess = float(np.mean(whitened**2)) - NOISE_KNOWN**2
-    return max(excess, 0.0) ** 0.5
+    return float(np.sqrt(max(excess, 0.0)))

@@ -97,7 +97,7 @@ def switch(time: float, contact: int, state: Array, memory: Array, grown: float,
 def slide(interval: float, state: Array, rate: Array, arrow: Array, memory: Array,
           model: CompiledModel) -> float:  # fmt: skip
     """Carry the bristle on by the implicit midpoint rule; return its change to the middle [m]."""
-    change = 0.5 * interval * rate[DEFLECTION] / (1.0 - 0.5 * interval * arrow[Z_Z])
+    change = float(0.5 * interval * rate[DEFLECTION] / (1.0 - 0.5 * interval * arrow[Z_Z]))
     state[DEFLECTION] += 2.0 * change
     events.remember(state, memory, model)
     return change

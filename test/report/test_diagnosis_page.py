@@ -104,7 +104,8 @@ def test_improved_model_is_nearer_along_the_measured_motion(bench: Diagnosis) ->
 def test_files_are_whole_and_the_model_loads(
     bench: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    data, shares = answer(bench), []
+    data = answer(bench)
+    shares: list[float] = []
     COMMAND.write_files(tmp_path, bench, data, shares.append)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         'diagnosis.json', 'improved.yaml', 'report.html',
