@@ -267,19 +267,20 @@ def _stretches(place: tuple[str, str, str], members: Members) -> Iterator[Cell]:
 
 def tested(cell: Cell) -> tuple[float, float, float]:
     """Return mean and standard deviation of a cell [unit], and its p-value."""
-    top = bottom = squares = 0.0
+    top = bottom = squares = mean = 0.0
     count = 0
     for group, flags in cell.members:
         weights = group.indicator(flags)
         within = np.clip(group.whitened, -LARGEST, LARGEST)
         top += float(weights @ within)
+        mean += float(weights @ group.whitened)
         bottom += float(weights @ weights)
         squares += float(np.sum(within[flags] ** 2))
         count += int(flags.sum())
     z = top / np.sqrt(bottom) / NOISE_KNOWN
     p_mean = 2.0 * float(norm.sf(abs(z)))
     p_spread = float(chi2.sf(squares / NOISE_KNOWN**2, count))
-    return top / bottom, 1.0 / np.sqrt(bottom), min(2.0 * min(p_mean, p_spread), 1.0)
+    return mean / bottom, 1.0 / np.sqrt(bottom), min(2.0 * min(p_mean, p_spread), 1.0)
 
 
 def localise(groups: Sequence[Windows]) -> list[Disagreement]:

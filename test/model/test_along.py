@@ -21,8 +21,9 @@ PHASES = (((2.9, 2.1), 2.0), (SHUT, 0.5), ((2.0, 3.0), 1.5))
 
 def volumes(model: Model, position: Floats) -> tuple[Floats, Floats]:
     cylinder = model.cylinder
-    return (cylinder.cap_dead_volume + cylinder.cap_area * position,
-            cylinder.rod_dead_volume + cylinder.rod_area * (cylinder.stroke - position))  # fmt: skip
+    cap = cylinder.cap_dead_volume + cylinder.cap_area * position
+    rod = cylinder.rod_dead_volume + cylinder.rod_area * (cylinder.stroke - position)
+    return cap, rod
 
 
 def enthalpy(model: Model) -> float:
