@@ -54,6 +54,23 @@ class Evidence:
         """Return the evidence with simulation, spread as if the hypothesis were true."""
         return replace(self, confirmation=Confirmation.of(hypothesis, self.comparisons, rng))
 
+    def wider(self, by: Evidence, hypothesis: Hypothesis) -> Evidence:
+        """
+        Return the evidence if what a hypothesis leaves of some runs is discrepancy of any model.
+
+        :param by: evidence of the runs that say how much that is, balance by balance
+        """
+        runs = by.of_each(hypothesis)
+        gas_1, gas_2, force, breakaway = (
+            max(rms(np.concatenate([getattr(run, name) for run in runs])), 1.0)
+            for name in Residuals._fields
+        )
+        old = self.spread
+        return replace(self, spread=old._replace(
+            gas_1=old.gas_1 * gas_1, gas_2=old.gas_2 * gas_2,
+            force=tuple(force * one for one in old.force), breakaway=old.breakaway * breakaway,
+        ))  # fmt: skip
+
     @cached_property
     def factors(self) -> list[Residuals]:
         """By how much wider than the noise each window of each run spreads [-]."""
@@ -90,6 +107,11 @@ class Evidence:
         if self.confirmation is not None:
             parts += self.confirmation.losses(hypothesis).tolist()
         return np.array(parts)
+
+
+def rms(values: Floats) -> float:
+    """Return the root of the mean square, 0 of nothing."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def huber(whitened: Floats) -> Floats:

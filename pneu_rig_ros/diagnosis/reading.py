@@ -62,13 +62,25 @@ def _check_there(paths: Sequence[Path]) -> None:
         seen[place] = path
 
 
-def read_measured(paths: Sequence[Path], system: System, mapping: Path | None) -> list[Measured]:
+def read_groups(
+    groups: Sequence[Sequence[Path]], system: System, mapping: Path | None
+) -> list[list[Measured]]:
     """
-    Return the runs in bags or text tables, prepared for a system.
+    Return the runs in groups of bags or text tables, prepared for a system.
 
     :param mapping: which column of a text table is what, and its unit
     :raises RigError: for what cannot be read, or cannot be of the system
     """
+    paths = [path for group in groups for path in group]
+    every = iter(read_measured(paths, system, mapping))
+    return [[next(every) for _ in group] for group in groups]
+
+
+def read_measured(paths: Sequence[Path], system: System, mapping: Path | None) -> list[Measured]:
+    """Return the runs in bags or text tables, prepared for a system; see :func:`read_groups`."""
+    bags = [path for path in paths if is_bag(path)]
+    if mapping is not None and system.rig is not None and len(bags) == len(paths):
+        raise RigError(f'--map {mapping}: is for text tables, and there is none')
     zero = system.hypothesis.model.gas.atmospheric_pressure
     recordings = []
     for path in paths:

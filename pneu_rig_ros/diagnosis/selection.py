@@ -21,7 +21,7 @@ from scipy.stats import mannwhitneyu
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate
 from pneu_rig_ros.diagnosis.confirmation import Confirmation
-from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.evidence import Evidence, rms
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import NOISE_KNOWN, Disagreement, localise, windows_of
@@ -55,13 +55,12 @@ LEAST_EXCESS = 1.3
 """Loss of cycles in that of twins up to which they are not off, however many there are [-]."""
 TRUE_LOSS = 3.5
 """Mean loss of the cycles of a true model [-]."""
+DISCREPANT = 3.0
+"""RMS of residuals that even the best explanation leaves, from which on that is its noise [-]."""
 WORTH = 0.7
 """Share of the gap above which one more cause leaves too much to be one [-]."""
-CLOSED, LITTLE = 0.1, 0.03
-"""
-Share of what exceeds the noise that an explanation leaves if it closes the gap, and that is too
-little to ask for another one [-].
-"""
+LITTLE = 0.03
+"""Share of what exceeds the noise that is too little to ask for a description [-]."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +165,8 @@ class Search:
         """Return the smallest explanation that leaves nothing significant, or the best of all."""
         self.begin = self.fitted, self.held
         self.significant_given = bool(self.significant())
+        if not (self.significant_given or self.off_in_simulation()):
+            return None
         if self.base.parts:
             self.tell('fitting ' + self.base.name)
             self.best = self.scored(fit(self.base, self.given, self.fitted, LONG))
@@ -174,7 +175,7 @@ class Search:
         for size in range(1, LARGEST + 1):
             if not self.needed():
                 return self.best
-            found = [one for base in level for one in self.grow(base, size)]
+            found = self.weighed([one for base in level for one in self.grow(base, size)])
             chosen = preferred(found)
             if self.best is not None and not gained(chosen, self.best):
                 break
@@ -188,6 +189,24 @@ class Search:
             self.ranking += [chosen, *found]
             level = self.level(found)
         return self.best
+
+    def weighed(self, found: Sequence[Scored]) -> list[Scored]:
+        """
+        Return explanations fitted again as if what the best of them leaves were noise.
+
+        Where every model is off by many times the noise of the sensors, that noise is no measure
+        of which is nearer.
+        """
+        best = min(found, key=lambda one: one.total).explanation.apply(self.given)
+        if rms(self.fitted.whitened(best)) < DISCREPANT:
+            return list(found)
+        narrow = self.fitted, self.held
+        self.fitted, self.held = (one.wider(narrow[0], best) for one in narrow)
+        again = best_of_each(self.fits([one.explanation for one in found], ROUNDS))
+        if self.best is not None:
+            self.best = self.scored(self.best.fit)
+        self.fitted, self.held = narrow
+        return again
 
     def closes(self, chosen: Scored) -> bool:
         """Return whether one more cause leaves much less on the runs left out."""
@@ -249,7 +268,7 @@ class Search:
         """Return whether something significant is left; adds simulation where it is needed."""
         self.tell('what is left')
         if self.fitted.confirmation is None:
-            if self.significant() and (self.best is None or self.left() > CLOSED):
+            if self.significant():
                 return True
             if not self.off_in_simulation():
                 return False

@@ -22,7 +22,7 @@ from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement, Windows, localise, windows_of
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.pool import pool
-from pneu_rig_ros.diagnosis.reading import parted, read_measured
+from pneu_rig_ros.diagnosis.reading import parted, read_groups
 from pneu_rig_ros.diagnosis.selection import Scored, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.unknown import Description, describe
@@ -127,10 +127,9 @@ def diagnose(
     """
     begin = time.perf_counter()
     system, rng = load_system(model), np.random.default_rng(seed)
-    groups = []
-    for group in parted(bags, verify):
-        tell('reading', 0.02)
-        groups.append([Comparison(run) for run in read_measured(group, system, mapping)])
+    tell('reading', 0.02)
+    groups = [[Comparison(run) for run in group]
+              for group in read_groups(parted(bags, verify), system, mapping)]  # fmt: skip
     tell('where the model disagrees', 0.06)
     fitted, held = (Evidence.of(system.hypothesis, group, rng) for group in groups)
     windows = windows_of(fitted, system.hypothesis)
@@ -165,6 +164,10 @@ def _search(
     gains = None if system.sensors is None else calibration(system.sensors)
     base = Explanation() if gains is None else Explanation().plus(gains, gains.starts[0])
     candidates = pool(system, runs, without)
+    if system.refit:  # what the file says may be wrong is fitted together with every cause
+        for one in candidates:
+            base = base if one.is_effect else base.plus(one, (one.was,))
+        candidates = [one for one in candidates if one.is_effect]
     return Search(system.hypothesis, fitted, held, candidates, rng, progress, executor, base)
 
 
