@@ -241,7 +241,10 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
             yield one, {'name': one.name, 'title': library.load(one.name).title,
                         'balance': one.balance, 'parameters': rows, 'shape': None}  # fmt: skip
         else:
-            yield one, {'name': one.name, 'was': one.was, **next(iter(rows.values()))}
+            row = next(iter(rows.values()))
+            low, high = row['interval']
+            if one.name not in diagnosis.system.refit or not low <= one.was <= high:
+                yield one, {'name': one.name, 'was': one.was, **row}
 
 
 def gap(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -175,38 +175,34 @@ class Search:
         for size in range(1, LARGEST + 1):
             if not self.needed():
                 return self.best
-            found = self.weighed([one for base in level for one in self.grow(base, size)])
+            grown = [one for base in level for one in self.grow(base, size)]
+            found, before = self.weighed(grown)
             chosen = preferred(found)
-            if self.best is not None and not gained(chosen, self.best):
+            if before is not None and not gained(chosen, before):
                 break
-            if (
-                self.best is not None
-                and self.best is not self.calibrated
-                and not self.closes(chosen)
-            ):
+            if size > 1 and not self.closes(chosen):
                 break
             self.settle(chosen)
             self.ranking += [chosen, *found]
             level = self.level(found)
         return self.best
 
-    def weighed(self, found: Sequence[Scored]) -> list[Scored]:
+    def weighed(self, found: Sequence[Scored]) -> tuple[Sequence[Scored], Scored | None]:
         """
-        Return explanations fitted again as if what the best of them leaves were noise.
+        Return explanations, and the best so far, as if what the best of them leaves were noise.
 
         Where every model is off by many times the noise of the sensors, that noise is no measure
         of which is nearer.
         """
         best = min(found, key=lambda one: one.total).explanation.apply(self.given)
         if rms(self.fitted.whitened(best)) < DISCREPANT:
-            return list(found)
+            return found, self.best
         narrow = self.fitted, self.held
         self.fitted, self.held = (one.wider(narrow[0], best) for one in narrow)
         again = best_of_each(self.fits([one.explanation for one in found], ROUNDS))
-        if self.best is not None:
-            self.best = self.scored(self.best.fit)
+        before = None if self.best is None else self.scored(self.best.fit)
         self.fitted, self.held = narrow
-        return again
+        return again, before
 
     def closes(self, chosen: Scored) -> bool:
         """Return whether one more cause leaves much less on the runs left out."""

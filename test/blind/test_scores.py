@@ -115,30 +115,10 @@ def test_every_figure_is_explained_and_has_a_goal() -> None:
     assert set(scores.figures([])) == set(scores.WANTED) == set(page_tables.MEANING)
 
 
-def test_readme_tells_the_figures_of_the_page() -> None:
-    figures = json.loads((ROOT / 'docs' / 'blind.json').read_text())
-    section = (ROOT / 'README.md').read_text().split('`make blind`')[1].split('##')[0]
-    rows = [line for line in section.splitlines() if line.startswith('| ')][2:]
-    names = ('single_top1', 'false_alarm', 'parameter_top1', 'pairs_both', 'unknown_recognised',
-             'unknown_balance')  # fmt: skip
-    for row, name in zip(rows, names, strict=True):
-        figure = figures[name]
-        low_high = page_tables.interval(name, figure).replace(' % to', ' to')
-        text = f': {page_tables.percent(figure["value"])} | {figure["trials"]} | {low_high} |'
-        assert text in row
-    assert f'cut by {page_tables.percent(figures["heldout_gap_cut"]["value"])}' in section
-    assert f'{page_tables.percent(figures["parameter_error"]["value"], 1)} off' in section
-    for name, text in (
-        ('uncalibrated_top1', 'stands first in {} of {} trials'),
-        ('uncalibrated_alarm', 'missing in {} of {} with nothing hidden'),
-        ('interval_coverage', 'hold the truth in {} of {} '),
-    ):
-        value, count = figures[name]['value'], figures[name]['trials']
-        assert text.format(round(value * count), count) in section.replace('\n', ' ')
-
-
 def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
     docs = ROOT / 'docs'
+    if not (docs / FOLDER).exists():
+        pytest.skip('no trials have been run: make blind')
     told = json.loads((docs / 'blind.json').read_text())
     page.write_kept(docs / FOLDER, tmp_path, told['revision'], told['seed'])
     for name in ('blind.md', 'blind.json'):

@@ -15,7 +15,7 @@ class Parameters(NamedTuple):
     """Error of the gain."""
 
     error: Annotated[
-        float, Quantity('-', -0.3, 0.3, 'share by which the position sensor reads too much')
+        float, Quantity('-', -0.05, 0.05, 'share by which the position sensor reads too much')
     ]
 
 
