@@ -14,7 +14,7 @@ and at every breakaway by how much more the seal held than the model lets it [N]
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -183,11 +183,6 @@ def driving_force(hypothesis: Hypothesis, run: Measured) -> Floats:
     a1, a2 = cylinder.cap_area, cylinder.rod_area
     force: Floats = p1 * a1 - p2 * a2 - run.atmospheric_pressure * (a1 - a2)
     return force
-
-
-def at_readings(run: Measured, position: Floats, pressures: Floats) -> Comparison:
-    """Return the comparison of a run with other readings."""
-    return Comparison(replace(run, position=position, pressures=pressures))
 
 
 def substeps(hypothesis: Hypothesis, interval: float) -> int:

@@ -18,7 +18,7 @@ from pneu_rig_ros.diagnosis.intervals import (
     value_intervals,
 )
 from pneu_rig_ros.diagnosis.localisation import BALANCES, UNITS, Disagreement, Windows, windows_of
-from pneu_rig_ros.diagnosis.selection import Scored, above, no_worse
+from pneu_rig_ros.diagnosis.scoring import Scored, above, no_worse
 from pneu_rig_ros.diagnosis.shrink import signal_tables
 from pneu_rig_ros.diagnosis.workflow import (
     CONSISTENT,
@@ -62,7 +62,6 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'candidates': ranked(diagnosis),
         'indistinguishable': indistinguishable(diagnosis),
         'calibration': next((row for part, row in estimates if part.name == CALIBRATION), {}),
-        'conditions': [],
         'parameters': [
             row for part, row in estimates if not part.is_effect and part.name != CALIBRATION
         ],
@@ -197,7 +196,8 @@ def _fitted(one: Scored, begin: float, best: Scored | None) -> dict[str, Any]:
     same = best is not None and best.losses.size == one.losses.size
     error = one.behind(best)[1] if same and best is not None else 0.0
     least = float(one.losses.sum())
-    return {'names': one.explanation.causes, 'stage': 'regression', 'score': -one.total,
+    stage = 'simulation' if one.simulated else 'regression'
+    return {'names': one.explanation.causes, 'stage': stage, 'score': -one.total,
             'error': error, 'gap_left': _share(least, begin), 'parameters': values}  # fmt: skip
 
 

@@ -2,10 +2,8 @@
 Which explanation the evidence asks for: as few causes as leave nothing significant.
 
 Explanations grow by one cause at a time, up to three. Of each size the most promising are fitted
-and compared by the log predictive density of the runs left out; of those within two standard
-errors of the best (A. Vehtari, A. Gelman, J. Gabry, Stat. Comput. 27 (2017) 1413) the simplest is
-taken. What the residuals hardly see - bristles, compliance, inertia - shows in simulation from
-rest to rest, which becomes part of the evidence where they cannot decide.
+and compared. What the residuals hardly see - bristles, compliance, inertia - shows in simulation
+from rest to rest, which becomes part of the evidence where they cannot decide.
 """
 
 from __future__ import annotations
@@ -15,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import mannwhitneyu
 
 from pneu_rig_ros.diagnosis.balances import Comparison
@@ -24,12 +21,21 @@ from pneu_rig_ros.diagnosis.confirmation import Confirmation
 from pneu_rig_ros.diagnosis.evidence import Evidence, rms
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import NOISE_KNOWN, Disagreement, localise, windows_of
+from pneu_rig_ros.diagnosis.localisation import Disagreement, localise, windows_of
 from pneu_rig_ros.diagnosis.ranking import Fit, Screened, fit, screen
+from pneu_rig_ros.diagnosis.scoring import (
+    Scored,
+    ambiguous,
+    best_of_each,
+    excess,
+    gained,
+    left_of,
+    preferred,
+    score,
+)
 from pneu_rig_ros.diagnosis.twins import twin_of
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 
-Floats = NDArray[np.float64]
 Tell = Callable[[str], None]
 
 LARGEST = 3
@@ -40,76 +46,18 @@ BEAM = 2
 """Explanations of one size that grow further."""
 ROUNDS, LONG = 15, 40
 """Rounds of the first fits, and of the one that is kept."""
-ERRORS = 2.0
-"""Standard errors within which two explanations are not told apart."""
-DECISIVE = 10.0
-"""
-Difference of log densities beyond which they are, however few the runs [-]: odds of 20 000 to 1,
-of which the errors of the noise model may take some.
-"""
 TWINS = 3
 """Twins of the runs that tell how far a true model's simulation is off."""
 FALSE_ALARMS = 0.01
 """Share of true models whose simulation is called wrong [-]."""
 LEAST_EXCESS = 1.3
 """Loss of cycles in that of twins up to which they are not off, however many there are [-]."""
-TRUE_LOSS = 3.5
-"""Mean loss of the cycles of a true model [-]."""
 DISCREPANT = 3.0
 """RMS of residuals that even the best explanation leaves, from which on that is its noise [-]."""
 WORTH = 0.7
 """Share of the gap above which one more cause leaves too much to be one [-]."""
 LITTLE = 0.03
 """Share of what exceeds the noise that is too little to ask for a description [-]."""
-
-
-@dataclass(frozen=True)
-class Scored:
-    """
-    A fitted explanation and what it leaves.
-
-    :param fit: the fit
-    :param losses: of independent stretches of all runs, those left out last, shape (k,)
-    :param penalty: what its coordinates cost (Schwarz) [-]
-    """
-
-    fit: Fit
-    losses: Floats
-    penalty: float
-
-    @property
-    def explanation(self) -> Explanation:
-        """The explanation with its values."""
-        return self.fit.explanation
-
-    @property
-    def total(self) -> float:
-        """Negative log density of all runs, penalised [-]."""
-        return float(self.losses.sum()) + self.penalty
-
-    @property
-    def effects(self) -> int:
-        """Number of effects in the explanation."""
-        return sum(part.is_effect for part in self.explanation.parts)
-
-    def behind(self, other: Scored) -> tuple[float, float]:
-        """Return by how much it is worse than another one, and the standard error of that."""
-        difference = self.losses - other.losses
-        error = float(np.sqrt(difference.size) * difference.std())
-        return self.total - other.total, error
-
-
-def no_worse(one: Scored, best: Scored) -> bool:
-    """Return whether one is within two standard errors of the best."""
-    worse, error = one.behind(best)
-    return worse <= min(ERRORS * error, DECISIVE)
-
-
-def preferred(scored: Sequence[Scored]) -> Scored:
-    """Return the simplest of those that are within two standard errors of the best."""
-    best = min(scored, key=lambda one: one.total)
-    alike = [one for one in scored if no_worse(one, best)]
-    return min(alike, key=lambda one: (len(one.explanation.coordinates), one.total))
 
 
 @dataclass(frozen=True)
@@ -206,13 +154,11 @@ class Search:
 
     def closes(self, chosen: Scored) -> bool:
         """Return whether one more cause leaves much less on the runs left out."""
-        pair = self.hypothesis, chosen.explanation.apply(self.given)
-        before, after = (above(self.held.whitened(one)) for one in pair)
-        confirmation = self.held.confirmation
-        if after < WORTH * before or confirmation is None:
-            return after < WORTH * before
-        excess = [float((confirmation.losses(one) - TRUE_LOSS).sum()) for one in pair]
-        return excess[1] < WORTH * excess[0]
+        better = chosen.explanation.apply(self.given)
+        return any(
+            excess(evidence, better) < WORTH * excess(evidence, self.hypothesis)
+            for evidence in (replace(self.held, confirmation=None), self.held)
+        )
 
     def level(self, found: Sequence[Scored]) -> list[Explanation]:
         """Return the explanations that grow further: the best, and those next to it."""
@@ -240,7 +186,7 @@ class Search:
         if self.best is None or self.best is self.calibrated:
             return bool(remains) or self.fitted.confirmation is not None
         off = self.fitted.confirmation is not None and self.off_in_simulation()
-        return (bool(remains) or off) and self.left_in_all() > LITTLE
+        return (bool(remains) or off) and self.left() > LITTLE
 
     def given_up(self) -> None:
         """Go back to what was known at first; changes the evidence too."""
@@ -250,15 +196,6 @@ class Search:
         self.best = self.calibrated
         if simulated:
             self.simulate()
-
-    def left_in_all(self) -> float:
-        """Return the share of what exceeds the noise that the best explanation leaves [-]."""
-        confirmation = self.held.confirmation
-        if confirmation is None or self.significant_given:
-            return self.left()
-        before, after = (confirmation.losses(one).sum() for one in (self.given, self.hypothesis))
-        least = TRUE_LOSS * confirmation.losses(self.hypothesis).size
-        return float(max(after - least, 0.0) / max(before - least, 1e-9))
 
     def needed(self) -> bool:
         """Return whether something significant is left; adds simulation where it is needed."""
@@ -284,9 +221,14 @@ class Search:
         return localise(windows_of(self.fitted, self.hypothesis))
 
     def left(self) -> float:
-        """Return the share of what exceeds the noise that the best explanation leaves [-]."""
-        before, after = (above(self.held.whitened(one)) for one in (self.given, self.hypothesis))
-        return after / before if before > 0.0 else 0.0
+        """
+        Return the share of what exceeds the noise that the best explanation leaves [-].
+
+        Of the residuals; of the cycles, where only simulation shows that something is missing.
+        """
+        alone = replace(self.held, confirmation=None)
+        evidence = alone if self.significant_given else self.held
+        return left_of(evidence, self.given, self.hypothesis)
 
     def off_in_simulation(self) -> bool:
         """Return whether cycles are farther off than those of twins."""
@@ -361,42 +303,3 @@ class Search:
         if before.confirmation is None:
             return evidence
         return evidence.simulated(hypothesis, self.rng)
-
-
-def best_of_each(scored: Sequence[Scored]) -> list[Scored]:
-    """Return the best of those that have the same causes."""
-    best: dict[str, Scored] = {}
-    for one in sorted(scored, key=lambda one: one.total):
-        best.setdefault(one.explanation.name, one)
-    return list(best.values())
-
-
-def score(one: Fit, given: Hypothesis, fitted: Evidence, held: Evidence) -> Scored:
-    """Return a fit with its losses on all runs."""
-    hypothesis = one.explanation.apply(given)
-    parts = [evidence.losses(hypothesis) for evidence in (fitted, held)]
-    count = sum(whiten.kept.sum() for noise in fitted.noises for whiten in noise)
-    penalty = 0.5 * len(one.explanation.coordinates) * float(np.log(max(count, 1)))
-    return Scored(one, np.concatenate(parts), penalty)
-
-
-def gained(one: Scored, before: Scored) -> bool:
-    """Return whether an explanation is better than a smaller one by more than its error."""
-    worse, error = one.behind(before)
-    return -worse > max(ERRORS * error, DECISIVE)
-
-
-def ambiguous(found: Sequence[Scored]) -> bool:
-    """Return whether a cause of friction is among several that cannot be told apart."""
-    best = min(found, key=lambda one: one.total)
-    alike = [one for one in found if no_worse(one, best)]
-    last = [one.explanation.parts[-1] for one in alike]
-    return len(alike) > 1 and any(part.group == FORCE for part in last)
-
-
-def above(whitened: Floats) -> float:
-    """Return what of residuals noise does not explain, in standard deviations [-]."""
-    if not whitened.size:
-        return 0.0
-    excess = float(np.mean(whitened**2)) - NOISE_KNOWN**2
-    return float(np.sqrt(max(excess, 0.0)))

@@ -61,7 +61,7 @@ def of_rig(
     run = one.run
     measured = signals_of(hypothesis, one, np.column_stack([run.position, run.pressures])[1:])
     try:
-        simulated = signals_of(hypothesis, one, Guided(one).simulate(hypothesis, free).readings)
+        simulated = signals_of(hypothesis, one, Guided(one).simulate(hypothesis, free))
     except RigError:  # it broke down
         simulated = {name: np.full_like(values, np.nan) for name, values in measured.items()}
     pressure = max(run.noise.pressure_1, run.noise.pressure_2)
@@ -128,7 +128,7 @@ def _events(
         position = run.position[1:]
     else:
         try:
-            position = Guided(one).simulate(hypothesis).readings[:, 0]
+            position = Guided(one).simulate(hypothesis)[:, 0]
         except RigError:
             return np.nan, np.nan, np.nan
     cycles = find_cycles(position, run.interval)

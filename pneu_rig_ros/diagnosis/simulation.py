@@ -17,7 +17,6 @@ from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured import Measured, positive_mean
 from pneu_rig_ros.model import along, follow
-from pneu_rig_ros.model.plant import Trajectory
 
 Floats = NDArray[np.float64]
 
@@ -29,19 +28,6 @@ BLOCK = 0.029
 """Length of the means that are compared [s]."""
 SATURATED = 2.0
 """A pressure this close to the zero of its sensor may be any below it [noises]."""
-
-
-@dataclass(frozen=True)
-class Simulated:
-    """
-    What the sensors would have read.
-
-    :param readings: x [m], p1, p2 [Pa], shape (n - 1, 3); sample 0 is the start
-    :param run: true states
-    """
-
-    readings: Floats
-    run: Trajectory
 
 
 @dataclass(frozen=True)
@@ -91,9 +77,9 @@ class Guided:
 
     def simulate(
         self, hypothesis: Hypothesis, free: bool = False, errors: Floats | None = None
-    ) -> Simulated:
+    ) -> Floats:
         """
-        Return the run as a hypothesis predicts it.
+        Return x [m], p1, p2 [Pa] as read if a hypothesis is true, shape (n - 1, 3).
 
         :param free: whether it is started once only
         :param errors: added to x [m], p1, p2 [Pa] at every restart, shape (n - 1, 3)
@@ -112,12 +98,11 @@ class Guided:
             [states.position_reading, states.pressure_1_reading, states.pressure_2_reading]
         )
         zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
-        return Simulated(within_span(zero + np.array(hypothesis.gains) * (read - zero), self.run),
-                         states)  # fmt: skip
+        return within_span(zero + np.array(hypothesis.gains) * (read - zero), self.run)
 
     def gap(self, hypothesis: Hypothesis, errors: Floats | None = None) -> Floats:
         """Return measured less predicted x [m], p1, p2 [Pa], block by block, shape (blocks, 3)."""
-        predicted = self.simulate(hypothesis, errors=errors).readings
+        predicted = self.simulate(hypothesis, errors=errors)
         measured = np.column_stack([self.run.position, self.run.pressures])[1:]
         return block_means(measured - predicted, self.block)
 

@@ -42,7 +42,7 @@ SHUT = 'shut'
 """In place of the valve section: nothing flows."""
 OWN_KEYS = ('fixed', 'each_recording', 'refit')
 """Keys that a rig's configuration does not have."""
-NUISANCES = ('force_offset', 'initial_pressure', 'clock_offset')
+NUISANCES = ('force_offset',)
 """What may differ from one recording to the next."""
 FIXED = {
     'position': Quantity('m', 0.0, 10.0, 'of a piston that does not move'),

@@ -21,7 +21,8 @@ from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement
 from pneu_rig_ros.diagnosis.ranking import fit
-from pneu_rig_ros.diagnosis.selection import ROUNDS, Search, above
+from pneu_rig_ros.diagnosis.scoring import left_of
+from pneu_rig_ros.diagnosis.selection import ROUNDS, Search
 from pneu_rig_ros.executor import map_tasks
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
@@ -83,7 +84,7 @@ def describe(search: Search, place: Disagreement) -> Description:
         chosen += with_mirror(next_term(np.column_stack(columns), here, chosen), terms, chosen)
         start = explained([terms[index] for index in chosen], columns, chosen, here)
         found = fit(start, known, search.fitted, ROUNDS).explanation
-        tried.append((gap_left(known, found.apply(known), search.held), found))
+        tried.append((left_of(search.held, known, found.apply(known)), found))
         if tried[-1][0] < CLOSES:
             break
     least = min(left for left, _ in tried)
@@ -162,15 +163,6 @@ def explained(
         part = replace(candidates[name], coordinates=coordinates, starts=())
         explanation = explanation.plus(part, [value for _, value in pairs])
     return explanation
-
-
-def gap_left(known: Hypothesis, described: Hypothesis, held: Evidence) -> float:
-    """Return the share of what exceeds the noise on the runs left out that remains [-]."""
-    before, after = (above(held.whitened(one)) for one in (known, described))
-    if held.confirmation is not None:
-        losses = [float(held.confirmation.losses(one).sum()) for one in (known, described)]
-        before, after = np.hypot(before, losses[0]), np.hypot(after, losses[1])
-    return float(after / before) if before > 0.0 else 1.0
 
 
 def formula(explanation: Explanation) -> str:

@@ -23,7 +23,8 @@ from pneu_rig_ros.diagnosis.localisation import Disagreement, Windows, localise,
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.reading import parted, read_groups
-from pneu_rig_ros.diagnosis.selection import Scored, Search
+from pneu_rig_ros.diagnosis.scoring import Scored
+from pneu_rig_ros.diagnosis.selection import Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.unknown import Description, describe
 from pneu_rig_ros.executor import Executor, Here
@@ -56,7 +57,6 @@ class Diagnosis:
     :param windows: of the fitted runs under the given hypothesis
     :param where: what of them disagrees
     :param best: the explanation with what it leaves, None where nothing is missing
-    :param remains: what of the fitted runs disagrees in the end
     :param unknown: description of what no cause explains
     """
 
@@ -68,7 +68,6 @@ class Diagnosis:
     windows: Sequence[Windows]
     where: Sequence[Disagreement]
     best: Scored | None
-    remains: Sequence[Disagreement]
     unknown: Description | None
     next_experiment: NextExperiment | None
     seed: int
@@ -144,7 +143,7 @@ def diagnose(
     tell('what to measure next', 0.95)
     following = next_experiment(rivals(search), fitted, system)
     return Diagnosis(
-        system, str(model), fitted, held, search, windows, where, best, remains, unknown,
+        system, str(model), fitted, held, search, windows, where, best, unknown,
         following, seed, time.perf_counter() - begin,
         groups[0][0].run.missing,
     )  # fmt: skip
@@ -178,7 +177,7 @@ def _described(search: Search, where: Sequence[Disagreement], tell: Tell) -> Des
     A name has to close about as much of the gap as a formula without one.
     """
     tell('describing what is not known', 0.88)
-    named, left = search.best, search.left_in_all()
+    named, left = search.best, search.left()
     settled = search.fitted, search.held
     search.given_up()
     description = describe(search, (where or search.cycles_off())[0])

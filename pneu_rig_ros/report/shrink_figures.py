@@ -85,7 +85,7 @@ def open_signals(run: Measured) -> tuple[str, ...]:
 
 
 def _of_rig(comparison: Comparison, hypothesis: Hypothesis, free: bool) -> dict[str, Floats]:
-    simulated = Guided(comparison).simulate(hypothesis, free).readings
+    simulated = Guided(comparison).simulate(hypothesis, free)
     return dict(zip(SIGNALS, simulated.T, strict=True))
 
 

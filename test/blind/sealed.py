@@ -157,11 +157,11 @@ SEALED = System(
      'pressure_offset', 'cylinder.cap_dead_volume', 'cylinder.rod_dead_volume'),
     _sizes, _hide, _sealed_runs, _two_pressures,
     {'cylinder': CYLINDER_KEYS, 'gas': GAS_KEYS},
-    {'valve': 'shut', 'each_recording': ['initial_pressure']},
+    {'valve': 'shut'},
 )  # fmt: skip
 VESSEL = System(
     'leaking_chamber', ('gas_1',), ('chamber_leak', 'wall_heat_transfer'), _vessel,
     _hide_in_vessel, _vessel_runs, lambda model: {'pressure_1': PRESSURE},
     {'cylinder': ('cap_dead_volume',), 'gas': GAS_KEYS},
-    {'valve': 'shut', 'fixed': {'position': '0 m'}, 'each_recording': ['initial_pressure']},
+    {'valve': 'shut', 'fixed': {'position': '0 m'}},
 )  # fmt: skip

@@ -21,7 +21,6 @@ cylinder: {cap_area: 0.0127 m^2, rod_area: 0.0115 m^2, cap_dead_volume: 0.025 m^
            rod_dead_volume: 0.044 m^3, stroke: 2.03 m}
 gas: {supply_temperature: 290.0 K, heat_capacity_ratio: 1.4 -, gas_constant: 296.8 J/(kg*K)}
 valve: shut
-each_recording: [initial_pressure]
 refit:
   cylinder.cap_dead_volume: [0.02 m^3, 0.035 m^3]
   cylinder.rod_dead_volume: [0.034 m^3, 0.054 m^3]

@@ -142,7 +142,7 @@ def test_exhaust_opens_from_its_edge_unless_the_file_says_otherwise(
         ('name: chambers', 'part: chambers', "'part'"),
         ('stroke: 2.03 m', 'stroke: 2.03 mm', 'cylinder.stroke'),
         ('stroke: 2.03 m', 'strok: 2.03 m', "did you mean 'stroke'"),
-        ('[initial_pressure]', '[initial_pressures]', "did you mean 'initial_pressure'"),
+        ('valve: shut', 'valve: shut\neach_recording: [force]', 'allowed: force_offset'),
         ('[0.02 m^3, 0.035 m^3]', '[0.03 m^3, 0.035 m^3]', 'not within'),
         ('[0.02 m^3, 0.035 m^3]', '0.03 m^3', 'expected [low, high]'),
         ('cylinder.cap_dead_volume:', 'cylinder.cap_volume:', 'refit'),
@@ -150,7 +150,7 @@ def test_exhaust_opens_from_its_edge_unless_the_file_says_otherwise(
         ('valve: shut', 'valve: shut\nfixed: {position: 1 Pa}', 'fixed.position'),
         ('valve: shut', 'valve: shut\neffects: {wall_heat: {}}', 'wall_heat_transfer'),
         ('valve: shut', 'valve: closed', 'valve: expected a mapping'),
-        ('[initial_pressure]', 'initial_pressure', 'each_recording: expected a list'),
+        ('valve: shut', 'valve: shut\neach_recording: force_offset', 'expected a list'),
     ],
 )
 def test_wrong_file_is_told_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
