@@ -29,6 +29,8 @@ DECISIVE = 10.0
 Difference of log densities beyond which they are, however few the runs [-]: odds of 20 000 to 1,
 of which the errors of the noise model may take some.
 """
+LIKELY = 3.0
+"""The same for one more cause, on the runs left out alone [-]: odds of 20 to 1."""
 TRUE_LOSS = 3.5
 """Mean loss of the cycles of a true model [-]."""
 
@@ -41,12 +43,14 @@ class Scored:
     :param fit: the fit
     :param losses: of independent stretches of all runs, those left out last, shape (k,)
     :param penalty: what its coordinates cost (Schwarz) [-]
+    :param held: number of the last stretches, those of runs left out
     :param simulated: whether simulation was part of the evidence
     """
 
     fit: Fit
     losses: Floats
     penalty: float
+    held: int
     simulated: bool
 
     @property
@@ -93,13 +97,15 @@ def score(one: Fit, given: Hypothesis, fitted: Evidence, held: Evidence) -> Scor
     parts = [evidence.losses(hypothesis) for evidence in (fitted, held)]
     count = sum(whiten.kept.sum() for noise in fitted.noises for whiten in noise)
     penalty = 0.5 * len(one.explanation.coordinates) * float(np.log(max(count, 1)))
-    return Scored(one, np.concatenate(parts), penalty, fitted.confirmation is not None)
+    simulated = fitted.confirmation is not None
+    return Scored(one, np.concatenate(parts), penalty, parts[1].size, simulated)
 
 
 def gained(one: Scored, before: Scored) -> bool:
-    """Return whether an explanation is better than a smaller one by more than its error."""
-    worse, error = one.behind(before)
-    return -worse > max(ERRORS * error, DECISIVE)
+    """Return whether an explanation is better than a smaller one, on the runs left out too."""
+    worse, _ = one.behind(before)
+    gain = float((before.losses - one.losses)[-one.held :].sum())
+    return -worse > DECISIVE and gain > LIKELY
 
 
 def ambiguous(found: Sequence[Scored]) -> bool:

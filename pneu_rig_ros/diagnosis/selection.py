@@ -56,6 +56,8 @@ DISCREPANT = 3.0
 """RMS of residuals that even the best explanation leaves, from which on that is its noise [-]."""
 WORTH = 0.7
 """Share of the gap above which one more cause leaves too much to be one [-]."""
+CLOSED = 0.1
+"""Share of the excess of the cycles that is little enough to look for no further cause [-]."""
 LITTLE = 0.03
 """Share of what exceeds the noise that is too little to ask for a description [-]."""
 
@@ -119,14 +121,15 @@ class Search:
             self.tell('fitting ' + self.base.name)
             self.best = self.scored(fit(self.base, self.given, self.fitted, LONG))
             self.base, self.calibrated = self.best.explanation, self.best
+        nothing = Fit(self.base, 0.0, np.zeros((0, 0)))
         level = [self.base]
         for size in range(1, LARGEST + 1):
             if not self.needed():
                 return self.best
             grown = [one for base in level for one in self.grow(base, size)]
-            found, before = self.weighed(grown)
+            found, before = self.weighed(grown, nothing if self.best is None else self.best.fit)
             chosen = preferred(found)
-            if before is not None and not gained(chosen, before):
+            if not gained(chosen, before):
                 break
             if size > 1 and not self.closes(chosen):
                 break
@@ -135,22 +138,22 @@ class Search:
             level = self.level(found)
         return self.best
 
-    def weighed(self, found: Sequence[Scored]) -> tuple[Sequence[Scored], Scored | None]:
+    def weighed(self, found: Sequence[Scored], before: Fit) -> tuple[Sequence[Scored], Scored]:
         """
-        Return explanations, and the best so far, as if what the best of them leaves were noise.
+        Return explanations, and the one before, as if what the best of them leaves were noise.
 
         Where every model is off by many times the noise of the sensors, that noise is no measure
         of which is nearer.
         """
         best = min(found, key=lambda one: one.total).explanation.apply(self.given)
         if rms(self.fitted.whitened(best)) < DISCREPANT:
-            return found, self.best
+            return found, self.scored(before)
         narrow = self.fitted, self.held
         self.fitted, self.held = (one.wider(narrow[0], best) for one in narrow)
         again = best_of_each(self.fits([one.explanation for one in found], ROUNDS))
-        before = None if self.best is None else self.scored(self.best.fit)
+        scored = self.scored(before)
         self.fitted, self.held = narrow
-        return again, before
+        return again, scored
 
     def closes(self, chosen: Scored) -> bool:
         """Return whether one more cause leaves much less on the runs left out."""
@@ -188,6 +191,14 @@ class Search:
         off = self.fitted.confirmation is not None and self.off_in_simulation()
         return (bool(remains) or off) and self.left() > LITTLE
 
+    def confirmed(self) -> bool:
+        """Return whether a cause was found, or the runs left out disagree in the same balances."""
+        if self.first_cycles is not None or self.best is not None:
+            return True
+        both = [{one.balance for one in localise(windows_of(evidence, self.given))}
+                for evidence in (self.fitted, self.held)]  # fmt: skip
+        return bool(both[0] & both[1])
+
     def given_up(self) -> None:
         """Go back to what was known at first; changes the evidence too."""
         simulated = self.fitted.confirmation is not None and not self.significant_given
@@ -207,6 +218,8 @@ class Search:
                 return False
             self.simulate()
             return True
+        if self.best is not None and left_of(self.held, self.given, self.hypothesis) < CLOSED:
+            return False
         return self.off_in_simulation()
 
     def groups(self) -> set[str]:
@@ -246,12 +259,13 @@ class Search:
         return p < FALSE_ALARMS and cycles.loss > LEAST_EXCESS * cycles.expected
 
     def simulate(self) -> None:
-        """Make simulation part of the evidence."""
+        """Make simulation part of the evidence, and fit the best explanation under it."""
         here = self.hypothesis
         self.fitted = self.fitted.simulated(here, self.rng)
         self.held = self.held.simulated(here, self.rng)
-        if self.best is not None:
-            self.best = self.scored(self.best.fit)
+        if self.best is not None and self.best.explanation.parts:
+            again = fit(self.best.explanation, self.given, self.fitted, LONG)
+            self.best = self.scored(again)
 
     def grow(self, base: Explanation, size: int) -> list[Scored]:
         """Return the fits of an explanation with one more cause."""

@@ -137,7 +137,10 @@ def diagnose(
     best = search.run()
     tell('what is left', 0.85)
     remains = search.significant()
-    unknown = _described(search, where, tell) if search.leaves_much(remains) else None
+    confirmed = search.confirmed()
+    where = where if confirmed else []
+    described = confirmed and search.leaves_much(remains)
+    unknown = _described(search, where, tell) if described else None
     if unknown is not None:
         best = search.calibrated
     tell('what to measure next', 0.95)
