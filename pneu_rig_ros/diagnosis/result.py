@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -18,7 +17,7 @@ from pneu_rig_ros.diagnosis.intervals import (
     value_intervals,
 )
 from pneu_rig_ros.diagnosis.localisation import BALANCES, UNITS, Disagreement, Windows, windows_of
-from pneu_rig_ros.diagnosis.scoring import Scored, above, no_worse
+from pneu_rig_ros.diagnosis.scoring import Scored, above, excess, no_worse
 from pneu_rig_ros.diagnosis.shrink import signal_tables
 from pneu_rig_ros.diagnosis.workflow import (
     CONSISTENT,
@@ -110,8 +109,8 @@ def disagreement(one: Disagreement) -> dict[str, Any]:
     spans = sorted(one.intervals, key=lambda span: span[1] - span[2])[:MOST_INTERVALS]
     return {
         'balance': one.balance, 'regime': one.regime, 'direction': one.direction,
-        'unit': one.unit, 'mean': one.mean, 'noise': one.noise,
-        'significance': one.significance, 'p_value': one.p_value, 'variable': one.variable,
+        'unit': one.unit, 'mean': one.mean, 'noise': float(one.noise),
+        'significance': float(one.significance), 'p_value': float(one.p_value), 'variable': one.variable,
         'from': one.low, 'to': one.high, 'recordings': list(one.recordings),
         'intervals': [{'recording': name, 'from': a, 'to': b} for name, a, b in spans],
     }  # fmt: skip
@@ -250,12 +249,9 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
 def gap(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the gap on the recordings left out, before and after, as plain data."""
     given, improved, held = diagnosis.given, diagnosis.improved, diagnosis.search.held
-    before, after = (above(held.whitened(one)) for one in (given, improved))
-    if held.confirmation is not None and before == 0.0:
-        before, after = (
-            math.sqrt(float(held.confirmation.losses(one).mean())) for one in (given, improved)
-        )
+    before, after = (excess(held, one) for one in (given, improved))
     return {
+        'of': 'residuals' if held.confirmation is None else 'cycles',
         'before': before,
         'after': after,
         'cut': 1.0 - after / before if before > 0.0 else 0.0,

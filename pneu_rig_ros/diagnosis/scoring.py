@@ -133,7 +133,7 @@ def excess(evidence: Evidence, hypothesis: Hypothesis) -> float:
     if evidence.confirmation is None:
         return above(evidence.whitened(hypothesis))
     losses = evidence.confirmation.losses(hypothesis) - TRUE_LOSS
-    return max(float(losses.sum()), 0.0)
+    return max(float(losses.mean()), 0.0)
 
 
 def left_of(evidence: Evidence, before: Hypothesis, after: Hypothesis) -> float:

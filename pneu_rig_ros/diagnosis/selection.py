@@ -188,8 +188,10 @@ class Search:
         """Return whether so much remains that the explanation may be none."""
         if self.best is None or self.best is self.calibrated:
             return bool(remains) or self.fitted.confirmation is not None
-        off = self.fitted.confirmation is not None and self.off_in_simulation()
-        return (bool(remains) or off) and self.left() > LITTLE
+        if remains and self.left(simulated=False) > LITTLE:
+            return True
+        simulated = self.fitted.confirmation is not None
+        return simulated and self.off_in_simulation() and self.left() > LITTLE
 
     def confirmed(self) -> bool:
         """Return whether a cause was found, or the runs left out disagree in the same balances."""
@@ -233,14 +235,13 @@ class Search:
         """Return where the best explanation disagrees."""
         return localise(windows_of(self.fitted, self.hypothesis))
 
-    def left(self) -> float:
+    def left(self, simulated: bool = True) -> float:
         """
         Return the share of what exceeds the noise that the best explanation leaves [-].
 
-        Of the residuals; of the cycles, where only simulation shows that something is missing.
+        :param simulated: whether cycles count where simulation is part of the evidence
         """
-        alone = replace(self.held, confirmation=None)
-        evidence = alone if self.significant_given else self.held
+        evidence = self.held if simulated else replace(self.held, confirmation=None)
         return left_of(evidence, self.given, self.hypothesis)
 
     def off_in_simulation(self) -> bool:

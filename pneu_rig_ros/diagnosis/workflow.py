@@ -180,7 +180,7 @@ def _described(search: Search, where: Sequence[Disagreement], tell: Tell) -> Des
     A name has to close about as much of the gap as a formula without one.
     """
     tell('describing what is not known', 0.88)
-    named, left = search.best, search.left()
+    named, left = search.best, search.left(simulated=not search.significant_given)
     settled = search.fitted, search.held
     search.given_up()
     description = describe(search, (where or search.cycles_off())[0])

@@ -247,7 +247,8 @@ def cut_text(answer: Answer) -> str:
         return 'nothing exceeds the noise'
     before, after = (number(gap[key], 2) for key in ('before', 'after'))
     means = ' by the slopes of the sensors' if answer['verdict'] == 'uncalibrated' else ''
-    return (f'{before} standard deviations above the noise before, {after} after: '
+    unit = 'standard deviations' if gap['of'] == 'residuals' else 'units of log density a cycle'
+    return (f'{before} {unit} above the noise before, {after} after: '
             f'{gap["cut"]:.0%} of the gap is closed{means}')  # fmt: skip
 
 

@@ -32,13 +32,19 @@ def test_numbers_below_ten_thousand_have_no_exponent(value: float, digits: int, 
 
 
 def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
-    answer = {'verdict': 'effect', 'gap': {'before': 412.3, 'after': 0.184, 'cut': 0.9996}}
+    answer = {
+        'verdict': 'effect',
+        'gap': {'of': 'residuals', 'before': 412.3, 'after': 0.184, 'cut': 0.9996},
+    }
     text = ('412 standard deviations above the noise before, 0.18 after: '
             '100% of the gap is closed')  # fmt: skip
     assert cut_text(answer) == text
     found = cut_text(answer | {'verdict': 'uncalibrated'})
     assert found == text + ' by the slopes of the sensors'
-    agrees = {'verdict': 'consistent', 'gap': {'before': 0.0, 'after': 0.0, 'cut': 0.0}}
+    agrees = {
+        'verdict': 'consistent',
+        'gap': {'of': 'residuals', 'before': 0.0, 'after': 0.0, 'cut': 0.0},
+    }
     assert cut_text(agrees) == 'nothing exceeds the noise'
 
 

@@ -59,7 +59,7 @@ EFFECT = Effect(
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     # a load that rings at another frequency is no start at all, unless it is well damped
-    probes=tuple(Parameters(6e-5 * 1.3**step, 20.0) for step in range(12)),
+    probes=tuple(Parameters(6e-5 * 1.3**step, 20.0) for step in range(11)),
     states=('stretch', 'load_velocity'),
     needs=(Need.FREE_MOTION,),
     drivers=('position',),
