@@ -110,7 +110,8 @@ def disagreement(one: Disagreement) -> dict[str, Any]:
     return {
         'balance': one.balance, 'regime': one.regime, 'direction': one.direction,
         'unit': one.unit, 'mean': one.mean, 'noise': float(one.noise),
-        'significance': float(one.significance), 'p_value': float(one.p_value), 'variable': one.variable,
+        'significance': float(one.significance), 'p_value': float(one.p_value),
+        'variable': one.variable,
         'from': one.low, 'to': one.high, 'recordings': list(one.recordings),
         'intervals': [{'recording': name, 'from': a, 'to': b} for name, a, b in spans],
     }  # fmt: skip
