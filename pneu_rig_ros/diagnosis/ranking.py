@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize
 
 from pneu_rig_ros.diagnosis.candidates import Candidate
 from pneu_rig_ros.diagnosis.evidence import OUTLIER, Evidence, loss
@@ -125,6 +125,42 @@ def fit(start: Explanation, given: Hypothesis, evidence: Evidence, rounds: int) 
     curvature = solution.jac.T @ solution.jac
     covariance: Floats = np.linalg.pinv(curvature, hermitian=True)
     return Fit(start.moved(solution.x), float(solution.cost), covariance)
+
+
+FAR_STARTS = 2
+"""Of the starts of the last cause, so many are tried besides."""
+
+
+def far_starts(
+    explanation: Explanation, given: Hypothesis, evidence: Evidence
+) -> list[Explanation]:
+    """Return an explanation with its last cause as it was before any fit, the best first."""
+    last = explanation.parts[-1]
+    starts = [replace(explanation, values=(*explanation.values[:-1], one)) for one in last.starts]
+    ordered = sorted(starts, key=lambda one: loss(evidence.residual(one.apply(given))))
+    return ordered[:FAR_STARTS]
+
+
+ACROSS = 0.2
+"""Size of the simplex that looks for a lower place across hills, as the fit sees it [-]."""
+STEPS = 100
+"""Its steps at most, for each coordinate."""
+
+
+def polished(found: Fit, given: Hypothesis, evidence: Evidence) -> Fit:
+    """Return a fit to simulations, moved across the hills that a slip more or less makes."""
+    start = found.explanation
+    low, high = np.array([c.bounds for c in start.coordinates]).T
+    simplex = np.vstack([start.seen, start.seen + ACROSS * np.eye(start.seen.size)])
+    solution = minimize(
+        lambda seen: loss(evidence.residual(start.moved(seen).apply(given))), start.seen,
+        method='Nelder-Mead', bounds=list(zip(low, high, strict=True)),
+        options={'initial_simplex': np.clip(simplex, low, high), 'xatol': 1e-3, 'fatol': 0.1,
+                 'maxfev': STEPS * start.seen.size},
+    )  # fmt: skip
+    if solution.fun >= found.loss:
+        return found
+    return replace(found, explanation=start.moved(solution.x), loss=float(solution.fun))
 
 
 VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)

@@ -22,7 +22,7 @@ from pneu_rig_ros.diagnosis.evidence import Evidence, rms
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement, localise, windows_of
-from pneu_rig_ros.diagnosis.ranking import Fit, Screened, fit, screen
+from pneu_rig_ros.diagnosis.ranking import Fit, Screened, far_starts, fit, polished, screen
 from pneu_rig_ros.diagnosis.scoring import (
     Scored,
     ambiguous,
@@ -119,7 +119,7 @@ class Search:
             return None
         if self.base.parts:
             self.tell('fitting ' + self.base.name)
-            self.best = self.scored(fit(self.base, self.given, self.fitted, LONG))
+            self.best = self.fit_long(self.base)
             self.base, self.calibrated = self.best.explanation, self.best
         nothing = Fit(self.base, 0.0, np.zeros((0, 0)))
         level = [self.base]
@@ -265,8 +265,7 @@ class Search:
         self.fitted = self.fitted.simulated(here, self.rng)
         self.held = self.held.simulated(here, self.rng)
         if self.best is not None and self.best.explanation.parts:
-            again = fit(self.best.explanation, self.given, self.fitted, LONG)
-            self.best = self.scored(again)
+            self.best = self.fit_long(self.best.explanation)
 
     def grow(self, base: Explanation, size: int) -> list[Scored]:
         """Return the fits of an explanation with one more cause."""
@@ -310,7 +309,16 @@ class Search:
         self.tell('fitting ' + chosen.explanation.name)
         here = chosen.explanation.apply(self.given)
         self.fitted, self.held = (self.evidence(here, one) for one in (self.fitted, self.held))
-        self.best = self.scored(fit(chosen.explanation, self.given, self.fitted, LONG))
+        self.best = self.fit_long(chosen.explanation)
+
+    def fit_long(self, explanation: Explanation) -> Scored:
+        """Return an explanation with the best values, of several starts where there are hills."""
+        if self.fitted.confirmation is None:
+            return self.scored(fit(explanation, self.given, self.fitted, LONG))
+        starts = [explanation, *far_starts(explanation, self.given, self.fitted)]
+        found = map_tasks(self.executor, fit, starts, self.given, self.fitted, LONG)
+        best = min(found, key=lambda one: one.loss)
+        return self.scored(polished(best, self.given, self.fitted))
 
     def evidence(self, hypothesis: Hypothesis, before: Evidence) -> Evidence:
         """Return the runs with their noise if a hypothesis is true."""
