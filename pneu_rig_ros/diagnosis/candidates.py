@@ -123,8 +123,13 @@ class Candidate:
 
     @property
     def is_effect(self) -> bool:
-        """Whether it is an effect, not a parameter."""
+        """Whether it is an effect."""
         return '.' not in self.name
+
+    @property
+    def is_parameter(self) -> bool:
+        """Whether it is a parameter of the model."""
+        return not self.is_effect and self.name != CALIBRATION
 
     @property
     def group(self) -> str:

@@ -36,7 +36,7 @@ def value_intervals(fit: Fit, given: Hypothesis, evidence: Evidence) -> list[tup
     deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0) * excess)
     half = float(norm.ppf(0.5 + 0.5 * CONFIDENCE)) * deviations
     triples = zip(fit.explanation.coordinates, fit.explanation.seen, half, strict=True)
-    return [(c.outward(seen - d), c.outward(seen + d)) for c, seen, d in triples]
+    return [(c.outward(float(seen - d)), c.outward(float(seen + d))) for c, seen, d in triples]
 
 
 def contribution_intervals(

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate
 from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.explanation import Explanation
+from pneu_rig_ros.diagnosis.families import Family
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.intervals import (
     contribution_intervals,
@@ -27,6 +29,7 @@ from pneu_rig_ros.diagnosis.workflow import (
     Diagnosis,
 )
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.shape import DRIVERS, Shape
 
 Floats = NDArray[np.float64]
 
@@ -61,9 +64,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'candidates': ranked(diagnosis),
         'indistinguishable': indistinguishable(diagnosis),
         'calibration': next((row for part, row in estimates if part.name == CALIBRATION), {}),
-        'parameters': [
-            row for part, row in estimates if not part.is_effect and part.name != CALIBRATION
-        ],
+        'parameters': [row for part, row in estimates if part.is_parameter],
         'effects': [row for part, row in estimates if part.is_effect and not part.describes],
         'unknown': diagnosis.unknown and diagnosis.unknown.to_dict(),
         'gap': gap(diagnosis),
@@ -83,16 +84,33 @@ def sentence(diagnosis: Diagnosis) -> str:
         return (
             f'Model and measurement disagree in {places}, and nothing in the library explains it.'
         )
+    explanation = diagnosis.explanation
     names = [
-        f'{part.name} ({library.load(part.name).title})' if part.is_effect
-        else f'{part.name} has another value'
-        for part in diagnosis.explanation.parts
-        if part.name != CALIBRATION
+        f'{part.name} ({library.load(part.name).title}{form_text(part.name, explanation)})'
+        if part.is_effect else f'{part.name} has another value'
+        for part in explanation.parts if part.is_effect or part.is_parameter
     ]  # fmt: skip
     kind = 'The model lacks ' if verdict == EFFECT else 'A parameter is wrong: '
     left = diagnosis.search.left()
     rest = f'; {left:.0%} of what exceeds the noise remains' if left >= 0.01 else ''
     return kind + ' and '.join(names) + rest + '.'
+
+
+def form_of(effect: str, explanation: Explanation) -> Shape | None:
+    """Return the factor by which an effect differs from its formula, None where it does not."""
+    for part, values in zip(explanation.parts, explanation.values, strict=True):
+        if isinstance(part, Family) and part.effect == effect:
+            return part.shape(values)
+    return None
+
+
+def form_text(effect: str, explanation: Explanation) -> str:
+    """Return how an effect differs from its formula for a sentence, '' where it does not."""
+    shape = form_of(effect, explanation)
+    if shape is None:
+        return ''
+    way = 'more' if shape.times[-1] > shape.times[0] else 'less'
+    return f'; the {way} of it the larger {shape.over.replace("_", " ")} is'
 
 
 def told(diagnosis: Diagnosis) -> Sequence[Disagreement]:
@@ -189,7 +207,7 @@ def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 def _fitted(one: Scored, begin: float, best: Scored | None) -> dict[str, Any]:
     parts = zip(one.explanation.parts, one.explanation.values, strict=True)
     values = {
-        f'{part.name}.{c.name}' if part.is_effect else part.name: value
+        part.name if part.is_parameter else f'{part.name}.{c.name}': value
         for part, fitted in parts
         for c, value in zip(part.coordinates, fitted, strict=True)
     }
@@ -239,12 +257,21 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
             yield one, rows
         elif one.is_effect:
             yield one, {'name': one.name, 'title': library.load(one.name).title,
-                        'balance': one.balance, 'parameters': rows, 'shape': None}  # fmt: skip
-        else:
+                        'balance': one.balance, 'parameters': rows,
+                        'shape': _shape(form_of(one.name, explanation))}  # fmt: skip
+        elif one.is_parameter:
             row = next(iter(rows.values()))
             low, high = row['interval']
             if one.name not in diagnosis.system.refit or not low <= one.was <= high:
                 yield one, {'name': one.name, 'was': one.was, **row}
+
+
+def _shape(shape: Shape | None) -> dict[str, Any] | None:
+    """Return a factor over a variable as plain data."""
+    if shape is None:
+        return None
+    unit = DRIVERS[shape.over].unit
+    return {'variable': shape.over, 'unit': unit, 'x': list(shape.at), 'y': list(shape.times)}
 
 
 def gap(diagnosis: Diagnosis) -> dict[str, Any]:

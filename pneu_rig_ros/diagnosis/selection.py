@@ -20,6 +20,7 @@ from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate
 from pneu_rig_ros.diagnosis.confirmation import Confirmation
 from pneu_rig_ros.diagnosis.evidence import Evidence, rms
 from pneu_rig_ros.diagnosis.explanation import Explanation
+from pneu_rig_ros.diagnosis.families import Family, families
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement, localise, windows_of
 from pneu_rig_ros.diagnosis.ranking import Fit, Screened, far_starts, fit, polished, screen
@@ -271,7 +272,8 @@ class Search:
         """Return the fits of an explanation with one more cause."""
         names = {part.name for part in base.parts}
         shown = self.groups()
-        rest = [one for one in self.pool if one.name not in names and one.group in shown]
+        rest = [one for one in (*self.pool, *self.forms(base))
+                if one.name not in names and one.group in shown]  # fmt: skip
         self.tell(f'screening {len(rest)} candidates')
         known = base.apply(self.given)
         here = self.fitted.residual(known)
@@ -289,6 +291,14 @@ class Search:
             self.simulate()
             found = self.fits([one.explanation for one in found], ROUNDS)
         return found
+
+    def forms(self, base: Explanation) -> list[Family]:
+        """Return the other forms of the effects in an explanation that have none yet."""
+        shaped = {one.effect for one in base.parts if isinstance(one, Family)}
+        runs = [one.run for one in self.fitted.comparisons]
+        temperature = self.given.model.gas.supply_temperature
+        return [form for one in base.parts if one.is_effect and one.name not in shaped
+                for form in families(one, runs, temperature)]  # fmt: skip
 
     def fits(self, starts: Sequence[Explanation], rounds: int) -> list[Scored]:
         """Return explanations fitted from several starts."""

@@ -33,6 +33,7 @@ from pneu_rig_ros.model.quantity import (
     unknown,
     write_section,
 )
+from pneu_rig_ros.model.shape import read_effect, write_effect
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.sensors import Sensors
@@ -151,7 +152,7 @@ class System:
             data['valve'] = SHUT
         if self.sensors is not None:
             data['sensors'] = write_section(self.sensors)
-        data['effects'] = {name: write_section(p) for name, p in hypothesis.effects.items()}
+        data['effects'] = {name: write_effect(own) for name, own in hypothesis.effects.items()}
         data['fixed'] = {name: FIXED[name].format(value) for name, value in self.fixed.items()}
         data['each_recording'] = list(self.each_recording)
         data['refit'] = {full: [quantity_of(full).format(limit) for limit in limits]
@@ -237,8 +238,8 @@ def _effects(data: object, origin: str) -> dict[str, Any]:
     if not isinstance(data, dict | None):
         raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
     return {
-        str(name): read_section(library.load(str(name), f'{origin}: effects').parameters, values,
-                                f'{origin}: effects.{name}')
+        str(name): read_effect(library.load(str(name), f'{origin}: effects'), values,
+                               f'{origin}: effects.{name}')
         for name, values in (data or {}).items()
     }  # fmt: skip
 

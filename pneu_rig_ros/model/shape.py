@@ -35,7 +35,7 @@ DRIVERS: dict[str, Quantity] = {
     'speed': Quantity('m/s', 0.0, 100.0, '|v|'),
     'pressure_1': Quantity('Pa', 0.0, 1e8, 'p1, absolute'),
     'pressure_2': Quantity('Pa', 0.0, 1e8, 'p2, absolute'),
-    'difference': Quantity('Pa', -1e8, 1e8, 'p1 - p2'),
+    'difference': Quantity('Pa', 0.0, 1e8, '|p1 - p2|'),
     'dwell': Quantity('s', 0.0, 1e9, 'the dwell that static friction stands for'),
     'time': Quantity('s', 0.0, 1e9, 'since the start'),
     'pressure': Quantity('Pa', 0.0, 1e8, 'pressure of its own chamber, absolute'),
@@ -172,7 +172,7 @@ def _common(driver: int, s: Signals) -> float:
     if driver == 4:
         return s.pressure_2
     if driver == 5:
-        return s.pressure_1 - s.pressure_2
+        return abs(s.pressure_1 - s.pressure_2)
     return s.dwell_time if driver == 6 else s.time
 
 

@@ -1,0 +1,125 @@
+"""
+Effects of another form: the mechanism of an effect, times a free monotone factor.
+
+The library has one formula for each mechanism. Where a real rig has another - heat transfer that
+grows with pressure, a leak that is not linear - the mechanism is right and its formula is not. It
+is tried with a factor over each of the variables that drive it, see ``model.shape``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.diagnosis.candidates import Candidate, Coordinate
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.shape import Shape, Shaped, without_shape
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+
+Floats = NDArray[np.float64]
+
+KNOTS = 4
+"""Of a factor: enough for a power law, a threshold or a saturation."""
+STEEPEST = 8.0
+"""Ratio of the factors at neighbouring knots at most [-]."""
+TRIED = (1.3, 2.5)
+"""Ratios from which a fit starts [-]."""
+COVERED = (0.02, 0.98)
+"""Quantiles of a variable between which its knots lie: beyond there is too little to fit."""
+WARM = 0.2
+"""Share by which the temperature of a gas differs from that of the supply [-]."""
+OVER = ' over '
+"""Between the names of an effect and of a variable in that of a family."""
+
+
+@dataclass(frozen=True)
+class Family(Candidate):
+    """
+    A factor of an effect over one variable; its coordinates are ratios of neighbouring knots.
+
+    :param over: the variable, one of ``model.shape.DRIVERS``
+    :param at: its knots, increasing [unit of the variable], shape (KNOTS,)
+    """
+
+    over: str = ''
+    at: tuple[float, ...] = ()
+
+    @property
+    def is_effect(self) -> bool:
+        """No: it is a form of one."""
+        return False
+
+    @property
+    def is_parameter(self) -> bool:
+        """No."""
+        return False
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect."""
+        return self.name.split(OVER)[0]
+
+    def shape(self, values: Sequence[float]) -> Shape:
+        """Return the factor with these ratios, 1 in the geometric mean of the knots."""
+        logarithms = np.concatenate([[0.0], np.cumsum(np.log(values))])
+        times = np.exp(logarithms - logarithms.mean())
+        return Shape(self.over, self.at, tuple(float(one) for one in times))
+
+    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+        """Return the hypothesis with the factor on its effect, which it must have."""
+        own = without_shape(hypothesis.effects[self.effect])
+        return hypothesis.with_effect(self.effect, Shaped(own, self.shape(values)))
+
+
+def families(effect: Candidate, runs: Sequence[Measured], temperature: float) -> Iterator[Family]:
+    """
+    Yield an effect's rising and falling factors over each variable that differs in the runs.
+
+    :param temperature: about which that of the gas lies [K]
+    """
+    for over in library.load(effect.name).drivers:
+        at = knots(over, runs, temperature)
+        if at is None:
+            continue
+        for low, high in ((1.0, STEEPEST), (1.0 / STEEPEST, 1.0)):
+            quantity = Quantity('-', low, high, 'of the factors at neighbouring knots')
+            ratios = tuple(Coordinate(f'ratio_{i}', quantity, low, high, 1.0, True, 1.0)
+                           for i in range(1, KNOTS))  # fmt: skip
+            starts = tuple((one if high > 1.0 else 1.0 / one,) * (KNOTS - 1) for one in TRIED)
+            name = effect.name + OVER + over
+            yield Family(name, effect.group, ratios, starts, over=over, at=at)
+
+
+def knots(over: str, runs: Sequence[Measured], temperature: float) -> tuple[float, ...] | None:
+    """Return the knots over a variable [its unit]; None where it hardly differs."""
+    values = np.concatenate([values_of(over, run, temperature) for run in runs])
+    if not values.size:
+        return None
+    low, high = np.quantile(values, COVERED)
+    if over == 'dwell':
+        at = np.geomspace(max(low, 1e-2), max(high, 1e-2), KNOTS)
+    else:
+        at = np.linspace(low, high, KNOTS)
+    distinct = np.all(np.diff(at) > 1e-6 * max(abs(low), abs(high)))
+    return tuple(float(one) for one in at) if distinct else None
+
+
+def values_of(over: str, run: Measured, temperature: float) -> Floats:
+    """Return the values of a variable in a run, as far as it is measured, shape (n,)."""
+    x, p1, p2 = run.smooth.T
+    moving = run.velocity[run.slides]
+    rests = [run.operation.rest_time, *((r.end - r.first) * run.interval for r in run.rests)]
+    warm = temperature * np.array([1.0 - WARM, 1.0 + WARM])
+    every: dict[str, Floats] = {
+        'position': x, 'velocity': moving, 'speed': np.abs(moving), 'pressure_1': p1,
+        'pressure_2': p2, 'difference': np.abs(p1 - p2), 'dwell': np.array(rests), 'time': run.time,
+        'pressure': np.concatenate([p1, p2]), 'temperature': warm,
+        'opening': (run.voltages - CENTRE_VOLTAGE).ravel(),
+    }  # fmt: skip
+    return every[over]
