@@ -117,9 +117,9 @@ def values_of(over: str, run: Measured, temperature: float) -> Floats:
     rests = [run.operation.rest_time, *((r.end - r.first) * run.interval for r in run.rests)]
     warm = temperature * np.array([1.0 - WARM, 1.0 + WARM])
     every: dict[str, Floats] = {
-        'position': x, 'velocity': moving, 'speed': np.abs(moving), 'pressure_1': p1,
-        'pressure_2': p2, 'difference': np.abs(p1 - p2), 'dwell': np.array(rests), 'time': run.time,
-        'pressure': np.concatenate([p1, p2]), 'temperature': warm,
+        'position': x, 'velocity': moving, 'speed': np.abs(moving), 'time': run.time,
+        'pressure_1': p1, 'pressure_2': p2, 'difference': np.abs(p1 - p2),
+        'pressure': np.concatenate([p1, p2]), 'temperature': warm, 'dwell': np.array(rests),
         'opening': (run.voltages - CENTRE_VOLTAGE).ravel(),
     }  # fmt: skip
     return every[over]

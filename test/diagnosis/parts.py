@@ -78,9 +78,14 @@ def mapping(path: Path, *signals: str) -> Path:
 
 def chamber_run(
     seed: int, fill: tuple[float, float], conductances: tuple[float, float],
-    dead: tuple[float, float] = DEAD, duration: float = 120.0,
+    dead: tuple[float, float] = DEAD, duration: float = 120.0, power: float = 0.0,
 ) -> dict[str, Floats]:  # fmt: skip
-    """Return two sealed chambers on a piston in waves, every 0.1 s, by SciPy."""
+    """
+    Return two sealed chambers on a piston in waves, every 0.1 s, by SciPy.
+
+    :param power: with which of the pressure the heat transfer grows [-], 0.8 by G. Woschni,
+        SAE 670931 (1967)
+    """
     time = np.arange(0.0, duration, 0.1)
     rates = (2.0 * np.pi / 9.0, 2.0 * np.pi / 31.0)
 
@@ -102,7 +107,8 @@ def chamber_run(
         rows = []
         for i, (p, v) in enumerate(zip(pressures, volumes(t), strict=True)):
             swept = (AREAS[0], -AREAS[1])[i] * speed(t)
-            heat = conductances[i] * (WALL - p * float(v) / (masses[i] * R))
+            grown = (p / fill[i]) ** power
+            heat = grown * conductances[i] * (WALL - p * float(v) / (masses[i] * R))
             rows.append((-K * p * swept + (K - 1.0) * heat) / float(v))
         return rows
 

@@ -51,11 +51,12 @@ def told(found: Diagnosis) -> dict[str, Any]:
 
 
 def chambers(
-    folder: Path, conductances: tuple[float, float], dead: tuple[float, float] = DEAD
-) -> Diagnosis:
+    folder: Path, conductances: tuple[float, float], dead: tuple[float, float] = DEAD,
+    power: float = 0.0,
+) -> Diagnosis:  # fmt: skip
     tables = []
     for i, fill in enumerate(FILLS):
-        signals = chamber_run(i, fill, conductances, dead)
+        signals = chamber_run(i, fill, conductances, dead, power=power)
         tables.append(table(folder / f'run_{i}.csv', 0.1, signals))
     known = mapping(folder / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
     return diagnose(tables[:1], system_file(folder, CHAMBERS), tables[1:], mapping=known)
@@ -100,6 +101,26 @@ def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_pat
     assert data['gap']['cut'] > 0.9
     improved = system_file(tmp_path, found.system.to_yaml(found.improved))
     assert load_system(improved).hypothesis.effects == found.improved.effects
+
+
+def test_heat_transfer_of_another_law_is_named_with_a_shape(tmp_path: Path) -> None:
+    found = chambers(tmp_path, CONDUCTANCES, power=0.8)
+    data = told(found)
+    assert data['verdict'] == 'effect'
+    assert [one['name'] for one in data['effects']] == ['wall_heat_transfer']
+    shape = data['effects'][0]['shape']
+    # the gas is hot where its pressure is high: either tells the law
+    assert shape['variable'] in ('pressure', 'temperature')
+    low, high = shape['y'][0], shape['y'][-1]
+    assert list(shape['y']) == sorted(shape['y'])
+    if shape['variable'] == 'pressure':
+        ratio = (shape['x'][-1] / shape['x'][0]) ** 0.8
+        assert high / low == pytest.approx(ratio, rel=0.2)
+    assert data['gap']['cut'] > 0.9
+    improved = system_file(tmp_path, found.system.to_yaml(found.improved))
+    (read,) = load_system(improved).hypothesis.effects.values()
+    assert read.shape.over == shape['variable']
+    assert read.shape.times == pytest.approx(shape['y'], rel=1e-3)
 
 
 def test_dead_volume_of_sealed_chambers_is_told_from_an_effect(tmp_path: Path) -> None:

@@ -1,0 +1,62 @@
+"""Effects of another form: monotone factors, and knots where there is something to fit."""
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.candidates import effect_candidate
+from pneu_rig_ros.diagnosis.families import KNOTS, Family, families, knots
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.shape import Shaped
+
+from .runs import configured, measured
+
+RIG = configured('cylinder_1')
+RUN = measured(load_system('cylinder_1'), 'run', RIG)
+
+
+def families_of(name: str) -> list[Family]:
+    return list(families(effect_candidate(name), [RUN], 293.0))
+
+
+def test_each_variable_that_drives_an_effect_has_a_rising_and_a_falling_factor() -> None:
+    found = families_of('wall_heat_transfer')
+    drivers = library.load('wall_heat_transfer').drivers
+    assert [one.over for one in found] == [name for name in drivers for _ in range(2)]
+    assert found[0].name == 'wall_heat_transfer over pressure'
+    for rising, falling in zip(found[::2], found[1::2], strict=True):
+        for family, sign in ((rising, 1.0), (falling, -1.0)):
+            for start in family.starts:
+                assert np.all(sign * np.diff(family.shape(start).times) > 0.0)
+
+
+def test_factor_is_one_in_the_mean_so_that_the_size_stays_that_of_the_effect() -> None:
+    shape = families_of('wall_heat_transfer')[0].shape((2.0, 3.0, 4.0))
+    assert np.prod(shape.times) == pytest.approx(1.0)
+    ratios = np.array(shape.times[1:]) / shape.times[:-1]
+    assert ratios == pytest.approx([2.0, 3.0, 4.0])
+
+
+def test_factor_is_put_on_the_effect_as_it_was_fitted() -> None:
+    family = families_of('wall_heat_transfer')[0]
+    own = library.load('wall_heat_transfer').probes[0]
+    given = Hypothesis(RIG.model).with_effect('wall_heat_transfer', own)
+    shaped = family.apply(given, (1.5,) * (KNOTS - 1)).effects['wall_heat_transfer']
+    assert isinstance(shaped, Shaped)
+    assert shaped.parameters == own
+    again = family.apply(given.with_effect('wall_heat_transfer', shaped), (2.0,) * (KNOTS - 1))
+    assert again.effects['wall_heat_transfer'].parameters == own
+
+
+@pytest.mark.parametrize('over', ['position', 'speed', 'pressure', 'dwell', 'opening'])
+def test_knots_lie_where_the_runs_were(over: str) -> None:
+    at = knots(over, [RUN], 293.0)
+    assert at is not None
+    assert len(at) == KNOTS
+    assert np.all(np.diff(at) > 0.0)
+
+
+def test_variable_that_does_not_differ_has_no_factor() -> None:
+    still = RUN.read_again(np.full(RUN.size, 0.1), RUN.pressures)
+    assert knots('position', [still], 293.0) is None
