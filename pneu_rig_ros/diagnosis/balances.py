@@ -100,9 +100,7 @@ class Comparison:
         return run
 
     def _march(self, hypothesis: Hypothesis, run: Measured) -> tuple[Floats, Floats]:
-        gas = hypothesis.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
-        operation = run.started(run.operation)
-        plant = hypothesis.plant(hypothesis.model._replace(operation=operation, gas=gas))
+        plant = hypothesis.plant_of(run)
         slow, parts = self.run, substeps(hypothesis, run.interval)  # the speed of the readings
         rates, bias = plant.along(
             refined(run.smooth, parts), np.repeat(slow.velocity / hypothesis.gains[0], parts),

@@ -165,6 +165,41 @@ class Candidate:
         return hypothesis.with_parameter(section, name, new)
 
 
+@dataclass(frozen=True)
+class Condition(Candidate):
+    """A condition that is not as the recordings state it."""
+
+    @property
+    def is_parameter(self) -> bool:
+        """No: the model is not wrong."""
+        return False
+
+    @property
+    def condition(self) -> str:
+        """Its name."""
+        return self.name.removeprefix(CONDITIONS)
+
+    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+        """Return the hypothesis that the condition is so many times what was stated."""
+        return hypothesis.with_condition(self.condition, float(values[0]))
+
+
+CONDITIONS = 'conditions.'
+"""Before the name of a condition in that of a candidate."""
+
+
+def condition(name: str, group: str, most: float) -> Condition:
+    """
+    Return a condition as a candidate.
+
+    :param most: by which factor it may be off, either way [-]
+    """
+    quantity = Quantity('-', 1.0 / most, most, 'times what was stated')
+    starts = tuple((most**share,) for share in (-0.3, 0.3))
+    factor = Coordinate('times', quantity, 1.0 / most, most, 1.0, True, 1.0)
+    return Condition(CONDITIONS + name, group, (factor,), starts)
+
+
 def candidates(given: Hypothesis, without: Sequence[str] = ()) -> list[Candidate]:
     """
     Return everything that may explain a gap of a given model.

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from pneu_rig_ros.diagnosis.measured import Measured
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.parameters import Model, Operation
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
 
 Gains = tuple[float, float, float]
@@ -22,21 +23,34 @@ class Hypothesis:
     :param model: parameters; its operation is replaced by that of each recording
     :param effects: name -> parameters of the effects that act
     :param gains: slopes of the sensors of x, p1, p2 [-]
+    :param conditions: condition of a recording -> how many times what it states it is [-]
     """
 
     model: Model
     effects: Mapping[str, Any] = field(default_factory=dict)
     gains: Gains = CALIBRATED
+    conditions: Mapping[str, float] = field(default_factory=dict)
 
-    def plant(self, model: Model) -> Plant:
+    def plant_of(self, run: Measured) -> Plant:
+        """Return the plant as it was when a run began."""
+        return self.plant(run, run.started(run.operation))
+
+    def plant(self, run: Measured, operation: Operation) -> Plant:
         """
-        Return the plant of a model, that of the hypothesis under the conditions of a recording.
+        Return the plant in the surroundings of a run under conditions as they are stated.
 
         It is the plant with every effect of the library, those that do not act with their null
         parameters, so that no other has to be compiled whatever is tried.
         """
+        true = {name: times * getattr(operation, name) for name, times in self.conditions.items()}
+        gas = self.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
+        model = self.model._replace(operation=operation._replace(**true), gas=gas)
         nulls = {name: library.load(name).null for name in library.names()}
         return Plant(model, {**nulls, **self.effects}, TOLERANCE)
+
+    def with_condition(self, name: str, times: float) -> Hypothesis:
+        """Return the hypothesis that a condition is so many times what was stated [-]."""
+        return replace(self, conditions={**self.conditions, name: times})
 
     def with_effect(self, name: str, parameters: Any) -> Hypothesis:
         """Return the hypothesis that an effect acts too."""

@@ -123,12 +123,11 @@ def readings(
 ) -> Floats | None:
     """Return x [m], p1, p2 [Pa] of an experiment, shape (n, 3); None where it breaks down."""
     zero = run.atmospheric_pressure
-    gas = hypothesis.model.gas._replace(atmospheric_pressure=zero)
     operation = run.operation._replace(
         supply_pressure=supply, load_mass=load, initial_position=position,
         initial_pressure_1=zero, initial_pressure_2=zero,
     )  # fmt: skip
-    plant = hypothesis.plant(hypothesis.model._replace(operation=operation, gas=gas))
+    plant = hypothesis.plant(run, operation)
     count = round(DURATION / INTERVAL)
     voltages = np.array([valve_voltages(u if 3 * k < 2 * count else 0.0) for k in range(count)])
     try:

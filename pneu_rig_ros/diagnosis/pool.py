@@ -11,7 +11,9 @@ from pneu_rig_ros.diagnosis.candidates import (
     FORCE,
     GAS,
     Candidate,
+    Condition,
     Coordinate,
+    condition,
     effect_candidate,
     effects,
     parameters,
@@ -29,6 +31,8 @@ NEEDS_CHAMBER = {
     'cylinder.cap_dead_volume': 'gas_1', 'cylinder.rod_dead_volume': 'gas_2',
 }  # fmt: skip
 """Parameter -> the only balance that shows it."""
+SUPPLY_OFF, LOAD_OFF = 1.1, 1.5
+"""Factors by which supply pressure and load may differ from what is stated: a gauge, a guess."""
 VALVE_PARAMETERS = ('valve.intake_coefficient', 'valve.exhaust_coefficient',
                     'valve.intake_voltage', 'valve.exhaust_voltage')  # fmt: skip
 
@@ -40,7 +44,18 @@ def pool(system: System, runs: Sequence[Measured], without: Sequence[str]) -> li
     :param without: effects that are left out
     """
     balances = frozenset().union(*(run.balances for run in runs))
-    return [*_parameters(system, balances), *_effects(system, runs, balances, without)]
+    return [*_parameters(system, balances), *_conditions(system, runs, balances),
+            *_effects(system, runs, balances, without)]  # fmt: skip
+
+
+def _conditions(
+    system: System, runs: Sequence[Measured], balances: frozenset[str]
+) -> Iterator[Condition]:
+    """Yield the conditions that may be other than stated, and show."""
+    if not system.shut and balances & {'gas_1', 'gas_2'}:
+        yield condition('supply_pressure', GAS, SUPPLY_OFF)
+    if 'force' in balances and any(run.operation.load_mass > 0.0 for run in runs):
+        yield condition('load_mass', FORCE, LOAD_OFF)
 
 
 def _parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate
+from pneu_rig_ros.diagnosis.alternatives import candidates, indistinguishable
+from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate, Condition
 from pneu_rig_ros.diagnosis.evidence import Evidence
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.families import Family
@@ -19,11 +20,10 @@ from pneu_rig_ros.diagnosis.intervals import (
     value_intervals,
 )
 from pneu_rig_ros.diagnosis.localisation import BALANCES, UNITS, Disagreement, Windows, windows_of
-from pneu_rig_ros.diagnosis.scoring import Scored, above, excess, no_worse
+from pneu_rig_ros.diagnosis.scoring import above, excess
 from pneu_rig_ros.diagnosis.shrink import signal_tables
 from pneu_rig_ros.diagnosis.workflow import (
     CONSISTENT,
-    EFFECT,
     UNCALIBRATED,
     UNKNOWN,
     Diagnosis,
@@ -32,10 +32,9 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import DRIVERS, Shape
 
 Floats = NDArray[np.float64]
+Rows = Sequence[Mapping[str, Any]]
 
 VERSION = 2
-MOST_CANDIDATES = 20
-"""Candidates that are told."""
 MOST_INTERVALS = 6
 """Intervals that are told of each disagreement, longest first."""
 
@@ -43,6 +42,9 @@ MOST_INTERVALS = 6
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return diagnosis.json as plain data."""
     estimates = list(_estimates(diagnosis))
+    parameters = [row for part, row in estimates if part.is_parameter]
+    effects = [row for part, row in estimates if part.is_effect and not part.describes]
+    conditions = [row for part, row in estimates if isinstance(part, Condition)]
     return {
         'version': VERSION,
         'model': diagnosis.system.name,
@@ -53,7 +55,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             'verify': [one.run.name for one in diagnosis.held.comparisons],
         },
         'verdict': diagnosis.verdict,
-        'sentence': sentence(diagnosis),
+        'sentence': sentence(diagnosis, parameters, effects, conditions),
         'balances': balances(diagnosis),
         'where': [disagreement(one) for one in told(diagnosis)],
         'intervals': [
@@ -61,19 +63,24 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             for balance, name, a, b in intervals(diagnosis)
         ],
         'null_scores': null_scores(diagnosis.windows),
-        'candidates': ranked(diagnosis),
+        'candidates': candidates(diagnosis),
         'indistinguishable': indistinguishable(diagnosis),
         'calibration': next((row for part, row in estimates if part.name == CALIBRATION), {}),
-        'parameters': [row for part, row in estimates if part.is_parameter],
-        'effects': [row for part, row in estimates if part.is_effect and not part.describes],
+        'conditions': conditions,
+        'parameters': parameters,
+        'effects': effects,
         'unknown': diagnosis.unknown and diagnosis.unknown.to_dict(),
         'gap': gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and diagnosis.next_experiment.to_dict(),
     }
 
 
-def sentence(diagnosis: Diagnosis) -> str:
-    """Return the verdict in one sentence."""
+def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:
+    """
+    Return the verdict in one sentence.
+
+    :param parameters, effects, conditions: those that are told
+    """
     verdict = diagnosis.verdict
     if verdict == CONSISTENT:
         return 'Model and measurement agree within the noise: nothing is missing.'
@@ -84,16 +91,23 @@ def sentence(diagnosis: Diagnosis) -> str:
         return (
             f'Model and measurement disagree in {places}, and nothing in the library explains it.'
         )
-    explanation = diagnosis.explanation
-    names = [
-        f'{part.name} ({library.load(part.name).title}{form_text(part.name, explanation)})'
-        if part.is_effect else f'{part.name} has another value'
-        for part in explanation.parts if part.is_effect or part.is_parameter
-    ]  # fmt: skip
-    kind = 'The model lacks ' if verdict == EFFECT else 'A parameter is wrong: '
+    lacks = [f'{one["name"]} ({one["title"]}){form_text(one["shape"])}' for one in effects]
+    texts = ['The model lacks ' + ' and '.join(lacks)] if effects else []
+    wrong = ' and '.join(one['name'] for one in parameters)
+    texts += [f'{wrong} {"have" if len(parameters) > 1 else "has"} another value'] * bool(wrong)
+    texts += [f'{one["name"]} is {one["value"]:.3g} times what the recordings state'
+              for one in conditions]  # fmt: skip
     left = diagnosis.search.left()
-    rest = f'; {left:.0%} of what exceeds the noise remains' if left >= 0.01 else ''
-    return kind + ' and '.join(names) + rest + '.'
+    texts += [f'{left:.0%} of what exceeds the noise remains'] * (left >= 0.01)
+    return '; '.join(texts) + '.'
+
+
+def form_text(shape: Mapping[str, Any] | None) -> str:
+    """Return how an effect differs from its formula for a sentence, '' where it does not."""
+    if shape is None:
+        return ''
+    way = 'grows' if shape['y'][-1] > shape['y'][0] else 'falls'
+    return f', which {way} with {shape["variable"].replace("_", " ")}'
 
 
 def form_of(effect: str, explanation: Explanation) -> Shape | None:
@@ -102,15 +116,6 @@ def form_of(effect: str, explanation: Explanation) -> Shape | None:
         if isinstance(part, Family) and part.effect == effect:
             return part.shape(values)
     return None
-
-
-def form_text(effect: str, explanation: Explanation) -> str:
-    """Return how an effect differs from its formula for a sentence, '' where it does not."""
-    shape = form_of(effect, explanation)
-    if shape is None:
-        return ''
-    way = 'more' if shape.times[-1] > shape.times[0] else 'less'
-    return f'; the {way} of it the larger {shape.over.replace("_", " ")} is'
 
 
 def told(diagnosis: Diagnosis) -> Sequence[Disagreement]:
@@ -190,58 +195,6 @@ def whitened_of(balance: str, windows: Sequence[Windows]) -> Floats:
     return np.concatenate([np.zeros(0), *own])
 
 
-def ranked(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Return the candidates as plain data: fitted ones, best first, then those screened."""
-    search = diagnosis.search
-    rows: dict[tuple[str, ...], dict[str, Any]] = {}
-    begin = search.losses_given
-    for one in sorted(search.ranking, key=lambda one: one.total):
-        causes = one.explanation.causes
-        if causes:
-            rows.setdefault(tuple(causes), _fitted(one, begin, search.best))
-    for tried in search.screened:
-        rows.setdefault((tried.candidate.name,), _screened(tried.candidate, tried.loss, begin))
-    return list(rows.values())[:MOST_CANDIDATES]
-
-
-def _fitted(one: Scored, begin: float, best: Scored | None) -> dict[str, Any]:
-    parts = zip(one.explanation.parts, one.explanation.values, strict=True)
-    values = {
-        part.name if part.is_parameter else f'{part.name}.{c.name}': value
-        for part, fitted in parts
-        for c, value in zip(part.coordinates, fitted, strict=True)
-    }
-    same = best is not None and best.losses.size == one.losses.size
-    error = one.behind(best)[1] if same and best is not None else 0.0
-    least = float(one.losses.sum())
-    stage = 'simulation' if one.simulated else 'regression'
-    return {'names': one.explanation.causes, 'stage': stage, 'score': -one.total,
-            'error': error, 'gap_left': _share(least, begin), 'parameters': values}  # fmt: skip
-
-
-def _screened(candidate: Candidate, loss: float, begin: float) -> dict[str, Any]:
-    return {'names': [candidate.name], 'stage': 'screened', 'score': -loss, 'error': 0.0,
-            'gap_left': _share(loss, begin), 'parameters': {}}  # fmt: skip
-
-
-def _share(loss: float, begin: float) -> float:
-    return float(min(loss / begin, 1.0)) if begin > 0.0 else 1.0
-
-
-def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
-    """Return the explanations of equal size that are as likely as the best, that one first."""
-    best = diagnosis.best
-    if best is None or not best.explanation.causes:
-        return []
-    size = len(best.explanation.parts)
-    alike = {'+'.join(best.explanation.causes): None}
-    for one in diagnosis.search.ranking:
-        same = len(one.explanation.parts) == size and one.losses.size == best.losses.size
-        if same and one.explanation.causes and no_worse(one, best):
-            alike['+'.join(one.explanation.causes)] = None
-    return [list(alike)] if len(alike) > 1 else []
-
-
 def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]]]:
     """Yield each part of the explanation with its values and intervals as plain data."""
     if diagnosis.best is None:
@@ -259,6 +212,10 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
             yield one, {'name': one.name, 'title': library.load(one.name).title,
                         'balance': one.balance, 'parameters': rows,
                         'shape': _shape(form_of(one.name, explanation))}  # fmt: skip
+        elif isinstance(one, Condition):
+            runs = [c.run for c in diagnosis.fitted.comparisons]
+            stated = [float(getattr(run.operation, one.condition)) for run in runs]
+            yield one, {'name': one.condition, 'stated': stated, **rows['times']}
         elif one.is_parameter:
             row = next(iter(rows.values()))
             low, high = row['interval']

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from scipy.stats import mannwhitneyu
@@ -106,12 +105,6 @@ class Search:
     first_cycles: Cycles | None = None
     """How far the given model's simulated cycles are off, if they were looked at."""
 
-    @cached_property
-    def losses_given(self) -> float:
-        """Losses of the given hypothesis on all runs, by residuals alone [-]."""
-        pair = (replace(one, confirmation=None) for one in (self.fitted, self.held))
-        return float(sum(one.losses(self.given).sum() for one in pair))
-
     def run(self) -> Scored | None:
         """Return the smallest explanation that leaves nothing significant, or the best of all."""
         self.begin = self.fitted, self.held
@@ -175,6 +168,12 @@ class Search:
     def hypothesis(self) -> Hypothesis:
         """The hypothesis with the best explanation so far."""
         return self.given if self.best is None else self.best.explanation.apply(self.given)
+
+    def causes(self, explanation: Explanation) -> list[str]:
+        """Return the names of what explains, without what is fitted together with everything."""
+        along = {part.name for part in self.base.parts}
+        beyond = [name for name in explanation.causes if name not in along]
+        return beyond or explanation.causes
 
     def cycles_off(self) -> list[Disagreement]:
         """Return where simulation from rest to rest disagrees: in cycles, from breakaway on."""

@@ -44,7 +44,8 @@ def signal_tables(given: Hypothesis, improved: Hypothesis, held: Evidence) -> di
 def balance_of(hypothesis: Hypothesis, one: Comparison) -> ForceBalance:
     """Return the constants of Eq. 2 under the conditions of a run."""
     cylinder = hypothesis.model.cylinder
-    mass = cylinder.moving_mass + one.run.operation.load_mass
+    load = hypothesis.conditions.get('load_mass', 1.0) * one.run.operation.load_mass
+    mass = cylinder.moving_mass + load
     return ForceBalance(cylinder.cap_area, cylinder.rod_area, mass, one.run.atmospheric_pressure)
 
 

@@ -85,9 +85,7 @@ class Guided:
         :param errors: added to x [m], p1, p2 [Pa] at every restart, shape (n - 1, 3)
         """
         run = self.comparison.corrected(hypothesis)
-        gas = hypothesis.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
-        operation = run.started(run.operation)
-        plant = hypothesis.plant(hypothesis.model._replace(operation=operation, gas=gas))
+        plant = hypothesis.plant_of(run)
         actions, measured, begins = self.restarts(run)
         if free:
             actions = np.zeros_like(actions)
@@ -151,9 +149,7 @@ TOLERANCE = 5e-5
 def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     """Return p1, p2 as read [Pa] along the measured motion, shape (n - 1, 2)."""
     run = comparison.corrected(hypothesis)
-    gas = hypothesis.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
-    operation = run.started(run.operation)
-    plant = hypothesis.plant(hypothesis.model._replace(operation=operation, gas=gas))
+    plant = hypothesis.plant_of(run)
     plant.tolerance, plant.longest_step = TOLERANCE, run.interval
     position = np.clip(run.smooth[:, 0], 0.0, run.stroke)
     measured = np.zeros((run.size - 1, 4))

@@ -29,9 +29,7 @@ LARGEST = 3.0
 
 def twin_of(hypothesis: Hypothesis, run: Measured, rng: np.random.Generator) -> Measured:
     """Return a run with the same commands and conditions, simulated freely."""
-    gas = hypothesis.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
-    operation = run.started(run.operation)
-    plant = hypothesis.plant(hypothesis.model._replace(operation=operation, gas=gas))
+    plant = hypothesis.plant_of(run)
     start = plant.state
     true = plant.run(run.voltages, run.interval)
     x, p1, p2 = (

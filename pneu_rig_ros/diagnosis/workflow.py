@@ -31,8 +31,8 @@ from pneu_rig_ros.executor import Executor, Here
 
 Tell = Callable[[str, float], None]
 
-CONSISTENT, UNCALIBRATED, PARAMETER, EFFECT, UNKNOWN = (
-    'consistent', 'uncalibrated', 'parameter', 'effect', 'unknown'
+CONSISTENT, UNCALIBRATED, CONDITIONS, PARAMETER, EFFECT, UNKNOWN = (
+    'consistent', 'uncalibrated', 'conditions', 'parameter', 'effect', 'unknown'
 )  # fmt: skip
 RIVALS = 3
 """Explanations that the next experiment is to tell apart."""
@@ -97,13 +97,15 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """One of consistent, uncalibrated, parameter, effect, unknown."""
+        """One of consistent, uncalibrated, conditions, parameter, effect, unknown."""
         if self.unknown is not None:
             return UNKNOWN
         causes = [part for part in self.explanation.parts if part.name != CALIBRATION]
         if not causes:
             return UNCALIBRATED if self.where and self.explanation.parts else CONSISTENT
-        return EFFECT if any(part.is_effect for part in causes) else PARAMETER
+        if any(part.is_effect for part in causes):
+            return EFFECT
+        return PARAMETER if any(part.is_parameter for part in causes) else CONDITIONS
 
 
 def diagnose(
@@ -199,7 +201,8 @@ def rivals(search: Search) -> dict[str, Hypothesis]:
     size = len(search.best.explanation.parts)
     alike: dict[str, Hypothesis] = {}
     for one in sorted(search.ranking, key=lambda one: one.total):
-        if len(one.explanation.parts) == size and one.explanation.causes:
-            name = ' + '.join(one.explanation.causes)
+        causes = search.causes(one.explanation)
+        if len(one.explanation.parts) == size and causes:
+            name = ' + '.join(causes)
             alike.setdefault(name, one.explanation.apply(search.given))
     return dict(list(alike.items())[:RIVALS])

@@ -18,6 +18,7 @@ from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report import diagnosis_rows as rows
 from pneu_rig_ros.report.claims_page import data_address
 from pneu_rig_ros.report.latent_figures import Track, draw_latent, tracks_of
+from pneu_rig_ros.report.shape_figure import draw_shape
 from pneu_rig_ros.report.shrink_figures import draw_next, draw_shrink, runs_of
 from pneu_rig_ros.report.writing import write_whole
 
@@ -56,7 +57,7 @@ TITLES = {
     'gas_2': 'Gas in chamber 2',
     'force': 'Forces on the piston',
 }
-PLACES = ('where', 'left', 'shrink', 'free', 'next')
+PLACES = ('where', 'added', 'left', 'shrink', 'free', 'next')
 HEADS = ('Supply, absolute', 'Load', 'Rest before')
 """Conditions of a rig's recordings."""
 
@@ -122,6 +123,11 @@ def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
 
 def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
     yield from _latent_drawings(diagnosis, answer)
+    for one in answer['effects']:
+        if one['shape'] is not None:
+            yield Drawing('added', f'Form of {one["name"]}', 'The formula of the effect is to be '
+                          'multiplied with this factor, linear between the points.',
+                          partial(draw_shape, one['name'], one['shape']))  # fmt: skip
     for comparison in diagnosis.held.comparisons:
         yield from _shrink_drawings(diagnosis, comparison)
     plan = diagnosis.next_experiment

@@ -158,15 +158,13 @@ def _longest(one: Mapping[str, Any]) -> str:
 
 
 def ranking(answer: Answer, most: int) -> list[Ranked]:
-    """Return the best candidates, best first."""
-    added = {one['name'] for one in (*answer['parameters'], *answer['effects'])}
+    """Return the best candidates, the answer first."""
     rows = []
     for one in answer['candidates'][:most]:
         names, left = one['names'], one['gap_left']
-        chosen = one['stage'] != 'screened' and set(names) == added
         stage = 'screened' if one['stage'] == 'screened' else 'fitted'
         kind = _kind(names)
-        rows.append(Ranked(' + '.join(names), kind, stage, f'{left:.0%}', left, chosen))
+        rows.append(Ranked(' + '.join(names), kind, stage, f'{left:.0%}', left, one['chosen']))
     return rows
 
 
@@ -188,6 +186,8 @@ def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
 def added_rows(answer: Answer) -> list[Added]:
     """Return the parameters that were changed, and those of the effects that were added."""
     rows = [_added(one['name'], number(one['was'], 4), one) for one in answer['parameters']]
+    rows += [_added(f'{one["name"]}, times what is stated', '1', one)
+             for one in answer['conditions']]  # fmt: skip
     for effect in answer['effects']:
         for name, value in effect['parameters'].items():
             rows.append(_added(f'{effect["name"]}.{name}', NOT_KNOWN, value))

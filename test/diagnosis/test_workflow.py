@@ -62,13 +62,19 @@ def chambers(
     return diagnose(tables[:1], system_file(folder, CHAMBERS), tables[1:], mapping=known)
 
 
-def rigs(folder: Path, change: Change, without: tuple[str, ...] = ()) -> Diagnosis:
-    """Return the diagnosis of strokes of a changed cylinder 1."""
+def recordings(folder: Path, change: Change) -> list[Path]:
+    """Return bags of strokes of a changed cylinder 1."""
     bags = []
     for seed, (name, (u, supply, position)) in enumerate(STROKES.items(), start=1):
         rig = configured('cylinder_1', seed=seed, supply_pressure=supply,
                          initial_position=position)  # fmt: skip
         bags.append(simulate(change(rig), u, 6.0, folder / name))
+    return bags
+
+
+def rigs(folder: Path, change: Change, without: tuple[str, ...] = ()) -> Diagnosis:
+    """Return the diagnosis of strokes of a changed cylinder 1."""
+    bags = recordings(folder, change)
     system_of(folder, configured('cylinder_1'))
     return diagnose(bags[:2], folder / 'model.yaml', bags[2:], without=without)
 
@@ -152,6 +158,21 @@ def test_friction_that_grows_with_pressure_is_named_on_a_bench(tmp_path: Path) -
     assert slope['value'] == pytest.approx(1.2e-5, rel=0.05)
     assert data['where'][0]['balance'] == 'force'
     assert data['gap']['cut'] > 0.8
+
+
+def test_supply_that_is_not_as_stated_is_a_condition_and_no_physics(tmp_path: Path) -> None:
+    stated = 1.04
+    bags = recordings(tmp_path, lambda rig: rig)
+    for bag, (_, supply, _) in zip(bags, STROKES.values(), strict=True):
+        (bag / 'conditions.yaml').write_text(f'supply_pressure: {stated * supply:.1f} Pa\n')
+    system_of(tmp_path, configured('cylinder_1'))
+    data = told(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:]))
+    (row,) = data['conditions']
+    low, high = row['interval']
+    assert row['value'] == pytest.approx(1.0 / stated, rel=0.005)
+    assert low < row['value'] < high
+    assert data['verdict'] == 'conditions'
+    assert data['gap']['cut'] > 0.9
 
 
 def test_nothing_is_missing_in_a_rig_that_lacks_nothing(tmp_path: Path) -> None:

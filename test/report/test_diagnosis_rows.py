@@ -79,12 +79,11 @@ def test_signals_of_a_simulation_that_broke_down_have_no_number() -> None:
     assert row == ('pressure 1', '-', '0.300', '0.150', 'kPa', '-', '2.0')
 
 
-def test_only_a_fitted_candidate_is_the_chosen_one() -> None:
-    rows = [{'names': ['stribeck'], 'stage': stage, 'gap_left': 0.2}
-            for stage in ('screened', 'regression')]  # fmt: skip
-    answer = {'parameters': [], 'effects': [{'name': 'stribeck'}], 'candidates': rows}
-    assert [(one.stage, one.chosen) for one in ranking(answer, 5)] == [
-        ('screened', False), ('fitted', True),
+def test_ranking_says_what_was_fitted_and_what_was_chosen() -> None:
+    rows = [{'names': ['stribeck'], 'stage': stage, 'gap_left': 0.2, 'chosen': chosen}
+            for stage, chosen in (('regression', True), ('screened', False))]  # fmt: skip
+    assert [(one.stage, one.chosen) for one in ranking({'candidates': rows}, 5)] == [
+        ('fitted', True), ('screened', False),
     ]  # fmt: skip
 
 
