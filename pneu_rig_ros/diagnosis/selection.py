@@ -44,8 +44,10 @@ FITTED = 6
 """Candidates that are fitted at each size."""
 BEAM = 2
 """Explanations of one size that grow further."""
-ROUNDS, LONG = 15, 40
-"""Rounds of the first fits, and of the one that is kept."""
+FEW, ROUNDS, LONG = 4, 15, 40
+"""Rounds of the first fits to simulations, of the fits, and of the one that is kept."""
+FINALISTS = 3
+"""Explanations that are fitted to simulations to the end: each costs seconds."""
 TWINS = 3
 """Twins of the runs that tell how far a true model's simulation is off."""
 FALSE_ALARMS = 0.01
@@ -144,7 +146,7 @@ class Search:
             return found, self.scored(before)
         narrow = self.fitted, self.held
         self.fitted, self.held = (one.wider(narrow[0], best) for one in narrow)
-        again = best_of_each(self.fits([one.explanation for one in found], ROUNDS))
+        again = best_of_each(self.fits([one.explanation for one in found]))
         scored = self.scored(before)
         self.fitted, self.held = narrow
         return again, scored
@@ -214,7 +216,8 @@ class Search:
         """Return whether something significant is left; adds simulation where it is needed."""
         self.tell('what is left')
         if self.fitted.confirmation is None:
-            if self.significant():
+            little = self.best is not None and self.left() < LITTLE
+            if self.significant() and not little:
                 return True
             if not self.off_in_simulation():
                 return False
@@ -284,11 +287,11 @@ class Search:
             self.screened = ranked
         starts = [base.plus(one.candidate, values) for one in ranked[:FITTED]
                   for values in (one.values, *one.others)]  # fmt: skip
-        found = best_of_each(self.fits(starts, ROUNDS))
+        found = best_of_each(self.fits(starts))
         free = all(one.free for one in self.fitted.comparisons)
         if free and self.fitted.confirmation is None and ambiguous(found):
             self.simulate()
-            found = self.fits([one.explanation for one in found], ROUNDS)
+            found = self.fits([one.explanation for one in found])
         return found
 
     def forms(self, base: Explanation) -> list[Family]:
@@ -299,8 +302,14 @@ class Search:
         return [form for one in base.parts if one.is_effect and one.name not in shaped
                 for form in families(one, runs, temperature)]  # fmt: skip
 
-    def fits(self, starts: Sequence[Explanation], rounds: int) -> list[Scored]:
-        """Return explanations fitted from several starts."""
+    def fits(self, starts: Sequence[Explanation]) -> list[Scored]:
+        """Return explanations fitted from several starts; to simulations only the nearest."""
+        if self.fitted.confirmation is not None:
+            ahead = sorted(best_of_each(self._fits(starts, FEW)), key=lambda one: one.total)
+            starts = [one.explanation for one in ahead[:FINALISTS]]
+        return self._fits(starts, ROUNDS)
+
+    def _fits(self, starts: Sequence[Explanation], rounds: int) -> list[Scored]:
         self.tell('fitting ' + ', '.join(one.name for one in starts))
         fits = map_tasks(self.executor, fit, starts, self.given, self.fitted, rounds)
         return map_tasks(self.executor, score, fits, self.given, self.fitted, self.held)
