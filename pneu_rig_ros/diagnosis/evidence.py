@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,6 +13,13 @@ from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.confirmation import Confirmation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.run_errors import (
+    RunErrors,
+    clock_column,
+    estimated,
+    in_time,
+    start_columns,
+)
 from pneu_rig_ros.diagnosis.twins import Spread, factors_of, spread, with_bias
 
 Floats = NDArray[np.float64]
@@ -34,21 +41,51 @@ class Evidence:
     :param noises: of each
     :param spread: of the twins
     :param confirmation: the simulated runs, None where simulation is no part of the evidence
+    :param clocks: change of the residuals of each run by one standard deviation of its clock's
+        offset, shape (m, 1) each
     """
 
     comparisons: tuple[Comparison, ...]
     noises: tuple[NoiseModel, ...]
     spread: Spread
     confirmation: Confirmation | None = None
+    clocks: tuple[Residuals, ...] = ()
 
     @classmethod
     def of(
         cls, given: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
     ) -> Evidence:
         """Return the runs with the noise that they have if the hypothesis is true."""
-        twins = spread(given, tuple(comparisons), rng)
-        noises = [with_bias(noise_model(given, one, rng), one, twins.bias) for one in comparisons]
-        return cls(tuple(comparisons), tuple(noises), twins)
+        runs = tuple(in_time(given, one, rng) for one in comparisons)
+        twins = spread(given, runs, rng)
+        noises = [with_bias(noise_model(given, one, rng), one, twins.bias) for one in runs]
+        clocks = tuple(clock_column(given, one) for one in runs)
+        return cls(runs, tuple(noises), twins, clocks=clocks)
+
+    def errors(self, hypothesis: Hypothesis, comparison: Comparison) -> RunErrors | None:
+        """Return what one of the runs is off by under a hypothesis, None where it cannot be."""
+        if not comparison.run.has_errors:
+            return None
+        index = [one is comparison for one in self.comparisons].index(True)
+        return estimated(hypothesis, comparison, self.noises[index])
+
+    def aligned(self, hypothesis: Hypothesis, comparison: Comparison) -> Comparison:
+        """Return one of the runs without the errors that it has under a hypothesis."""
+        found = self.errors(hypothesis, comparison)
+        return comparison if found is None else Comparison(found.of(comparison.run))
+
+    def noises_under(self, hypothesis: Hypothesis) -> list[NoiseModel]:
+        """Return the noise of each run, with its errors as unknowns of their own."""
+        return [noise for _, noise in self._under(hypothesis)]
+
+    def _under(self, hypothesis: Hypothesis) -> Iterator[tuple[Residuals, NoiseModel]]:
+        """Yield residuals and noise of each run."""
+        for one, noise, clock in zip(self.comparisons, self.noises, self.clocks, strict=True):
+            here = one.residuals(hypothesis)
+            if one.run.has_errors:
+                noise = noise.with_common(clock)
+                noise = noise.with_common(start_columns(hypothesis, one, here))
+            yield here, noise
 
     def simulated(self, hypothesis: Hypothesis, rng: np.random.Generator) -> Evidence:
         """Return the evidence with simulation, spread as if the hypothesis were true."""
@@ -80,8 +117,8 @@ class Evidence:
     def of_each(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""
         every = []
-        for one, noise, factors in zip(self.comparisons, self.noises, self.factors, strict=True):
-            whitened = noise.whiten(one.residuals(hypothesis))
+        for (here, noise), factors in zip(self._under(hypothesis), self.factors, strict=True):
+            whitened = noise.whiten(here)
             every.append(Residuals(*(z / f for z, f in zip(whitened, factors, strict=True))))
         return every
 

@@ -33,7 +33,9 @@ class Hypothesis:
 
     def plant_of(self, run: Measured) -> Plant:
         """Return the plant as it was when a run began."""
-        return self.plant(run, run.started(run.operation))
+        plant = self.plant(run, run.started(run.operation))
+        plant.start_with(run.gas_temperatures(self.model.gas))
+        return plant
 
     def plant(self, run: Measured, operation: Operation) -> Plant:
         """

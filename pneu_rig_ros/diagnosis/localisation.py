@@ -131,8 +131,8 @@ def windows_of(evidence: Evidence, hypothesis: Hypothesis) -> list[Windows]:
     """Return the windows of all balances in all runs, breakaways as windows of the force."""
     found = []
     runs = zip(
-        evidence.comparisons, evidence.noises, evidence.factors, evidence.of_each(hypothesis),
-        strict=True,
+        evidence.comparisons, evidence.noises_under(hypothesis), evidence.factors,
+        evidence.of_each(hypothesis), strict=True,
     )  # fmt: skip
     for comparison, noise, factors, whitened in runs:
         raw = comparison.residuals(hypothesis)
@@ -157,7 +157,7 @@ def _windows(
     variables = {
         name: functions.plain_means(middles[:, i])[kept] for i, name in enumerate(VARIABLES)
     }
-    starts = functions.starts[kept].astype(np.float64) * run.interval
+    starts = run.begin + functions.starts[kept].astype(np.float64) * run.interval
     ends = starts + functions.size * run.interval
     regimes = _regimes(comparison, functions, balance)[kept]
     directions = np.where(variables['velocity'] >= 0.0, 'out', 'in')
@@ -187,7 +187,7 @@ def _breakaways(
 ) -> Windows:
     run, kept = comparison.run, whiten.kept
     ends = comparison.ends[kept]
-    time = ends.astype(np.float64) * run.interval
+    time = run.begin + ends.astype(np.float64) * run.interval
     middles = 0.5 * (run.smooth[1:] + run.smooth[:-1])
     after = np.minimum(ends + round(BREAKS / run.interval), run.size - 2)
     velocity = run.velocity[after]

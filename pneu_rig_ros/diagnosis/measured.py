@@ -13,13 +13,14 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 from scipy.special import ndtr
 
 from pneu_rig_ros.analysis.motion import Rest, find_rests
 from pneu_rig_ros.analysis.velocity import adaptive_velocity, window_for
 from pneu_rig_ros.model import along
-from pneu_rig_ros.model.parameters import Operation
+from pneu_rig_ros.model.parameters import Gas, Operation
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -34,6 +35,8 @@ IMPACT = 0.1
 """Before it comes to rest at an end stop the piston bounces, and its speed is smeared [s]."""
 FINE = 0.5
 """Length of the shortest line fits of the speed in those that tell rest from motion [-]."""
+LATEST = 3.0
+"""Standard deviations of a clock's offset that it has at most."""
 SMEARED = 0.046
 """After a breakaway and before a rest the speed is smeared by the fits it comes from [s]."""
 
@@ -76,6 +79,14 @@ class Measured:
     :param force: of a bench that moves the piston, along the outstroke [N], shape (n,); None for a
         piston that is free
     :param force_offset: standard deviation of the zero of that force [N]
+    :param clock_offset: of the delay of the pressures against all else [s], 0 where there is none
+    :param temperature_offset: of the gas at the start from the supply temperature [K]
+    :param late: delay that the pressures have been put right by [s]
+    :param temperatures: of the gas in both chambers when the recording began [K], None for the
+        supply's
+    :param compressed: pressures at the first sample in those when the recording began [-]: in so
+        short a time the gas takes no heat
+    :param recorded: the whole run with its pressures as recorded, None where it is this one
     """
 
     name: str
@@ -91,6 +102,12 @@ class Measured:
     missing: Mapping[str, str]
     force: Floats | None = None
     force_offset: float = 0.0
+    clock_offset: float = 0.0
+    temperature_offset: float = 0.0
+    late: float = 0.0
+    temperatures: tuple[float, float] | None = None
+    compressed: tuple[float, float] = (1.0, 1.0)
+    recorded: Measured | None = None
 
     @property
     def balances(self) -> frozenset[str]:
@@ -200,6 +217,46 @@ class Measured:
             initial_position=min(max(x, 0.0), self.stroke), initial_pressure_1=p1,
             initial_pressure_2=p2,
         )  # fmt: skip
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether the clock of the pressures or the temperature at the start may be off."""
+        return self.clock_offset > 0.0 or self.temperature_offset > 0.0
+
+    @property
+    def margin(self) -> float:
+        """Duration at either end for which a pressure that is late may not be known [s]."""
+        return LATEST * self.clock_offset
+
+    @property
+    def begin(self) -> float:
+        """Time of the first sample in the recording [s]."""
+        return 0.0 if self.recorded is None else round(self.margin / self.interval) * self.interval
+
+    def put_right(self, late: float) -> Measured:
+        """
+        Return the run if its pressures were recorded late [s], without ``margin`` at its ends.
+
+        Its size does not depend on the delay.
+        """
+        whole = self.recorded or self
+        time, cut = whole.interval * np.arange(whole.size), round(self.margin / whole.interval)
+        inside, intervals = slice(cut, whole.size - cut), slice(cut, whole.size - 1 - cut)
+        pressures = CubicSpline(time, whole.pressures)(time[inside] + late)
+        known = whole.pressures[max(round(late / whole.interval), 0)]
+        return replace(
+            whole, position=whole.position[inside], pressures=pressures, late=late,
+            compressed=(pressures[0, 0] / known[0], pressures[0, 1] / known[1]),
+            temperatures=self.temperatures, voltages=whole.voltages[intervals], recorded=whole,
+            force=None if whole.force is None else whole.force[inside],
+        )  # fmt: skip
+
+    def gas_temperatures(self, gas: Gas) -> tuple[float, float]:
+        """Return those of the gas in both chambers at the first sample [K]."""
+        supply = gas.supply_temperature
+        power = 1.0 - 1.0 / gas.heat_capacity_ratio
+        one, other = self.temperatures or (supply, supply)
+        return one * self.compressed[0] ** power, other * self.compressed[1] ** power
 
     def read_again(self, position: Floats, pressures: Floats) -> Measured:
         """Return the run with other readings."""

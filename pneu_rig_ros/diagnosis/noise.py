@@ -138,6 +138,15 @@ class NoiseModel(NamedTuple):
         pairs = zip(self, residuals, strict=True)
         return Residuals(*(whiten(residual) for whiten, residual in pairs))
 
+    def with_common(self, columns: Residuals) -> NoiseModel:
+        """
+        Return the noise if the windows of each balance have errors in common besides.
+
+        :param columns: one standard deviation of each error in all windows, shape (m, k) each
+        """
+        pairs = zip(self, columns, strict=True)
+        return NoiseModel(*(whiten.with_common(column) for whiten, column in pairs))
+
 
 def noise_model(
     hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Generator

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.measured import Measured, Noise, Span
+from pneu_rig_ros.diagnosis.measured import LATEST, Measured, Noise, Span
+from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, FORCE_OFFSET, INITIAL_TEMPERATURE
 from pneu_rig_ros.diagnosis.system import BALANCES, System, on_bench
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Operation
@@ -28,8 +29,6 @@ SATURATED = 0.5
 """Share of a recording that a signal may be at the upper end of its span [-]."""
 LEAST_DURATION = 1.0
 """A shorter recording says nothing [s]."""
-OFFSET = 1e4
-"""A bench's zero may be off by so much in a recording, if the file says that it is [N]."""
 SLOWEST = 0.02
 """Samples less often than this do not show when a free piston breaks away [s]."""
 
@@ -116,13 +115,16 @@ def measured_of(recording: Recording, system: System, path: Path) -> Measured:
     )
     size = recording.size
     pressures = [_signal(recording, system, name, zero, size) for name in PRESSURES]
-    return Measured(
+    deviations = system.each_recording
+    run = Measured(
         recording.name, recording.interval, _signal(recording, system, 'position', 0.0, size),
         np.column_stack(pressures), _voltages(recording, system), operation, zero,
         model.cylinder.stroke, _noise(recording, system), _span(system.sensors, zero), closed,
         np.array(recording['force']) if on_bench(recording) else None,
-        OFFSET if 'force_offset' in system.each_recording else 0.0,
+        deviations.get(FORCE_OFFSET, 0.0), deviations.get(CLOCK_OFFSET, 0.0),
+        deviations.get(INITIAL_TEMPERATURE, 0.0),
     )  # fmt: skip
+    return run.put_right(0.0) if run.clock_offset > 0.0 else run
 
 
 def _signal(
@@ -165,8 +167,9 @@ def _check_signals(
     recording: Recording, system: System, balances: frozenset[str], path: Path
 ) -> None:
     """Raise RigError for signals that say nothing, or cannot be of the system."""
-    if recording.duration < LEAST_DURATION:
-        raise RigError(f'{path}: {recording.duration:.2f} s, at least {LEAST_DURATION:g} s needed')
+    needed = LEAST_DURATION + 2.0 * LATEST * system.each_recording.get(CLOCK_OFFSET, 0.0)
+    if recording.duration < needed:
+        raise RigError(f'{path}: {recording.duration:.2f} s, at least {needed:g} s needed')
     if recording.interval > SLOWEST and balances == frozenset(BALANCES):
         raise RigError(f'{path}: a sample every {1e3 * recording.interval:g} ms, at most '
                        f'{1e3 * SLOWEST:g} ms allowed to see the piston break away')  # fmt: skip

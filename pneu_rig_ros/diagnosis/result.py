@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.alternatives import candidates, indistinguishable
 from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate, Condition
+from pneu_rig_ros.diagnosis.each_recording import each_recording
 from pneu_rig_ros.diagnosis.evidence import Evidence
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.families import Family
@@ -70,6 +71,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'parameters': parameters,
         'effects': effects,
         'unknown': diagnosis.unknown and diagnosis.unknown.to_dict(),
+        'each_recording': each_recording(diagnosis),
         'gap': gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and diagnosis.next_experiment.to_dict(),
     }

@@ -27,7 +27,8 @@ def signal_tables(given: Hypothesis, improved: Hypothesis, held: Evidence) -> di
     Return RMSE and events on the runs left out, measured, before and after, as plain data.
 
     Of a whole rig they are those of a simulation from rest to rest, and of a free run; of anything
-    less those of what is open, along the measured motion.
+    less those of what is open, along the measured motion, with the clock's offset and the
+    temperatures at the start that a run has under each hypothesis.
     """
     runs = held.comparisons
     if all(one.free for one in runs):
@@ -36,7 +37,7 @@ def signal_tables(given: Hypothesis, improved: Hypothesis, held: Evidence) -> di
             'free_run': _table(runs, lambda h, one: of_rig(h, one, free=True), given, improved),
             **events(runs, given, improved),
         }
-    signals = _table(runs, of_part, given, improved)
+    signals = _table(runs, lambda h, one: of_part(h, held.aligned(h, one)), given, improved)
     return {'signals': signals, 'free_run': {}, 'cycles': NOTHING, 'dwell': NOTHING,
             'stroke_time': NOTHING}  # fmt: skip
 

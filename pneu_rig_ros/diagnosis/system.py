@@ -8,7 +8,7 @@ Sections and keys are those of a rig's configuration, but only what is known::
     gas: {gas_constant: 296.8 J/(kg*K), ...}
     valve: shut                           # or the section of a configuration
     fixed: {position: 0 m}                # does not move, and is not recorded
-    each_recording: [force_offset]        # differs from one recording to the next
+    each_recording: [force_offset]        # differs, see ``nuisances``
     refit:                                # what may be wrong, and within which range
       cylinder.cap_dead_volume: [0.02 m^3, 0.03 m^3]
 
@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.nuisances import nuisances, written_nuisances
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import SECTIONS, Model
@@ -43,8 +44,6 @@ SHUT = 'shut'
 """In place of the valve section: nothing flows."""
 OWN_KEYS = ('fixed', 'each_recording', 'refit')
 """Keys that a rig's configuration does not have."""
-NUISANCES = ('force_offset',)
-"""What may differ from one recording to the next."""
 FIXED = {
     'position': Quantity('m', 0.0, 10.0, 'of a piston that does not move'),
     'pressure_1': Quantity('Pa', 5e4, 1.1e6, 'of a chamber that is held at it'),
@@ -81,7 +80,7 @@ class System:
     :param sensors: of a rig, None where they are not known
     :param shut: whether no valve is connected
     :param fixed: signal -> constant value [SI]
-    :param each_recording: of ``NUISANCES``
+    :param each_recording: nuisance -> its standard deviation [SI]
     :param refit: parameter -> range within which it may be wrong [SI]
     :param rig: the configuration, None for what is no whole rig
     """
@@ -92,7 +91,7 @@ class System:
     sensors: Sensors | None = None
     shut: bool = False
     fixed: Mapping[str, float] = field(default_factory=dict)
-    each_recording: tuple[str, ...] = ()
+    each_recording: Mapping[str, float] = field(default_factory=dict)
     refit: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     rig: RigConfiguration | None = None
 
@@ -154,7 +153,7 @@ class System:
             data['sensors'] = write_section(self.sensors)
         data['effects'] = {name: write_effect(own) for name, own in hypothesis.effects.items()}
         data['fixed'] = {name: FIXED[name].format(value) for name, value in self.fixed.items()}
-        data['each_recording'] = list(self.each_recording)
+        data['each_recording'] = written_nuisances(self.each_recording)
         data['refit'] = {full: [quantity_of(full).format(limit) for limit in limits]
                          for full, limits in self.refit.items()}  # fmt: skip
         return to_yaml(data)
@@ -212,7 +211,8 @@ def _read(data: dict[str, Any], origin: str) -> System:
         str(data.get('name', Path(origin).stem)),
         Hypothesis(model, _effects(data.get('effects'), origin)), said,
         _sensors(data.get('sensors'), origin), shut,
-        _fixed(data.get('fixed'), origin), _nuisances(data.get('each_recording'), origin),
+        _fixed(data.get('fixed'), origin),
+        nuisances(data.get('each_recording'), f'{origin}: each_recording'),
         _refit(data.get('refit'), model, origin),
     )  # fmt: skip
 
@@ -252,15 +252,6 @@ def _fixed(data: object, origin: str) -> dict[str, float]:
             raise RigError(f'{origin}: fixed: {unknown(str(name), FIXED)}')
     return {str(name): FIXED[name].parse(value, f'{origin}: fixed.{name}')
             for name, value in (data or {}).items()}  # fmt: skip
-
-
-def _nuisances(data: object, origin: str) -> tuple[str, ...]:
-    if not isinstance(data, list | None):
-        raise RigError(f'{origin}: each_recording: expected a list of names')
-    for name in data or []:
-        if name not in NUISANCES:
-            raise RigError(f'{origin}: each_recording: {unknown(str(name), NUISANCES)}')
-    return tuple(str(name) for name in data or [])
 
 
 def _refit(data: object, model: Model, origin: str) -> dict[str, tuple[float, float]]:

@@ -47,7 +47,7 @@ def twin_of(hypothesis: Hypothesis, run: Measured, rng: np.random.Generator) -> 
     pressures = pressures + scale * rng.standard_normal(pressures.shape)
     return replace(
         run, position=np.clip(position, 0.0, run.span.position),
-        pressures=np.clip(pressures, run.span.low, run.span.high),
+        pressures=np.clip(pressures, run.span.low, run.span.high), recorded=None,
     )  # fmt: skip
 
 

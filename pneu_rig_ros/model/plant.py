@@ -130,6 +130,7 @@ class Plant:
         )
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
+        self._temperatures = (model.gas.supply_temperature,) * 2
         shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
         if shapes is not None:
             self.effects += (shapes,)
@@ -150,6 +151,12 @@ class Plant:
         self._one_extra = np.array([[acceleration, *self._carry.memory[:3]]])
         return self.state
 
+    def start_with(self, temperatures: tuple[float, float]) -> None:
+        """Go back to rest, with the gas of both chambers at temperatures [K]."""
+        if temperatures != self._temperatures:
+            self._temperatures = temperatures
+            self.reset()
+
     def _compiled_model(self) -> CompiledModel:
         """Return the model; the dwell clock is that of an effect which the law is completed by."""
         law = self.model.friction
@@ -160,7 +167,7 @@ class Plant:
 
     def initial_carry(self) -> integrator.Carry:
         """Return the integration of the model at rest, before its first step."""
-        return _at_rest(self.model, self._arguments, self.state_size)
+        return _at_rest(self.model, self._arguments, self.state_size, self._temperatures)
 
     def change_operation(self, **changes: float) -> None:
         """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""
@@ -325,15 +332,20 @@ class Plant:
         )  # fmt: skip
 
 
-def _at_rest(model: Model, arguments: CompiledModel, size: int) -> integrator.Carry:
-    """Return the carry of a piston that has rested for ``rest_time`` at its initial position."""
+def _at_rest(
+    model: Model, arguments: CompiledModel, size: int, temperatures: tuple[float, float]
+) -> integrator.Carry:
+    """
+    Return the carry of a piston that has rested for ``rest_time`` at its initial position.
+
+    :param temperatures: of the gas in both chambers [K]
+    """
     operation, law = model.operation, model.friction
     volume_1, volume_2 = plain(chambers.volumes)(operation.initial_position, model.cylinder)
-    temperature = model.gas.supply_temperature
     p1, p2 = operation.initial_pressure_1, operation.initial_pressure_2
     gas_mass = plain(chambers.gas_mass)
-    mass_1 = gas_mass(p1, volume_1, temperature, arguments.gas)
-    mass_2 = gas_mass(p2, volume_2, temperature, arguments.gas)
+    mass_1 = gas_mass(p1, volume_1, temperatures[0], arguments.gas)
+    mass_2 = gas_mass(p2, volume_2, temperatures[1], arguments.gas)
     state = np.zeros(size)
     state[:8] = operation.initial_position, 0.0, p1, p2, 0.0, 0.0, mass_1, mass_2
     held = plain(friction.static_friction)(

@@ -192,7 +192,8 @@ def _improved(diagnosis: Diagnosis) -> Any:
 
 def _shrink_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[Drawing]:
     def draw(free: bool) -> Figure:
-        return draw_shrink(runs_of(comparison, diagnosis.given, _improved(diagnosis), free))
+        known = diagnosis.held.aligned(diagnosis.improved, comparison)
+        return draw_shrink(runs_of(known, diagnosis.given, _improved(diagnosis), free))
 
     name = comparison.run.name
     if not comparison.free:

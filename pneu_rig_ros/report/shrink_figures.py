@@ -74,7 +74,7 @@ def runs_of(
     for name, hypothesis in ((GIVEN, given), (IMPROVED, improved)):
         with contextlib.suppress(RigError):  # it breaks down
             signals |= {} if hypothesis is None else {name: simulate(comparison, hypothesis)}
-    time: Floats = run.interval * np.arange(1.0, run.size)
+    time: Floats = run.begin + run.interval * np.arange(1.0, run.size)
     return {name: Run(time, run.position[1:], one) for name, one in signals.items()}
 
 

@@ -79,12 +79,15 @@ def mapping(path: Path, *signals: str) -> Path:
 def chamber_run(
     seed: int, fill: tuple[float, float], conductances: tuple[float, float],
     dead: tuple[float, float] = DEAD, duration: float = 120.0, power: float = 0.0,
+    late: float = 0.0, warm: float = 0.0,
 ) -> dict[str, Floats]:  # fmt: skip
     """
     Return two sealed chambers on a piston in waves, every 0.1 s, by SciPy.
 
     :param power: with which of the pressure the heat transfer grows [-], 0.8 by G. Woschni,
         SAE 670931 (1967)
+    :param late: delay of the pressures [s]
+    :param warm: temperature of the gas at the start less that of the walls [K]
     """
     time = np.arange(0.0, duration, 0.1)
     rates = (2.0 * np.pi / 9.0, 2.0 * np.pi / 31.0)
@@ -101,7 +104,7 @@ def chamber_run(
         x = position(t)
         return dead[0] + AREAS[0] * x, dead[1] + AREAS[1] * (STROKE - x)
 
-    masses = [p * v / (R * WALL) for p, v in zip(fill, volumes(0.0), strict=True)]
+    masses = [p * v / (R * (WALL + warm)) for p, v in zip(fill, volumes(0.0), strict=True)]
 
     def rate(t: float, pressures: Floats) -> list[float]:
         rows = []
@@ -115,7 +118,7 @@ def chamber_run(
     run = solve_ivp(rate, (0.0, time[-1]), fill, t_eval=time, rtol=1e-8, atol=1.0)
     rng = np.random.default_rng(seed)
     p1, p2 = run.y + rng.normal(0.0, PRESSURE_NOISE, run.y.shape)
-    x = position(time) + rng.normal(0.0, POSITION_NOISE, time.size)
+    x = position(time + late) + rng.normal(0.0, POSITION_NOISE, time.size)
     return {'position': x, 'pressure_1': p1, 'pressure_2': p2}
 
 
