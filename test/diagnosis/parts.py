@@ -122,6 +122,32 @@ def chamber_run(
     return {'position': x, 'pressure_1': p1, 'pressure_2': p2}
 
 
+def vessel_run(seed: int, fill: float, warm: float, leak: float, conductance: float,
+               duration: float = 100.0) -> dict[str, Floats]:  # fmt: skip
+    """
+    Return the pressure in the leaking chamber, every 0.1 s, by SciPy: choked flow, Newton cooling.
+
+    :param warm: temperature of the gas at the start less that of the walls [K]
+    :param leak: area of the hole [m^2]
+    """
+    gas_constant, wall, volume = 287.0, 293.15, 1e-3
+    speed = np.sqrt(K * gas_constant * wall)
+    choked = (2.0 / (K + 1.0)) ** ((K + 1.0) / (2.0 * (K - 1.0))) * leak * speed
+    time = np.arange(0.0, duration, 0.1)
+
+    def rate(t: float, state: Floats) -> list[float]:
+        pressure, mass = state
+        flow = -choked * pressure / (gas_constant * wall)
+        heat = conductance * (wall - pressure * volume / (mass * gas_constant))
+        energy = K * gas_constant * wall * flow + (K - 1.0) * heat
+        return [energy / volume, flow]
+
+    start = [fill, fill * volume / (gas_constant * (wall + warm))]
+    run = solve_ivp(rate, (0.0, time[-1]), start, t_eval=time, rtol=1e-9, atol=1e-9)
+    rng = np.random.default_rng(seed)
+    return {'pressure_1': run.y[0] + rng.normal(0.0, PRESSURE_NOISE, time.size)}
+
+
 def bench_run(seed: int, gauge: float, slope: float, coulomb: float = 6.0) -> dict[str, Floats]:
     """Return a seal driven to and fro against a pressure [Pa gauge], every 10 ms, by Dahl."""
     interval, speed, period = 0.01, 0.01, 6.0

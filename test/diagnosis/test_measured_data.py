@@ -45,10 +45,16 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
     assert told['verdict'] == 'effect'
     assert told['effects'][0]['name'] == 'wall_heat_transfer'
     assert told['gap']['cut'] > 0.6
-    # what remains in p1, 17 of 69 kPa, is the offset between the clocks of the two channels
+    # of 68 and 155 kPa some 5.6 and 3.5 kPa remain; a fit to this run itself leaves 3 to 4 kPa
     for pressure in ('pressure_1', 'pressure_2'):
         signal = told['gap']['signals'][pressure]
-        assert signal['after'] < 0.33 * signal['before']
+        assert signal['after'] < 0.1 * signal['before']
+        assert signal['after'] < 8e3
+    late = {row['recording'][:4]: row['value'] for row in told['each_recording']
+            if row['name'] == 'clock_offset'}  # fmt: skip
+    # so late are the pressures by a fit to the pressures; here to their rates
+    assert late['2021'] == pytest.approx(0.333, abs=0.04)
+    assert late['2022'] == pytest.approx(0.004, abs=0.04)
 
 
 @pytest.mark.parametrize(

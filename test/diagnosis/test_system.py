@@ -117,6 +117,26 @@ def test_file_of_a_rig_gives_back_its_configuration(tmp_path: Path) -> None:
     assert load_configuration(path) == system.rig
 
 
+@pytest.mark.parametrize(
+    ('said', 'deviations'),
+    [
+        ('[clock_offset]', {'clock_offset': 0.3}),
+        (
+            '[force_offset, initial_temperature]',
+            {'force_offset': 1e4, 'initial_temperature': 30.0},
+        ),
+        ('{clock_offset: 0.05 s}', {'clock_offset': 0.05}),
+    ],
+)
+def test_what_differs_between_recordings_has_a_standard_deviation(
+    tmp_path: Path, said: str, deviations: dict[str, float]
+) -> None:
+    system = load_system(system_file(tmp_path, f'{CHAMBERS}each_recording: {said}\n'))
+    assert system.each_recording == deviations
+    again = load_system(system_file(tmp_path, system.to_yaml(system.hypothesis)))
+    assert again == system
+
+
 def test_nothing_is_inherited(tmp_path: Path) -> None:
     """Two systems that say the same are the same whatever else a shipped cylinder has."""
     system = load_system(system_file(tmp_path, CHAMBERS))
@@ -151,6 +171,19 @@ def test_exhaust_opens_from_its_edge_unless_the_file_says_otherwise(
         ('valve: shut', 'valve: shut\neffects: {wall_heat: {}}', 'wall_heat_transfer'),
         ('valve: shut', 'valve: closed', 'valve: expected a mapping'),
         ('valve: shut', 'valve: shut\neach_recording: force_offset', 'expected a list'),
+        ('valve: shut', 'valve: shut\neach_recording: [clock_offse]', "did you mean 'clock_offset'"),
+        (
+            'valve: shut',
+            'valve: shut\neach_recording: {temperature: 30 K}',
+            'allowed: force_offset, clock_offset, initial_temperature',
+        ),
+        (
+            'valve: shut',
+            'valve: shut\neach_recording: {clock_offset: 0.3 ms}',
+            'each_recording.clock_offset: unit ms',
+        ),
+        ('valve: shut', 'valve: shut\neach_recording: {clock_offset: 0.3}', 'its unit s'),
+        ('valve: shut', 'valve: shut\neach_recording: {clock_offset: 60 s}', 'not within'),
     ],
 )
 def test_wrong_file_is_told_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -1,0 +1,171 @@
+"""What differs from one recording to the next is not taken for a cause, if the file names it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.reading import read_measured
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.diagnosis.workflow import diagnose
+from pneu_rig_ros.errors import RigError
+
+from .parts import (
+    CHAMBERS,
+    CONDUCTANCES,
+    LEAKING,
+    WALL,
+    chamber_run,
+    mapping,
+    system_file,
+    table,
+    vessel_run,
+)
+
+ROOT = Path(__file__).resolve().parents[2]
+SCHEMA = json.loads((ROOT / 'docs' / 'diagnosis.schema.json').read_text())
+pytestmark = pytest.mark.timeout(600)
+
+FILLS = ((4.5e5, 1.1e6), (5.5e5, 1.2e6))
+GAS = ('position', 'pressure_1', 'pressure_2')
+CLOCK = 'each_recording: [clock_offset]\n'
+WARM = 'each_recording: {initial_temperature: 30 K}\n'
+HEAT = """
+effects: {wall_heat_transfer: {conductance_1: 12.0 W/K, conductance_2: 25.0 W/K}}
+"""
+VESSEL_HEAT = """
+effects: {wall_heat_transfer: {conductance_1: 0.5 W/K, conductance_2: 0.0 W/K}}
+"""
+LATE = 0.33
+"""Of the pressures in the recording that is fitted [s]."""
+
+
+def told(*args: Any, **options: Any) -> dict[str, Any]:
+    """Return the answer, checked against its schema as what a file of it holds."""
+    found = answer(diagnose(*args, **options))
+    data: dict[str, Any] = json.loads(json.dumps(found, allow_nan=False))
+    jsonschema.validate(data, SCHEMA)
+    return data
+
+
+def chambers(
+    folder: Path, text: str, conductances: tuple[float, float] = (0.0, 0.0), late: float = 0.0,
+    warm: float = 0.0,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the answer for sealed chambers of which the recording that is fitted is off."""
+    runs = [chamber_run(0, FILLS[0], conductances, late=late, warm=warm),
+            chamber_run(1, FILLS[1], conductances)]  # fmt: skip
+    tables = [table(folder / f'run_{i}.csv', 0.1, run) for i, run in enumerate(runs)]
+    known = mapping(folder / 'map.yaml', *GAS)
+    return told(tables[:1], system_file(folder, CHAMBERS + text), tables[1:], mapping=known)
+
+
+def vessel(folder: Path, text: str, leak: float) -> dict[str, Any]:
+    """Return the answer for a leaking chamber that was just filled."""
+    starts = ((6e5, 30.0), (5e5, 30.0), (7e5, 20.0))
+    tables = [table(folder / f'run_{i}.csv', 0.1, vessel_run(i, fill, warm, leak, 0.5))
+              for i, (fill, warm) in enumerate(starts)]  # fmt: skip
+    known = mapping(folder / 'map.yaml', 'pressure_1')
+    return told(tables[:2], system_file(folder, LEAKING + text), tables[2:], mapping=known)
+
+
+def found(data: dict[str, Any], recording: str, name: str) -> float:
+    """Return what an answer says of a recording [SI]."""
+    rows = {(row['recording'], row['name']): row['value'] for row in data['each_recording']}
+    return float(rows[recording, name])
+
+
+def test_offset_of_a_clock_is_no_cause_where_the_file_names_it(tmp_path: Path) -> None:
+    data = chambers(tmp_path, CLOCK, late=LATE)
+    assert data['verdict'] == 'consistent'
+    assert {row['name'] for row in data['each_recording']} == {'clock_offset'}
+    assert found(data, 'run_0', 'clock_offset') == pytest.approx(LATE, abs=2e-3)
+    assert found(data, 'run_1', 'clock_offset') == pytest.approx(0.0, abs=2e-3)
+
+
+def test_offset_of_a_clock_is_a_disagreement_where_it_is_not_named(tmp_path: Path) -> None:
+    data = chambers(tmp_path, '', late=LATE)
+    assert data['verdict'] != 'consistent'
+    assert data['where']
+    assert data['each_recording'] == []
+
+
+def test_heat_transfer_is_named_despite_the_offset_of_a_clock(tmp_path: Path) -> None:
+    data = chambers(tmp_path, CLOCK, CONDUCTANCES, LATE)
+    assert data['verdict'] == 'effect'
+    assert [one['name'] for one in data['effects']] == ['wall_heat_transfer']
+    values = data['effects'][0]['parameters']
+    for i, true in enumerate(CONDUCTANCES, start=1):
+        assert values[f'conductance_{i}']['value'] == pytest.approx(true, rel=0.1)
+    for pressure in ('pressure_1', 'pressure_2'):
+        signal = data['gap']['signals'][pressure]
+        assert signal['after'] < 0.03 * signal['before']
+    assert found(data, 'run_0', 'clock_offset') == pytest.approx(LATE, abs=5e-3)
+
+
+def test_warm_gas_is_no_cause_where_the_file_names_it(tmp_path: Path) -> None:
+    data = chambers(tmp_path, HEAT + WARM, CONDUCTANCES, warm=30.0)
+    assert data['verdict'] == 'consistent'
+    for i in (1, 2):
+        name = f'initial_temperature_{i}'
+        assert found(data, 'run_0', name) == pytest.approx(WALL + 30.0, abs=1.0)
+        assert found(data, 'run_1', name) == pytest.approx(WALL, abs=1.0)
+
+
+def test_warm_gas_is_a_disagreement_where_it_is_not_named(tmp_path: Path) -> None:
+    assert chambers(tmp_path, HEAT, CONDUCTANCES, warm=30.0)['verdict'] != 'consistent'
+
+
+@pytest.mark.parametrize('leak', [0.0, 5e-9])
+def test_leak_of_a_chamber_that_was_just_filled(tmp_path: Path, leak: float) -> None:
+    data = vessel(tmp_path, VESSEL_HEAT + WARM, leak)
+    if not leak:
+        assert data['verdict'] == 'consistent'
+        return
+    assert [one['name'] for one in data['effects']] == ['chamber_leak']
+    area = data['effects'][0]['parameters']['area_1']['value']
+    assert area == pytest.approx(leak, rel=0.02)
+
+
+def test_what_cools_a_chamber_that_was_just_filled_is_told_from_a_leak(tmp_path: Path) -> None:
+    data = vessel(tmp_path, WARM, 0.0)
+    assert [one['name'] for one in data['effects']] == ['wall_heat_transfer']
+    value = data['effects'][0]['parameters']['conductance_1']['value']
+    assert value == pytest.approx(0.5, rel=0.03)
+
+
+@pytest.fixture
+def late_run(tmp_path: Path) -> Measured:
+    """Return a run whose pressures are late."""
+    signals = chamber_run(0, FILLS[0], (0.0, 0.0), late=LATE)
+    path = table(tmp_path / 'run.csv', 0.1, signals)
+    known = mapping(tmp_path / 'map.yaml', *GAS)
+    return read_measured([path], load_system(system_file(tmp_path, CHAMBERS + CLOCK)), known)[0]
+
+
+def test_pressures_are_put_right_by_interpolation(late_run: Measured) -> None:
+    right = late_run.put_right(LATE)
+    assert right.size == late_run.size
+    assert right.begin == late_run.begin == pytest.approx(0.9)
+    np.testing.assert_array_equal(right.position, late_run.position)
+    np.testing.assert_array_equal(right.put_right(0.0).pressures, late_run.pressures)
+    # adiabatic: p V^k is what it was
+    volume = 0.025 + 0.0127 * right.position
+    adiabat = right.pressures[:, 0] * volume**1.4
+    assert float(adiabat.std() / adiabat.mean()) < 1e-3
+    before = late_run.pressures[:, 0] * volume**1.4
+    assert float(before.std() / before.mean()) > 1e-2
+
+
+def test_recording_that_is_too_short_for_its_clock_is_refused(tmp_path: Path) -> None:
+    path = table(tmp_path / 'run.csv', 0.1, chamber_run(0, FILLS[0], (0.0, 0.0), duration=2.5))
+    system = load_system(system_file(tmp_path, CHAMBERS + CLOCK))
+    with pytest.raises(RigError, match=r'2\.40 s, at least 2\.8 s needed'):
+        read_measured([path], system, mapping(tmp_path / 'map.yaml', *GAS))
