@@ -171,7 +171,11 @@ def test_exhaust_opens_from_its_edge_unless_the_file_says_otherwise(
         ('valve: shut', 'valve: shut\neffects: {wall_heat: {}}', 'wall_heat_transfer'),
         ('valve: shut', 'valve: closed', 'valve: expected a mapping'),
         ('valve: shut', 'valve: shut\neach_recording: force_offset', 'expected a list'),
-        ('valve: shut', 'valve: shut\neach_recording: [clock_offse]', "did you mean 'clock_offset'"),
+        (
+            'valve: shut',
+            'valve: shut\neach_recording: [clock_offse]',
+            "did you mean 'clock_offset'",
+        ),
         (
             'valve: shut',
             'valve: shut\neach_recording: {temperature: 30 K}',
