@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
-
 from pneu_rig_ros.scenarios.hidden import EFFECTS, hide, true_parameters
 
 from . import places, scores
