@@ -173,7 +173,7 @@ BALANCES = ('balance', 'model and measurement', '>left')
 WHERE = (
     'balance', 'regime', 'most in', '>mean', '>noise', 'unit', '>significance', 'longest'
 )  # fmt: skip
-RANKING = ('candidate', 'kind', 'stage', '>misfit left', '')
+RANKING = ('candidate', 'kind', 'stage', '>excess left', '')
 ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
 SHRUNK = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
 EVENTS = ('', '>measured', '>before', '>after')

@@ -174,6 +174,7 @@ class Search:
     def causes(self, explanation: Explanation) -> list[str]:
         """Return the names of what explains, without what is fitted together with everything."""
         along = {part.name for part in self.base.parts}
+        along |= {part.effect for part in explanation.parts if isinstance(part, Family)}
         beyond = [name for name in explanation.causes if name not in along]
         return beyond or explanation.causes
 

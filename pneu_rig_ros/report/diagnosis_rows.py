@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from pneu_rig_ros.diagnosis.candidates import CONDITIONS
+
 Answer = Mapping[str, Any]
 """What `pneu_rig_ros.diagnosis.result.answer` returns, or diagnosis.json holds."""
 
@@ -169,10 +171,16 @@ def ranking(answer: Answer, most: int) -> list[Ranked]:
 
 
 def _kind(names: Sequence[str]) -> str:
-    kinds = {'parameter' if '.' in name else 'effect' for name in names}
-    if len(kinds) == 2:
-        return 'both'
+    kinds = {_kind_of(name) for name in names}
+    if len(kinds) > 1:
+        return 'mixed'
     return next(iter(kinds)) + ('s' if len(names) > 1 else '')
+
+
+def _kind_of(name: str) -> str:
+    if name.startswith(CONDITIONS):
+        return 'condition'
+    return 'parameter' if '.' in name else 'effect'
 
 
 def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
@@ -264,6 +272,10 @@ def remaining_text(answer: Answer) -> str:
             f'{unknown["gap_left"]:.0%} of the gap left')  # fmt: skip
 
 
+TOLD_APART = 1.0
+"""RMS difference of simulations from which on an experiment tells them apart [noises]."""
+
+
 def next_lines(answer: Answer) -> Iterator[str]:
     """Yield what to measure next, nothing if nothing is left to be told apart."""
     plan = answer['next_experiment']
@@ -275,5 +287,8 @@ def next_lines(answer: Answer) -> Iterator[str]:
         start = 1e3 * plan['initial_position']
         yield (f'u = {plan["u"]:g} V, supply {plan["supply_pressure"] * 1e-5:g} bar absolute, '
                f'load {plan["load_mass"]:g} kg, from {start:.0f} mm')  # fmt: skip
-    yield f'which sets these at least {plan["by"]:.1f} times the noise apart:'
+    if plan['by'] < TOLD_APART:
+        yield 'which shows the greatest difference, within the noise; nothing tells apart:'
+    else:
+        yield f'which sets these at least {plan["by"]:.1f} times the noise apart:'
     yield ', '.join(plan['separates'])

@@ -22,7 +22,7 @@ def draw_shape(name: str, shape: Mapping[str, Any]) -> Figure:
     """
     unit, scale = UNITS.get(shape['unit'], (shape['unit'], 1.0))
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(5.0, 2.6), dpi=120, layout='constrained')
+        figure = Figure(figsize=(9.0, 2.8), dpi=120, layout='constrained')
         axes = figure.subplots()
         axes.plot(np.array(shape['x']) * scale, shape['y'], 'o-', color=BLUE)
         axes.axhline(1.0, color=GREY, linestyle='--')

@@ -93,3 +93,19 @@ def test_what_to_measure_next_may_be_a_recording_like_another() -> None:
     assert first == 'a longer recording like run_1'
     assert '3.0 times' in second
     assert third == 'a, b'
+
+
+def test_what_no_experiment_tells_apart_is_said_so() -> None:
+    plan = {'like': 'run_1', 'by': 0.02, 'separates': ['a', 'b']}
+    _, second, third = next_lines({'next_experiment': plan})
+    assert 'nothing tells apart' in second
+    assert third == 'a, b'
+
+
+def test_kind_of_each_candidate_is_told() -> None:
+    names = [['stribeck'], ['valve.intake_voltage'], ['conditions.load_mass'],
+             ['chamber_leak', 'line_lag'], ['chamber_leak', 'valve.intake_voltage']]  # fmt: skip
+    rows = [{'names': one, 'stage': 'regression', 'gap_left': 0.1, 'chosen': False}
+            for one in names]  # fmt: skip
+    kinds = [one.kind for one in ranking({'candidates': rows}, 5)]
+    assert kinds == ['effect', 'parameter', 'condition', 'effects', 'mixed']
