@@ -1,4 +1,4 @@
-"""The candidates of a diagnosis as plain data, and those that cannot be told from the answer."""
+"""The ranking of candidates as plain data, and the explanations as likely as the answer."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pneu_rig_ros.diagnosis.selection import Search
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 
 MOST = 20
-"""Candidates that are told."""
+"""Length of the ranking at most."""
 
 
 def candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -56,7 +56,7 @@ def _screened(tried: Screened, search: Search) -> dict[str, Any]:
 
 
 def gap_left(explanation: Explanation, search: Search) -> float:
-    """Return the share of what exceeds the noise on the runs left out that is left, at most 1."""
+    """Return the share of the held-out excess over the noise that remains, at most 1 [-]."""
     residuals = replace(search.held, confirmation=None)
     return min(left_of(residuals, search.given, explanation.apply(search.given)), 1.0)
 
@@ -67,14 +67,14 @@ def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
     if best is None or not search.causes(best.explanation):
         return []
     size = len(best.explanation.parts)
-    alike = {told(search.causes(best.explanation)): None}
+    alike = {joined(search.causes(best.explanation)): None}
     for one in search.ranking:
         same = len(one.explanation.parts) == size and one.losses.size == best.losses.size
         if same and search.causes(one.explanation) and no_worse(one, best):
-            alike[told(search.causes(one.explanation))] = None
+            alike[joined(search.causes(one.explanation))] = None
     return [list(alike)] if len(alike) > 1 else []
 
 
-def told(names: Sequence[str]) -> str:
+def joined(names: Sequence[str]) -> str:
     """Return the names of an explanation as one."""
     return '+'.join(names)

@@ -200,15 +200,6 @@ def condition(name: str, group: str, most: float) -> Condition:
     return Condition(CONDITIONS + name, group, (factor,), starts)
 
 
-def candidates(given: Hypothesis, without: Sequence[str] = ()) -> list[Candidate]:
-    """
-    Return everything that may explain a gap of a given model.
-
-    :param without: names of effects that are left out
-    """
-    return [*parameters(given), *effects(given, without)]
-
-
 def calibration(sensors: Sensors) -> Candidate | None:
     """Return the gains of the sensors as something to be fitted, None for calibrated ones."""
     classes = {
