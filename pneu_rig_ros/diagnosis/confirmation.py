@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from scipy.ndimage import maximum_filter1d
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.over_runs import over_runs
 from pneu_rig_ros.diagnosis.simulation import READING, Guided
 from pneu_rig_ros.errors import RigError
 
@@ -54,13 +56,12 @@ class Confirmation:
     ) -> Confirmation:
         """Return the runs with the spread that they have if the hypothesis is true."""
         runs = tuple(Guided(one) for one in comparisons)
-        return cls(runs, tuple(floor(hypothesis, run, rng) for run in runs))
+        return cls(runs, tuple(over_runs(partial(floor, hypothesis), runs, rng.spawn(len(runs)))))
 
     def residual(self, hypothesis: Hypothesis) -> Floats:
         """Return what a fit makes small, shape (n,): half its square is the sum of the losses."""
         parts = []
-        for run, noise in zip(self.runs, self.floors, strict=True):
-            scaled = np.arcsinh(off(hypothesis, run, noise))
+        for run, scaled in zip(self.runs, self._off(hypothesis), strict=True):
             weights = np.sqrt(EVIDENCE / np.bincount(run.segments)[run.segments] / 3.0)
             parts.append((scaled * weights[:, np.newaxis]).ravel())
         return np.concatenate(parts)
@@ -68,12 +69,17 @@ class Confirmation:
     def losses(self, hypothesis: Hypothesis) -> Floats:
         """Return the loss of each cycle [-], about 2 for a true hypothesis, shape (cycles,)."""
         parts = []
-        for run, noise in zip(self.runs, self.floors, strict=True):
-            squares = np.mean(np.arcsinh(off(hypothesis, run, noise)) ** 2, axis=1)
+        for run, scaled in zip(self.runs, self._off(hypothesis), strict=True):
+            squares = np.mean(scaled**2, axis=1)
             counts = np.bincount(run.segments)
             sums = np.bincount(run.segments, squares)
             parts.append(0.5 * EVIDENCE * sums[counts > 0] / counts[counts > 0])
         return np.concatenate(parts)
+
+    def _off(self, hypothesis: Hypothesis) -> list[Floats]:
+        """Return how far each run is off, of little weight where by much [-]."""
+        every = over_runs(partial(off, hypothesis), self.runs, self.floors)
+        return [np.arcsinh(one) for one in every]
 
 
 def off(hypothesis: Hypothesis, run: Guided, noise: Floats) -> Floats:

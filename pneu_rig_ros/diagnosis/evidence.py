@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.confirmation import Confirmation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.over_runs import over_runs
 from pneu_rig_ros.diagnosis.run_errors import (
     RunErrors,
     clock_column,
@@ -56,11 +57,13 @@ class Evidence:
         cls, given: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
     ) -> Evidence:
         """Return the runs with the noise that they have if the hypothesis is true."""
-        runs = tuple(in_time(given, one, rng) for one in comparisons)
+        count = len(comparisons)
+        runs = tuple(over_runs(partial(in_time, given), comparisons, rng.spawn(count)))
         twins = spread(given, runs, rng)
-        noises = [with_bias(noise_model(given, one, rng), one, twins.bias) for one in runs]
-        clocks = tuple(clock_column(given, one) for one in runs)
-        return cls(runs, tuple(noises), twins, clocks=clocks)
+        noises = over_runs(partial(noise_model, given), runs, rng.spawn(count))
+        known = tuple(with_bias(*pair, twins.bias) for pair in zip(noises, runs, strict=True))
+        clocks = tuple(over_runs(partial(clock_column, given), runs))
+        return cls(runs, known, twins, clocks=clocks)
 
     def errors(self, hypothesis: Hypothesis, comparison: Comparison) -> RunErrors | None:
         """Return what one of the runs is off by under a hypothesis, None where it cannot be."""
@@ -76,16 +79,12 @@ class Evidence:
 
     def noises_under(self, hypothesis: Hypothesis) -> list[NoiseModel]:
         """Return the noise of each run, with its errors as unknowns of their own."""
-        return [noise for _, noise in self._under(hypothesis)]
+        of_each = over_runs(partial(_under, hypothesis), *self._runs)
+        return [noise for _, noise in of_each]
 
-    def _under(self, hypothesis: Hypothesis) -> Iterator[tuple[Residuals, NoiseModel]]:
-        """Yield residuals and noise of each run."""
-        for one, noise, clock in zip(self.comparisons, self.noises, self.clocks, strict=True):
-            here = one.residuals(hypothesis)
-            if one.run.has_errors:
-                noise = noise.with_common(clock)
-                noise = noise.with_common(start_columns(hypothesis, one, here))
-            yield here, noise
+    @property
+    def _runs(self) -> tuple[Sequence[Comparison], Sequence[NoiseModel], Sequence[Residuals]]:
+        return self.comparisons, self.noises, self.clocks
 
     def simulated(self, hypothesis: Hypothesis, rng: np.random.Generator) -> Evidence:
         """Return the evidence with simulation, spread as if the hypothesis were true."""
@@ -116,11 +115,7 @@ class Evidence:
 
     def of_each(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""
-        every = []
-        for (here, noise), factors in zip(self._under(hypothesis), self.factors, strict=True):
-            whitened = noise.whiten(here)
-            every.append(Residuals(*(z / f for z, f in zip(whitened, factors, strict=True))))
-        return every
+        return over_runs(partial(_whitened, hypothesis), *self._runs, self.factors)
 
     def whitened(self, hypothesis: Hypothesis) -> Floats:
         """Return all residuals, independent and of standard deviation 1, shape (n,)."""
@@ -144,6 +139,25 @@ class Evidence:
         if self.confirmation is not None:
             parts += self.confirmation.losses(hypothesis).tolist()
         return np.array(parts)
+
+
+def _under(
+    hypothesis: Hypothesis, one: Comparison, noise: NoiseModel, clock: Residuals
+) -> tuple[Residuals, NoiseModel]:
+    """Return residuals and noise of a run."""
+    here = one.residuals(hypothesis)
+    if one.run.has_errors:
+        noise = noise.with_common(clock)
+        noise = noise.with_common(start_columns(hypothesis, one, here))
+    return here, noise
+
+
+def _whitened(
+    hypothesis: Hypothesis, one: Comparison, noise: NoiseModel, clock: Residuals,
+    factors: Residuals,
+) -> Residuals:  # fmt: skip
+    here, noise = _under(hypothesis, one, noise, clock)
+    return Residuals(*(z / f for z, f in zip(noise.whiten(here), factors, strict=True)))
 
 
 def rms(values: Floats) -> float:

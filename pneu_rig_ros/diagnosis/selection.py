@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.stats import mannwhitneyu
@@ -22,6 +23,7 @@ from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.families import Family, families
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement, localise, windows_of
+from pneu_rig_ros.diagnosis.over_runs import over_runs
 from pneu_rig_ros.diagnosis.ranking import Fit, Screened, far_starts, fit, polished, screen
 from pneu_rig_ros.diagnosis.scoring import (
     Scored,
@@ -223,7 +225,7 @@ class Search:
             if not self.off_in_simulation():
                 return False
             self.simulate()
-            return True
+            return self.best is None or self.needed()
         if self.best is not None and left_of(self.held, self.given, self.hypothesis) < CLOSED:
             return False
         return self.off_in_simulation()
@@ -254,9 +256,9 @@ class Search:
             return False
         here, comparisons = self.hypothesis, self.fitted.comparisons
         losses = Confirmation.of(here, comparisons, self.rng).losses(here)
-        twins = [Comparison(twin_of(here, one.run, self.rng))
-                 for one in comparisons for _ in range(TWINS)]  # fmt: skip
-        expected = Confirmation.of(here, twins, self.rng).losses(here)
+        runs = [one.run for one in comparisons for _ in range(TWINS)]
+        twins = over_runs(partial(twin_of, here), runs, self.rng.spawn(len(runs)))
+        expected = Confirmation.of(here, [*map(Comparison, twins)], self.rng).losses(here)
         p = float(mannwhitneyu(losses, expected, alternative='greater').pvalue)
         cycles = Cycles(float(losses.mean()), float(expected.mean()), p)
         if self.best is None:

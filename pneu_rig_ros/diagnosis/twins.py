@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured import Measured
 from pneu_rig_ros.diagnosis.noise import SPEEDS, NoiseModel, in_common, noise_model, speed_classes
+from pneu_rig_ros.diagnosis.over_runs import over_runs
 
 Floats = NDArray[np.float64]
 
@@ -77,9 +79,9 @@ def spread(
     """
     if not all(one.free for one in comparisons):
         return Spread(1.0, 1.0, (1.0,) * (len(SPEEDS) - 1), 1.0, {})
-    twins = [Comparison(twin_of(hypothesis, one.run, rng)) for one in comparisons]
-    noises = [noise_model(hypothesis, twin, rng) for twin in twins]
-    residuals = [twin.residuals(hypothesis) for twin in twins]
+    seeds = rng.spawn(len(comparisons))
+    found = over_runs(partial(_twin, hypothesis), comparisons, seeds)
+    twins, noises, residuals = (list(each) for each in zip(*found, strict=True))
     bias = mean_force(twins, noises, residuals)
     whitened = [with_bias(noise, twin, bias).whiten(one)
                 for noise, twin, one in zip(noises, twins, residuals, strict=True)]  # fmt: skip
@@ -89,6 +91,14 @@ def spread(
     bins = np.digitize(np.concatenate([window_speeds(*pair) for pair in pairs]), SPEEDS[1:-1])
     by_speed = tuple(excess(force[bins == index]) for index in range(len(SPEEDS) - 1))
     return Spread(excess(gas_1), excess(gas_2), by_speed, excess(breakaway), bias)
+
+
+def _twin(
+    hypothesis: Hypothesis, one: Comparison, rng: np.random.Generator
+) -> tuple[Comparison, NoiseModel, Residuals]:
+    """Return a twin of a run with its noise and its residuals."""
+    twin = Comparison(twin_of(hypothesis, one.run, rng))
+    return twin, noise_model(hypothesis, twin, rng), twin.residuals(hypothesis)
 
 
 def mean_force(
