@@ -129,9 +129,11 @@ class Comparison:
         position: Any = run.position
         volume = plain(chambers.volumes)(position, cylinder)[chamber - 1] + 0.0 * position
         middle = 0.5 * (volume[1:] + volume[:-1])
-        typical = self.gas.plain_means(middle) ** (k - 1.0)
-        stored = self.gas.rates(run.pressures[:, chamber - 1] * volume**k)
-        source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle ** (k - 1.0))
+        with np.errstate(invalid='ignore'):  # an error of x that is tried may be beyond the ends
+            volume_k, middle_k = volume**k, middle ** (k - 1.0)
+            typical = self.gas.plain_means(middle) ** (k - 1.0)
+        stored = self.gas.rates(run.pressures[:, chamber - 1] * volume_k)
+        source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle_k)
         return (stored / enthalpy - source) / typical
 
     def rates(self, hypothesis: Hypothesis) -> Floats:

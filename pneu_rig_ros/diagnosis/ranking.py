@@ -165,10 +165,27 @@ def polished(found: Fit, given: Hypothesis, evidence: Evidence) -> Fit:
 
 VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
 """Steps along the valley in which the residuals leave the values open [standard deviations]."""
+FARTHER = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)
+"""
+Steps along the valley of a fit to simulations, as the fit sees it [-]: within a hill that one slip
+makes it is steep, and its standard deviations say nothing of the valley's length.
+"""
 
 
 def along_valley(found: Fit) -> list[Explanation]:
     """Return a fit, and what the residuals cannot tell from it: along the widest direction."""
+    deviation, direction = _widest(found)
+    seen, step = found.explanation.seen, deviation * direction
+    return [found.explanation.moved(seen + times * step) for times in VALLEY]
+
+
+def farther_along(found: Fit) -> list[Explanation]:
+    """Return what is farther along the valley of a fit to simulations, beyond hills."""
+    seen, (_, direction) = found.explanation.seen, _widest(found)
+    return [found.explanation.moved(seen + step * direction) for step in FARTHER]
+
+
+def _widest(found: Fit) -> tuple[float, Floats]:
+    """Return the widest direction of a fit, and its standard deviation there [-]."""
     variances, directions = np.linalg.eigh(found.covariance)
-    widest = np.sqrt(max(variances[-1], 0.0)) * directions[:, -1]
-    return [found.explanation.moved(found.explanation.seen + step * widest) for step in VALLEY]
+    return float(np.sqrt(max(variances[-1], 0.0))), directions[:, -1]

@@ -24,7 +24,15 @@ from pneu_rig_ros.diagnosis.families import Family, families
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement, localise, windows_of
 from pneu_rig_ros.diagnosis.over_runs import over_runs
-from pneu_rig_ros.diagnosis.ranking import Fit, Screened, far_starts, fit, polished, screen
+from pneu_rig_ros.diagnosis.ranking import (
+    Fit,
+    Screened,
+    far_starts,
+    farther_along,
+    fit,
+    polished,
+    screen,
+)
 from pneu_rig_ros.diagnosis.scoring import (
     Scored,
     ambiguous,
@@ -339,6 +347,9 @@ class Search:
         starts = [explanation, *far_starts(explanation, self.given, self.fitted)]
         found = map_tasks(self.executor, fit, starts, self.given, self.fitted, LONG)
         best = min(found, key=lambda one: one.loss)
+        starts = farther_along(best)
+        found = map_tasks(self.executor, fit, starts, self.given, self.fitted, ROUNDS)
+        best = min((best, *found), key=lambda one: one.loss)
         return self.scored(polished(best, self.given, self.fitted))
 
     def evidence(self, hypothesis: Hypothesis, before: Evidence) -> Evidence:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.candidates import Candidate, Coordinate, effect_candidate
-from pneu_rig_ros.diagnosis.evidence import OUTLIER, Evidence
+from pneu_rig_ros.diagnosis.evidence import OUTLIER, Evidence, loss
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Disagreement
@@ -31,6 +31,8 @@ Floats = NDArray[np.float64]
 
 MOST_TERMS = 4
 """Terms of a description at most."""
+STRENGTHS = (1.0, 4.0, 16.0)
+"""Coefficients tried, in units of the one that changes as much as is to be explained [-]."""
 LEAST_GAIN = 0.9
 """What leaves up to so much more than the best description is as good, with fewer terms [-]."""
 CLOSES = 0.02
@@ -77,12 +79,13 @@ def describe(search: Search, place: Disagreement) -> Description:
     known = search.hypothesis
     terms = terms_for(place.balance, search)
     here = search.fitted.residual(known)
-    columns = map_tasks(search.executor, column, terms, known, search.fitted, here)
-    chosen: list[int] = []
+    tried_out = map_tasks(search.executor, try_out, terms, known, search.fitted, here)
+    sizes, columns = (list(each) for each in zip(*tried_out, strict=True))
+    groups, chosen = alike(terms), list[int]()
     tried: list[tuple[float, Explanation]] = [(1.0, Explanation())]
     for _ in range(MOST_TERMS):
-        chosen += with_mirror(next_term(np.column_stack(columns), here, chosen), terms, chosen)
-        start = explained([terms[index] for index in chosen], columns, chosen, here)
+        chosen += next_terms(np.column_stack(columns), here, groups, chosen)
+        start = explained(terms, sizes, columns, chosen, here)
         found = fit(start, known, search.fitted, ROUNDS).explanation
         tried.append((left_of(search.held, known, found.apply(known)), found))
         if tried[-1][0] < CLOSES:
@@ -92,15 +95,14 @@ def describe(search: Search, place: Disagreement) -> Description:
     return Description(place.balance, place.regime, place.unit, formula(best), left, best)
 
 
-def with_mirror(index: int, terms: Sequence[Term], chosen: Sequence[int]) -> list[int]:
-    """Return a term and the same of the other chamber, as both chambers are alike."""
-    name, effect = terms[index].coordinate.name, terms[index].effect.name
-    mirrored = name.translate(str.maketrans('12', '21'))
-    for other, term in enumerate(terms):
-        same = term.effect.name == effect and term.coordinate.name == mirrored
-        if same and other != index and other not in chosen:
-            return [index, other]
-    return [index]
+def alike(terms: Sequence[Term]) -> list[list[int]]:
+    """Return terms in groups: those of both chambers, which are alike, are one."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for index, term in enumerate(terms):
+        name = term.coordinate.name
+        same = min(name, name.translate(str.maketrans('12', '21')))
+        groups.setdefault((term.effect.name, same), []).append(index)
+    return list(groups.values())
 
 
 def terms_for(balance: str, search: Search) -> list[Term]:
@@ -123,39 +125,77 @@ def size_of(term: Term) -> float:
     return max(abs(start[index]) for start in term.effect.starts)
 
 
-def column(term: Term, known: Hypothesis, evidence: Evidence, here: Floats) -> Floats:
-    """Return how the residual changes with a term of usual size, shape (n,)."""
+def try_out(
+    term: Term, known: Hypothesis, evidence: Evidence, here: Floats
+) -> tuple[float, Floats]:
+    """
+    Return a coefficient of a term [SI], and how the residual changes with it, shape (n,).
+
+    Where a term changes what it depends on, as heat does the temperature, a weak one does not tell
+    what a strong one does: the one that explains most is returned.
+    """
+    size = size_of(term)
+    change = _change(term, size, known, evidence, here)
+    alike = size * np.sqrt(loss(here) / max(loss(change), 1e-9))
+    tried = [(size, change)]
+    for times in STRENGTHS:
+        larger = min(times * float(alike), term.coordinate.high)
+        tried.append((larger, _change(term, larger, known, evidence, here)))
+    weights = _weights(here)
+    return max(tried, key=lambda one: _explained(
+        (one[1] * weights)[:, np.newaxis], -here * weights))  # fmt: skip
+
+
+def _weights(here: Floats) -> Floats:
+    """Return how much residuals count in a robust regression [-]."""
+    weights: Floats = 1.0 / np.sqrt(1.0 + (here / OUTLIER) ** 2)
+    return weights
+
+
+def _change(
+    term: Term, size: float, known: Hypothesis, evidence: Evidence, here: Floats
+) -> Floats:
     part = replace(term.effect, coordinates=(term.coordinate,), starts=())
-    changed: Floats = evidence.residual(part.apply(known, (size_of(term),))) - here
+    changed: Floats = evidence.residual(part.apply(known, (size,))) - here
     return changed
 
 
-def next_term(columns: Floats, here: Floats, chosen: Sequence[int]) -> int:
-    """Return the term that explains most of what the chosen ones leave."""
-    weights = 1.0 / np.sqrt(1.0 + (here / OUTLIER) ** 2)
+def next_terms(
+    columns: Floats, here: Floats, groups: Sequence[Sequence[int]], chosen: Sequence[int]
+) -> list[int]:
+    """Return the group of terms that explains most of what the chosen ones leave."""
+    weights = _weights(here)
     scaled, target = columns * weights[:, np.newaxis], -here * weights
     if chosen:
         basis, _ = np.linalg.qr(scaled[:, list(chosen)])
         scaled = scaled - basis @ (basis.T @ scaled)
         target = target - basis @ (basis.T @ target)
-    norms = np.linalg.norm(scaled, axis=0)
-    gains = np.abs(scaled.T @ target) / np.maximum(norms, 1e-9)
-    gains[norms < 1e-6 * np.linalg.norm(columns, axis=0)] = 0.0
-    gains[list(chosen)] = -1.0
-    return int(np.argmax(gains))
+    fresh = np.linalg.norm(scaled, axis=0) > 1e-6 * np.linalg.norm(columns, axis=0)
+    fresh[list(chosen)] = False
+    open_groups = [kept for group in groups if (kept := [one for one in group if fresh[one]])]
+    return max(open_groups, key=lambda group: _explained(scaled[:, group], target), default=[])
+
+
+def _explained(columns: Floats, target: Floats) -> float:
+    """Return the norm of what columns can explain of a target [-]."""
+    directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    kept = sizes > 1e-6 * max(sizes[0], 1e-9)
+    return float(np.linalg.norm(directions[:, kept].T @ target))
 
 
 def explained(
-    terms: Sequence[Term], columns: Sequence[Floats], chosen: Sequence[int], here: Floats
-) -> Explanation:
-    """Return the terms with coefficients by robust linear regression, within their ranges."""
+    terms: Sequence[Term], sizes: Sequence[float], columns: Sequence[Floats],
+    chosen: Sequence[int], here: Floats,
+) -> Explanation:  # fmt: skip
+    """Return chosen terms with coefficients by robust linear regression, within their ranges."""
     matrix = np.column_stack([columns[index] for index in chosen])
-    weights = 1.0 / np.sqrt(1.0 + (here / OUTLIER) ** 2)
+    weights = _weights(here)
     shares, *_ = np.linalg.lstsq(matrix * weights[:, np.newaxis], -here * weights, rcond=None)
     parts: dict[str, list[tuple[Coordinate, float]]] = {}
-    candidates = {term.effect.name: term.effect for term in terms}
-    for term, share in zip(terms, shares, strict=True):
-        value = float(np.clip(share * size_of(term), term.coordinate.low, term.coordinate.high))
+    candidates = {terms[index].effect.name: terms[index].effect for index in chosen}
+    for index, share in zip(chosen, shares, strict=True):
+        term = terms[index]
+        value = float(np.clip(share * sizes[index], term.coordinate.low, term.coordinate.high))
         parts.setdefault(term.effect.name, []).append((term.coordinate, value))
     explanation = Explanation()
     for name, pairs in parts.items():
