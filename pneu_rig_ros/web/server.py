@@ -146,7 +146,10 @@ class LivePage:
         origin = request.headers.get('Origin')
         if origin not in self._origins:
             raise web.HTTPForbidden(text=f'origin {origin} is not this page\n')
-        connection = web.WebSocketResponse(heartbeat=10.0, max_msg_size=LARGEST_MESSAGE)
+        # nothing leaves this computer; a frame that is being compressed would outlive its sender
+        connection = web.WebSocketResponse(
+            heartbeat=10.0, compress=False, max_msg_size=LARGEST_MESSAGE
+        )
         await connection.prepare(request)
         self._sockets.add(connection)
         sender = asyncio.create_task(self._send(connection))

@@ -200,6 +200,8 @@ def test_effect_that_the_library_lacks_is_unknown_but_told_where(tmp_path: Path)
     every = tuple(name for name in library.names() if not library.load(name).describes)
     data = told(rigs(tmp_path, cold, without=every))
     assert data['verdict'] == 'unknown'
-    assert data['unknown'] is not None
+    assert 'cold_1' in data['unknown']['term']
+    assert 'cold_2' in data['unknown']['term']
+    assert data['unknown']['gap_left'] < 0.1
     assert data['where'][0]['balance'] in ('gas_1', 'gas_2')
     assert data['intervals']
