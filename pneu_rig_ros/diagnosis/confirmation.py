@@ -77,7 +77,7 @@ class Confirmation:
         return np.concatenate(parts)
 
     def _off(self, hypothesis: Hypothesis) -> list[Floats]:
-        """Return how far each run is off, of little weight where by much [-]."""
+        """Return the inverse hyperbolic sine of each run's scaled gap: large ones count little."""
         every = over_runs(partial(off, hypothesis), self.runs, self.floors)
         return [np.arcsinh(one) for one in every]
 

@@ -84,7 +84,10 @@ def describe(search: Search, place: Disagreement) -> Description:
     groups, chosen = alike(terms), list[int]()
     tried: list[tuple[float, Explanation]] = [(1.0, Explanation())]
     for _ in range(MOST_TERMS):
-        chosen += next_terms(np.column_stack(columns), here, groups, chosen)
+        more = next_terms(np.column_stack(columns), here, groups, chosen)
+        if not more:
+            break
+        chosen += more
         start = explained(terms, sizes, columns, chosen, here)
         found = fit(start, known, search.fitted, ROUNDS).explanation
         tried.append((left_of(search.held, known, found.apply(known)), found))
@@ -136,13 +139,13 @@ def try_out(
     """
     size = size_of(term)
     change = _change(term, size, known, evidence, here)
-    alike = size * np.sqrt(loss(here) / max(loss(change), 1e-9))
+    matching = size * float(np.sqrt(loss(here) / max(loss(change), 1e-9)))
     tried = [(size, change)]
     for times in STRENGTHS:
-        larger = min(times * float(alike), term.coordinate.high)
+        larger = min(times * matching, term.coordinate.high)
         tried.append((larger, _change(term, larger, known, evidence, here)))
     weights = _weights(here)
-    return max(tried, key=lambda one: _explained(
+    return max(tried, key=lambda one: _projection(
         (one[1] * weights)[:, np.newaxis], -here * weights))  # fmt: skip
 
 
@@ -163,7 +166,7 @@ def _change(
 def next_terms(
     columns: Floats, here: Floats, groups: Sequence[Sequence[int]], chosen: Sequence[int]
 ) -> list[int]:
-    """Return the group of terms that explains most of what the chosen ones leave."""
+    """Return the group of terms that explains most of what the chosen ones leave, or none."""
     weights = _weights(here)
     scaled, target = columns * weights[:, np.newaxis], -here * weights
     if chosen:
@@ -173,11 +176,11 @@ def next_terms(
     fresh = np.linalg.norm(scaled, axis=0) > 1e-6 * np.linalg.norm(columns, axis=0)
     fresh[list(chosen)] = False
     open_groups = [kept for group in groups if (kept := [one for one in group if fresh[one]])]
-    return max(open_groups, key=lambda group: _explained(scaled[:, group], target), default=[])
+    return max(open_groups, key=lambda group: _projection(scaled[:, group], target), default=[])
 
 
-def _explained(columns: Floats, target: Floats) -> float:
-    """Return the norm of what columns can explain of a target [-]."""
+def _projection(columns: Floats, target: Floats) -> float:
+    """Return the norm of a target's projection on the span of columns, shape (n, k) [-]."""
     directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     kept = sizes > 1e-6 * max(sizes[0], 1e-9)
     return float(np.linalg.norm(directions[:, kept].T @ target))
