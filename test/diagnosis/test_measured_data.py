@@ -45,7 +45,7 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
     assert told['verdict'] == 'effect'
     assert told['effects'][0]['name'] == 'wall_heat_transfer'
     assert told['gap']['cut'] > 0.6
-    # of 68 and 155 kPa some 5.6 and 3.5 kPa remain; a fit to this run itself leaves 3 to 4 kPa
+    # of 68 and 155 kPa some 5 and 4 kPa remain; a fit to this run itself leaves 3 to 4 kPa
     for pressure in ('pressure_1', 'pressure_2'):
         signal = told['gap']['signals'][pressure]
         assert signal['after'] < 0.1 * signal['before']
