@@ -34,7 +34,7 @@ Written by `make blind`. The second plant of these trials shares the functional 
 library: an effect that is hidden has the formula under which the library knows it. Nothing here
 says how the workflow does where it has not. Trials that were looked at while the workflow was
 built are not blind; those reported here were drawn afresh, strengths, cylinders and sizes of the
-systems, from seed {seed}, and run once, at git {revision}, after the last change.
+systems, from seed {seed}, and run once, after the last change, at git {ran_at}.
 
 The workflow of `pneu-rig diagnose` gets recordings and a model file and nothing else. Recordings
 come from a second plant (`test/blind`: SciPy's LSODA, for gas alone Runge-Kutta; none of the
@@ -105,6 +105,12 @@ def described(answers: list[Answer]) -> str:
     return textwrap.fill(text + (hardly if least else ''), 99) + '\n'
 
 
+def ran_at(answers: list[Answer], revision: str) -> str:
+    """Return the revisions at which the answers were given, the one they are kept under first."""
+    others = sorted({str(a['revision']) for a in answers} - {revision})
+    return ' and '.join([revision, *others])
+
+
 def as_json(answers: list[Answer], revision: str, seed: int) -> dict[str, Any]:
     """Return the content of ``docs/blind.json``."""
     return {
@@ -131,7 +137,7 @@ def write(
     whole = drawn(seed)
     by_revision = {revision: answers, **(others or {})}
     text = TEXT.format(
-        seed=seed, revision=revision, run=len(answers), whole=len(whole), folder=FOLDER,
+        seed=seed, revision=revision, ran_at=ran_at(answers, revision), run=len(answers), whole=len(whole), folder=FOLDER,
         visible=scores.VISIBLE, dim=sum(not scores.shows(a) for a in answers),
         headline=headline(answers), described=described(answers),
         comparison=COMPARED.format(table=comparison(by_revision)) if others else '',
