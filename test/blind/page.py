@@ -137,7 +137,8 @@ def write(
     whole = drawn(seed)
     by_revision = {revision: answers, **(others or {})}
     text = TEXT.format(
-        seed=seed, revision=revision, ran_at=ran_at(answers, revision), run=len(answers), whole=len(whole), folder=FOLDER,
+        seed=seed, revision=revision, ran_at=ran_at(answers, revision),
+        run=len(answers), whole=len(whole), folder=FOLDER,
         visible=scores.VISIBLE, dim=sum(not scores.shows(a) for a in answers),
         headline=headline(answers), described=described(answers),
         comparison=COMPARED.format(table=comparison(by_revision)) if others else '',
