@@ -35,7 +35,7 @@ def kind(answer: Answer) -> str:
     told = {*answer['effects'], *answer['parameters']}
     ways = {
         'the workflow failed': answer['verdict'] == 'crashed',
-        'said to be inseparable from the right one on these bags': any(
+        'reported as indistinguishable from the right one': any(
             right & {n for row in alike for n in row.split('+')} for alike in answer['alike']
         ),
         f'put on another balance: {answer["balance"]}': answer['part'] == 'removed'
@@ -43,7 +43,7 @@ def kind(answer: Answer) -> str:
         'another one takes its place': answer['part'] == 'removed'
         and answer['verdict'] in ('effect', 'parameter'),
         'found, but not first': bool(right) and right <= told,
-        'held to be within the noise': bool(right) and answer['verdict'] == 'consistent',
+        'judged consistent': bool(right) and answer['verdict'] == 'consistent',
         'one found, not all': bool(right & told),
         'ranked, another fits better': bool(
             right & {name for row in answer['ranking'] for name in row.split('+')}

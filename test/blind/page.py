@@ -34,20 +34,20 @@ Written by `make blind`. The second plant of these trials shares the functional 
 library: an effect that is hidden has the formula under which the library knows it. Nothing here
 says how the workflow does where it has not. Trials that were looked at while the workflow was
 built are not blind; those reported here were drawn afresh, strengths, cylinders and sizes of the
-systems, from seed {seed}, and run once, after the last change, at git {ran_at}.
+systems, from seed {seed}, and run once, at git {ran_at}.
 
 The workflow of `pneu-rig diagnose` gets recordings and a model file and nothing else. Recordings
 come from a second plant (`test/blind`: SciPy's LSODA, for gas alone Runge-Kutta; none of the
 package's model code) through 12-bit sensors with noise. Their slopes are right and the model says
 so; in the part `uncalibrated` they are wrong within the accuracy class of the shipped sensors
-(0.5 % of position, 1 % of pressure), and the model tells that. What can be hidden in a rig, and
+(0.5 % of position, 1 % of pressure), and the model states that. What can be hidden in a rig, and
 how strong, is in `pneu_rig_ros/scenarios/hidden.py`, in the other systems in `sealed.py` (sealed
 chambers, one leaking chamber), `bench.py` (a seal) and `block.py` (valves into fixed volumes);
 `one_pressure` is a rig whose second pressure is not measured. {run} of {whole} trials were run.
 Every answer is a line of `docs/{folder}/{revision}.jsonl`; `make blind` goes on from there.
 
 Counted are trials in which what is hidden changes a signal by more than {visible:g} times the
-noise (root mean square over the recordings); {dim} trials show less. Shares have Wilson's
+noise (root mean square over the recordings); those below: {dim}. Shares have Wilson's
 interval, medians that of the binomial distribution of ranks, what is pooled that of resampling.
 Times are of whole rigs, six bags, two workers.
 
@@ -64,7 +64,7 @@ Times are of whole rigs, six bags, two workers.
 An interval is true where the contribution of what is hidden to a balance - computed by the second
 plant along the noise-free run, averaged in a window of 0.1 s (gas) or 70 ms (forces), 20 samples
 at least - exceeds one standard deviation of what the noise of the sensors makes of that window.
-Intervals told are compared with these over all recordings of the fit, the balances of a group
+Reported intervals are compared with these over all recordings of the fit, the balances of a group
 together; of sensors, all balances. Without the part `uncalibrated`.
 
 {by_group}
@@ -81,7 +81,10 @@ Residuals where nothing is hidden, each in its own standard deviation, before an
 ## Misses
 
 {misses}"""
-COMPARED = """## Against earlier code
+COMPARED = """
+## Against earlier code
+
+On the same trials. Times are not compared: the load of the machine differed.
 
 {table}
 """
@@ -95,8 +98,8 @@ def described(answers: list[Answer]) -> str:
         return ''
     low, middle, high = np.percentile([a['cut'] for a in removed], (25.0, 50.0, 75.0))
     text = (
-        'An effect that is said to be unknown is described, which cuts the gap above noise, on '
-        f'bags left out of the fit, by {percent(middle)} (median of {len(removed)}; quartiles '
+        'A removed effect that is called `unknown` is described by empirical terms. They cut the gap '
+        f'above noise on held-out bags by {percent(middle)} (median of {len(removed)}; quartiles '
         f'{percent(low)} to {percent(high)}).'
     )
     least = [a for a in removed if a['cut'] < LEAST_CUT]

@@ -16,16 +16,16 @@ from .trials import Trial
 
 MEANING = {
     'single_top1': 'one effect hidden: the right name stands first',
-    'false_alarm': 'nothing hidden: something is said to be missing',
+    'false_alarm': 'nothing hidden: false alarms',
     'parameter_top1': '1 to 3 parameters wrong: `parameter`, a wrong one first',
     'pairs_both': 'two effects hidden: both are named',
     'unknown_recognised': 'the effect is not in the library: `unknown`',
     'unknown_balance': 'of these: the right balance (of a sensor, any)',
     'uncalibrated_top1': 'sensors with errors of gain, one effect: the right name first',
-    'uncalibrated_alarm': 'sensors with errors of gain, nothing hidden: something is said',
+    'uncalibrated_alarm': 'sensors with errors of gain, nothing hidden: false alarms',
     'systems_top1': 'other systems, one thing hidden: the right name first',
-    'systems_alarm': 'other systems, nothing hidden: something is said',
-    'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, bags left out',
+    'systems_alarm': 'other systems, nothing hidden: false alarms',
+    'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, held-out bags',
     'parameter_error': 'median error of the fitted parameters, right name',
     'interval_coverage': 'right name: intervals of 95 % that hold the truth (of so many)',
     'where_gas': 'hidden in the gas: its balance stands first in `where`',
@@ -33,8 +33,8 @@ MEANING = {
     'where_sensor': 'hidden in a sensor: any balance is listed',
     'where_empty': 'something hidden: `where` is empty',
     'null_listings': 'nothing hidden: `where` lists something',
-    'times_f1': 'median F1 of the intervals told',
-    'times_f1_pooled': 'F1 of the intervals told, all trials together',
+    'times_f1': 'median F1 of the reported intervals',
+    'times_f1_pooled': 'F1 of the reported intervals, all trials together',
     'seconds_named': 'median time to an answer with a name [s]',
     'seconds_unknown': 'median time to the answer `unknown` [s]',
 }
@@ -96,7 +96,8 @@ def comparison(by_revision: dict[str, list[Answer]]) -> str:
         revision: scores.figures([a for a in rows if a['key'] in common])
         for revision, rows in by_revision.items()
     }
-    names = next(iter(both.values()))
+    figures = next(iter(both.values()))
+    names = [name for name in figures if not name.startswith('seconds')]
     rows = [(f'`{name}`', *(measured(name, own[name]) for own in both.values())) for name in names]
     head = 'figure', *by_revision
     return f'{len(common)} trials, answered by all.\n\n{table(head, rows)}'
