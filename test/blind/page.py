@@ -81,8 +81,7 @@ Residuals where nothing is hidden, each in its own standard deviation, before an
 ## Misses
 
 {misses}"""
-COMPARED = """
-## Against earlier code
+COMPARED = """## Against earlier code
 
 On the same trials. Times are not compared: the load of the machine differed.
 
@@ -98,9 +97,9 @@ def described(answers: list[Answer]) -> str:
         return ''
     low, middle, high = np.percentile([a['cut'] for a in removed], (25.0, 50.0, 75.0))
     text = (
-        'A removed effect that is called `unknown` is described by empirical terms. They cut the gap '
-        f'above noise on held-out bags by {percent(middle)} (median of {len(removed)}; quartiles '
-        f'{percent(low)} to {percent(high)}).'
+        'A removed effect that is called `unknown` is described by empirical terms. They cut the '
+        f'gap above noise on held-out bags by {percent(middle)} (median of {len(removed)}; '
+        f'quartiles {percent(low)} to {percent(high)}).'
     )
     least = [a for a in removed if a['cut'] < LEAST_CUT]
     trials = ', '.join(f'`{a["names"][0]}` ({a["cylinder"][-1]})' for a in least)
