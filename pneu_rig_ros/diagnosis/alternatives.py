@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from pneu_rig_ros.diagnosis.explanation import Explanation
-from pneu_rig_ros.diagnosis.ranking import Screened
-from pneu_rig_ros.diagnosis.scoring import Scored, left_of, no_worse
+from pneu_rig_ros.diagnosis.fitting import Screened
+from pneu_rig_ros.diagnosis.scoring import ScoredFit, as_good_as, remaining_share
 from pneu_rig_ros.diagnosis.selection import Search
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 
@@ -32,7 +32,7 @@ def candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     return list(rows.values())
 
 
-def _fitted(one: Scored, search: Search, chosen: bool) -> dict[str, Any]:
+def _fitted(one: ScoredFit, search: Search, chosen: bool) -> dict[str, Any]:
     parts = zip(one.explanation.parts, one.explanation.values, strict=True)
     values = {
         part.name if part.is_parameter else f'{part.name}.{c.name}': value
@@ -49,7 +49,7 @@ def _fitted(one: Scored, search: Search, chosen: bool) -> dict[str, Any]:
 
 
 def _screened(tried: Screened, search: Search) -> dict[str, Any]:
-    alone = Explanation().plus(tried.candidate, tried.values)
+    alone = Explanation().with_part(tried.candidate, tried.values)
     return {'names': [tried.candidate.name], 'chosen': False, 'stage': 'screened',
             'score': -tried.loss, 'error': 0.0, 'gap_left': gap_left(alone, search),
             'parameters': {}}  # fmt: skip
@@ -57,8 +57,8 @@ def _screened(tried: Screened, search: Search) -> dict[str, Any]:
 
 def gap_left(explanation: Explanation, search: Search) -> float:
     """Return the share of the held-out excess over the noise that remains, at most 1 [-]."""
-    residuals = replace(search.held, confirmation=None)
-    return min(left_of(residuals, search.given, explanation.apply(search.given)), 1.0)
+    residuals = replace(search.held, cycles=None)
+    return min(remaining_share(residuals, search.given, explanation.apply(search.given)), 1.0)
 
 
 def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
@@ -70,7 +70,7 @@ def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
     alike = {joined(search.causes(best.explanation)): None}
     for one in search.ranking:
         same = len(one.explanation.parts) == size and one.losses.size == best.losses.size
-        if same and search.causes(one.explanation) and no_worse(one, best):
+        if same and search.causes(one.explanation) and as_good_as(one, best):
             alike[joined(search.causes(one.explanation))] = None
     return [list(alike)] if len(alike) > 1 else []
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.hypothesis import CALIBRATED, Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.weak_form import Floats, TestFunctions
 from pneu_rig_ros.model import along, chambers
 from pneu_rig_ros.model import effects as library
@@ -62,7 +62,7 @@ class Comparison:
     :param run: the run
     """
 
-    run: Measured
+    run: Run
 
     @cached_property
     def gas(self) -> TestFunctions:
@@ -84,7 +84,7 @@ class Comparison:
         """Whether the model moves the piston: all balances are open, and there is no bench."""
         return len(self.run.balances) == len(CHAMBERS) + 1 and self.run.force is None
 
-    def corrected(self, hypothesis: Hypothesis) -> Measured:
+    def corrected(self, hypothesis: Hypothesis) -> Run:
         """Return the run as sensors without the errors of a hypothesis would have read it."""
         run = self.run
         if hypothesis.gains != CALIBRATED:
@@ -99,7 +99,7 @@ class Comparison:
                                  run.pressures - at_samples[:, 1:])  # fmt: skip
         return run
 
-    def _march(self, hypothesis: Hypothesis, run: Measured) -> tuple[Floats, Floats]:
+    def _march(self, hypothesis: Hypothesis, run: Run) -> tuple[Floats, Floats]:
         plant = hypothesis.plant_of(run)
         slow, parts = self.run, substeps(hypothesis, run.interval)  # the speed of the readings
         rates, bias = plant.along(
@@ -122,7 +122,7 @@ class Comparison:
         breakaway = self._breakaway(hypothesis, run, rates)
         return Residuals(gas_1, gas_2, self._force(run, rates), breakaway)
 
-    def _gas(self, hypothesis: Hypothesis, run: Measured, rates: Floats, chamber: int) -> Floats:
+    def _gas(self, hypothesis: Hypothesis, run: Run, rates: Floats, chamber: int) -> Floats:
         gas, cylinder = hypothesis.model.gas, hypothesis.model.cylinder
         k = gas.heat_capacity_ratio
         enthalpy = k * gas.gas_constant * gas.supply_temperature
@@ -145,7 +145,7 @@ class Comparison:
         rates, _ = self._march(hypothesis, self.run)
         return self.motion.plain_means(rates[:, along.INERTIA])
 
-    def _force(self, run: Measured, rates: Floats) -> Floats:
+    def _force(self, run: Run, rates: Floats) -> Floats:
         acceleration = self.motion.accelerations(run.position)
         inertia = self.motion.plain_means(rates[:, along.INERTIA])
         missing = inertia * acceleration - self.motion.means(rates[:, along.FORCE])
@@ -160,7 +160,7 @@ class Comparison:
         moves = self.run.contacts == along.MOVES
         return np.flatnonzero(rests[:-1] & moves[1:])
 
-    def _breakaway(self, hypothesis: Hypothesis, run: Measured, rates: Floats) -> Floats:
+    def _breakaway(self, hypothesis: Hypothesis, run: Run, rates: Floats) -> Floats:
         drive = driving_force(hypothesis, run)
         last = max(round(LAST / run.interval), 1)
         held = []
@@ -176,7 +176,7 @@ LEAST_LOAD = 0.2
 """A seal that breaks away at less is not held by friction [-]."""
 
 
-def driving_force(hypothesis: Hypothesis, run: Measured) -> Floats:
+def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
     """Return the force of the gas on the piston in each interval [N], shape (n - 1,)."""
     cylinder = hypothesis.model.cylinder
     p1, p2 = 0.5 * (run.smooth[1:, 1:] + run.smooth[:-1, 1:]).T

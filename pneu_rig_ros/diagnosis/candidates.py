@@ -82,24 +82,24 @@ class Coordinate:
     logarithmic: bool
     null: float = 0.0
 
-    def inward(self, value: float) -> float:
+    def to_internal(self, value: float) -> float:
         """Return what the fit sees of a value."""
         inside = min(max(value, self.low), self.high)
         return float(np.log(inside)) if self.logarithmic else inside / self.scale
 
-    def outward(self, seen: float) -> float:
+    def from_internal(self, seen: float) -> float:
         """Return the value that the fit sees so, within the range."""
         value = float(np.exp(min(seen, LARGEST))) if self.logarithmic else seen * self.scale
         return min(max(value, self.low), self.high)
 
     def scaled(self, seen: float, factor: float) -> float:
         """Return what the fit sees of a value that is so many times as far from the null."""
-        return self.inward(self.null + factor * (self.outward(seen) - self.null))
+        return self.to_internal(self.null + factor * (self.from_internal(seen) - self.null))
 
     @property
     def bounds(self) -> tuple[float, float]:
         """The range as the fit sees it."""
-        return self.inward(self.low), self.inward(self.high)
+        return self.to_internal(self.low), self.to_internal(self.high)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 from scipy.stats import norm
 
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.intervals import CONFIDENCE
 from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
@@ -20,14 +20,14 @@ def each_recording(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     search = diagnosis.search
     return [
         row
-        for evidence in (search.fitted, search.held)
-        for one in evidence.comparisons
-        for row in _rows(evidence, one, diagnosis.improved)
+        for dataset in (search.fitted, search.held)
+        for one in dataset.comparisons
+        for row in _rows(dataset, one, diagnosis.improved)
     ]
 
 
-def _rows(evidence: Evidence, one: Comparison, hypothesis: Hypothesis) -> Iterator[dict[str, Any]]:
-    run, found = one.run, evidence.errors(hypothesis, one)
+def _rows(dataset: Dataset, one: Comparison, hypothesis: Hypothesis) -> Iterator[dict[str, Any]]:
+    run, found = one.run, dataset.errors(hypothesis, one)
     if found is None:
         return
     names = (CLOCK_OFFSET, *(f'{INITIAL_TEMPERATURE}_{i}' for i in (1, 2)))

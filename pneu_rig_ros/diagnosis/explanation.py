@@ -42,7 +42,7 @@ class Explanation:
             given = part.apply(given, values)
         return given
 
-    def plus(self, part: Candidate, values: Sequence[float]) -> Explanation:
+    def with_part(self, part: Candidate, values: Sequence[float]) -> Explanation:
         """Return the explanation with one more part."""
         return Explanation((*self.parts, part), (*self.values, tuple(values)))
 
@@ -61,15 +61,15 @@ class Explanation:
         return [coordinate for part in self.parts for coordinate in part.coordinates]
 
     @property
-    def seen(self) -> Floats:
+    def theta(self) -> Floats:
         """What the fit sees of all values in a row."""
         flat = [value for values in self.values for value in values]
         pairs = zip(self.coordinates, flat, strict=True)
-        return np.array([coordinate.inward(value) for coordinate, value in pairs])
+        return np.array([coordinate.to_internal(value) for coordinate, value in pairs])
 
-    def moved(self, seen: Floats) -> Explanation:
+    def with_theta(self, seen: Floats) -> Explanation:
         """Return the explanation with other values, as the fit sees them."""
         pairs = zip(self.coordinates, seen, strict=True)
-        flat = iter([coordinate.outward(float(value)) for coordinate, value in pairs])
+        flat = iter([coordinate.from_internal(float(value)) for coordinate, value in pairs])
         values = tuple(tuple(next(flat) for _ in part.coordinates) for part in self.parts)
         return Explanation(self.parts, values)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.candidates import Candidate, Coordinate
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import Shape, Shaped, without_shape
@@ -77,7 +77,7 @@ class Family(Candidate):
         return hypothesis.with_effect(self.effect, Shaped(own, self.shape(values)))
 
 
-def families(effect: Candidate, runs: Sequence[Measured], temperature: float) -> Iterator[Family]:
+def families(effect: Candidate, runs: Sequence[Run], temperature: float) -> Iterator[Family]:
     """
     Yield an effect's rising and falling factors over each variable that differs in the runs.
 
@@ -96,7 +96,7 @@ def families(effect: Candidate, runs: Sequence[Measured], temperature: float) ->
             yield Family(name, effect.group, ratios, starts, over=over, at=at)
 
 
-def knots(over: str, runs: Sequence[Measured], temperature: float) -> tuple[float, ...] | None:
+def knots(over: str, runs: Sequence[Run], temperature: float) -> tuple[float, ...] | None:
     """Return the knots over a variable [its unit]; None where it hardly differs."""
     values = np.concatenate([values_of(over, run, temperature) for run in runs])
     if not values.size:
@@ -110,7 +110,7 @@ def knots(over: str, runs: Sequence[Measured], temperature: float) -> tuple[floa
     return tuple(float(one) for one in at) if distinct else None
 
 
-def values_of(over: str, run: Measured, temperature: float) -> Floats:
+def values_of(over: str, run: Run, temperature: float) -> Floats:
     """Return the values of a variable in a run, as far as it is measured, shape (n,)."""
     x, p1, p2 = run.smooth.T
     moving = run.velocity[run.slides]

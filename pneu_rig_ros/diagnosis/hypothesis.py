@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import Model, Operation
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
@@ -31,13 +31,13 @@ class Hypothesis:
     gains: Gains = CALIBRATED
     conditions: Mapping[str, float] = field(default_factory=dict)
 
-    def plant_of(self, run: Measured) -> Plant:
+    def plant_of(self, run: Run) -> Plant:
         """Return the plant as it was when a run began."""
         plant = self.plant(run, run.started(run.operation))
         plant.start_with(run.gas_temperatures(self.model.gas))
         return plant
 
-    def plant(self, run: Measured, operation: Operation) -> Plant:
+    def plant(self, run: Run, operation: Operation) -> Plant:
         """
         Return the plant in the surroundings of a run under conditions as they are stated.
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.stats import norm
 
-from pneu_rig_ros.diagnosis.evidence import Evidence, loss
+from pneu_rig_ros.diagnosis.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.fitting import Fit
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import Windows, windows_of
-from pneu_rig_ros.diagnosis.ranking import Fit
 
 Floats = NDArray[np.float64]
 
@@ -29,18 +29,21 @@ BRIDGE = 0.15
 """Intervals less far apart are one [s]."""
 
 
-def value_intervals(fit: Fit, given: Hypothesis, evidence: Evidence) -> list[tuple[float, float]]:
+def value_intervals(fit: Fit, given: Hypothesis, dataset: Dataset) -> list[tuple[float, float]]:
     """Return an interval of 95 % for each coordinate of a fit [SI]."""
-    residual = evidence.residual(fit.explanation.apply(given))
+    residual = dataset.residual(fit.explanation.apply(given))
     excess = max(2.0 * loss(residual) / max(residual.size, 1), 1.0)
     deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0) * excess)
     half = float(norm.ppf(0.5 + 0.5 * CONFIDENCE)) * deviations
-    triples = zip(fit.explanation.coordinates, fit.explanation.seen, half, strict=True)
-    return [(c.outward(float(seen - d)), c.outward(float(seen + d))) for c, seen, d in triples]
+    triples = zip(fit.explanation.coordinates, fit.explanation.theta, half, strict=True)
+    return [
+        (c.from_internal(float(seen - d)), c.from_internal(float(seen + d)))
+        for c, seen, d in triples
+    ]
 
 
 def contribution_intervals(
-    given: Hypothesis, improved: Hypothesis, evidence: Evidence
+    given: Hypothesis, improved: Hypothesis, dataset: Dataset
 ) -> list[tuple[str, str, float, float]]:
     """
     Return balance, recording, from, to [s] where an explanation contributes more than the noise.
@@ -48,7 +51,7 @@ def contribution_intervals(
     A contribution is the difference of the residuals without and with it.
     """
     spans: list[tuple[str, str, float, float]] = []
-    pairs = zip(windows_of(evidence, given), windows_of(evidence, improved), strict=True)
+    pairs = zip(windows_of(dataset, given), windows_of(dataset, improved), strict=True)
     for before, after in pairs:
         beyond = np.abs(before.residual - after.residual) > before.deviation
         spans += list(_spans(before, beyond))

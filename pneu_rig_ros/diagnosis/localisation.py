@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, false_discovery_control, norm
 
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import Whitener
 from pneu_rig_ros.diagnosis.weak_form import Floats, TestFunctions
@@ -96,7 +96,7 @@ class Windows:
 
 
 @dataclass(frozen=True)
-class Disagreement:
+class SignificantResidual:
     """
     A regime of a balance that disagrees, and where in it most.
 
@@ -127,12 +127,12 @@ class Disagreement:
         return float(norm.isf(0.5 * max(self.p_value, 1e-300)))
 
 
-def windows_of(evidence: Evidence, hypothesis: Hypothesis) -> list[Windows]:
+def windows_of(dataset: Dataset, hypothesis: Hypothesis) -> list[Windows]:
     """Return the windows of all balances in all runs, breakaways as windows of the force."""
     found = []
     runs = zip(
-        evidence.comparisons, evidence.noises_under(hypothesis), evidence.factors,
-        evidence.of_each(hypothesis), strict=True,
+        dataset.comparisons, dataset.noises_under(hypothesis), dataset.factors,
+        dataset.of_each(hypothesis), strict=True,
     )  # fmt: skip
     for comparison, noise, factors, whitened in runs:
         raw = comparison.residuals(hypothesis)
@@ -283,7 +283,7 @@ def tested(cell: Cell) -> tuple[float, float, float]:
     return mean / bottom, 1.0 / np.sqrt(bottom), min(2.0 * min(p_mean, p_spread), 1.0)
 
 
-def localise(groups: Sequence[Windows]) -> list[Disagreement]:
+def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
     """Return where the residuals disagree, the most significant regime first."""
     every = list(cells(groups))
     if not every:
@@ -299,7 +299,9 @@ def localise(groups: Sequence[Windows]) -> list[Disagreement]:
     return sorted(found, key=lambda one: one.p_value)
 
 
-def _disagreement(significant: Sequence[tuple[Cell, tuple[float, float, float]]]) -> Disagreement:
+def _disagreement(
+    significant: Sequence[tuple[Cell, tuple[float, float, float]]],
+) -> SignificantResidual:
     cell, (mean, noise, p_value) = min(significant, key=lambda pair: pair[1][2])
     spans = [
         (one.members[0][0].recording, float(one.low or 0.0), float(one.high or 0.0))
@@ -307,7 +309,7 @@ def _disagreement(significant: Sequence[tuple[Cell, tuple[float, float, float]]]
         if one.variable == 'time'
     ]
     names = dict.fromkeys(g.recording for one, _ in significant for g, _ in one.members)
-    return Disagreement(
+    return SignificantResidual(
         cell.balance, cell.regime, cell.direction, UNITS[cell.balance], mean, noise, p_value,
         cell.variable, cell.low, cell.high, tuple(names), tuple(spans),
     )  # fmt: skip

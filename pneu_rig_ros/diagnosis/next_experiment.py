@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import System
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
@@ -64,19 +64,19 @@ class NextExperiment:
 
 
 def next_experiment(
-    rivals: Mapping[str, Hypothesis], evidence: Evidence, system: System
+    rivals: Mapping[str, Hypothesis], dataset: Dataset, system: System
 ) -> NextExperiment | None:
     """
     Return the experiment that separates the nearest two of some rivals most, None without rivals.
 
     :param rivals: name -> hypothesis
-    :param evidence: recordings of the system, which say what is possible
+    :param dataset: recordings of the system, which say what is possible
     """
     if len(rivals) < 2:
         return None
-    runs = [one.run for one in evidence.comparisons]
-    if system.rig is None or not evidence.comparisons[0].free:
-        return _like(rivals, evidence)
+    runs = [one.run for one in dataset.comparisons]
+    if system.rig is None or not dataset.comparisons[0].free:
+        return _like(rivals, dataset)
     noise = np.array([runs[0].noise.position, runs[0].noise.pressure_1, runs[0].noise.pressure_2])
     supplies = {run.operation.supply_pressure for run in runs}
     loads = {run.operation.load_mass for run in runs}
@@ -91,7 +91,7 @@ def next_experiment(
     return max(tried, key=lambda one: one.by, default=None)
 
 
-def commands(runs: list[Measured]) -> list[float]:
+def commands(runs: list[Run]) -> list[float]:
     """Return slow and fast commands of the recordings, both ways [V]."""
     u = np.concatenate([run.voltages[:, 0] for run in runs]) - CENTRE_VOLTAGE
     sizes = np.abs(u[np.abs(u) > 0.0])
@@ -106,11 +106,11 @@ def ends(values: set[float]) -> list[float]:
     return sorted({min(values), max(values)})
 
 
-def _like(rivals: Mapping[str, Hypothesis], evidence: Evidence) -> NextExperiment:
+def _like(rivals: Mapping[str, Hypothesis], dataset: Dataset) -> NextExperiment:
     """Return the recording in which the nearest two rivals differ most."""
-    whitened = [evidence.of_each(one) for one in rivals.values()]
+    whitened = [dataset.of_each(one) for one in rivals.values()]
     apart = []
-    for index, comparison in enumerate(evidence.comparisons):
+    for index, comparison in enumerate(dataset.comparisons):
         rows = [np.concatenate(every[index]) for every in whitened]
         nearest = min(float(np.sqrt(np.mean((a - b) ** 2))) for a, b in combinations(rows, 2))
         apart.append((nearest, comparison.run.name))
@@ -119,7 +119,7 @@ def _like(rivals: Mapping[str, Hypothesis], evidence: Evidence) -> NextExperimen
 
 
 def readings(
-    hypothesis: Hypothesis, run: Measured, u: float, supply: float, load: float, position: float
+    hypothesis: Hypothesis, run: Run, u: float, supply: float, load: float, position: float
 ) -> Floats | None:
     """Return x [m], p1, p2 [Pa] of an experiment, shape (n, 3); None where it breaks down."""
     zero = run.atmospheric_pressure

@@ -20,7 +20,7 @@ from scipy.ndimage import uniform_filter1d
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals, driving_force
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.weak_form import Floats, correlation
 from pneu_rig_ros.model import along
 
@@ -313,19 +313,19 @@ def reread(hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Genera
 class ExactMotion(Comparison):
     """A run whose velocity and contacts are known: those of another one."""
 
-    def __init__(self, run: Measured, motion: Measured) -> None:
+    def __init__(self, run: Run, motion: Run) -> None:
         """Take the readings of ``run`` and the motion of ``motion``."""
         object.__setattr__(self, 'run', motion)
         object.__setattr__(self, 'base', run)
 
-    def corrected(self, hypothesis: Hypothesis) -> Measured:
+    def corrected(self, hypothesis: Hypothesis) -> Run:
         """Return the run itself."""
-        base: Measured = self.__dict__['base']
+        base: Run = self.__dict__['base']
         return base
 
 
 def _reread_once(
-    hypothesis: Hypothesis, base: Measured, truth: Residuals, comparison: Comparison,
+    hypothesis: Hypothesis, base: Run, truth: Residuals, comparison: Comparison,
     rng: np.random.Generator,
 ) -> Residuals:  # fmt: skip
     noise = base.noise

@@ -18,7 +18,7 @@ from pneu_rig_ros.diagnosis.candidates import (
     effects,
     parameters,
 )
-from pneu_rig_ros.diagnosis.measured import Measured
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import System, quantity_of, value_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance, Need
@@ -37,7 +37,7 @@ VALVE_PARAMETERS = ('valve.intake_coefficient', 'valve.exhaust_coefficient',
                     'valve.intake_voltage', 'valve.exhaust_voltage')  # fmt: skip
 
 
-def pool(system: System, runs: Sequence[Measured], without: Sequence[str]) -> list[Candidate]:
+def pool(system: System, runs: Sequence[Run], without: Sequence[str]) -> list[Candidate]:
     """
     Return everything that may explain a gap of a system in some runs.
 
@@ -49,7 +49,7 @@ def pool(system: System, runs: Sequence[Measured], without: Sequence[str]) -> li
 
 
 def _conditions(
-    system: System, runs: Sequence[Measured], balances: frozenset[str]
+    system: System, runs: Sequence[Run], balances: frozenset[str]
 ) -> Iterator[Condition]:
     """Yield the conditions that may be other than stated, and show."""
     if not system.shut and balances & {'gas_1', 'gas_2'}:
@@ -85,7 +85,7 @@ def _in_range(system: System, name: str, low: float, high: float) -> Candidate:
 
 
 def _effects(
-    system: System, runs: Sequence[Measured], balances: frozenset[str], without: Sequence[str]
+    system: System, runs: Sequence[Run], balances: frozenset[str], without: Sequence[str]
 ) -> Iterator[Candidate]:
     """Yield the effects that the system lacks and can show."""
     there = _there(system, runs, balances)
@@ -100,7 +100,7 @@ def _effects(
             yield candidate if system.rig is not None else _laddered(candidate)
 
 
-def _there(system: System, runs: Sequence[Measured], balances: frozenset[str]) -> set[Need]:
+def _there(system: System, runs: Sequence[Run], balances: frozenset[str]) -> set[Need]:
     """Return what of a rig the system has."""
     there = set() if system.shut else {Need.VALVES}
     there |= {Need.BOTH_CHAMBERS} if {'gas_1', 'gas_2'} <= balances else set()

@@ -10,19 +10,25 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.alternatives import candidates, indistinguishable
 from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate, Condition
+from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.each_recording import each_recording
-from pneu_rig_ros.diagnosis.evidence import Evidence
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.families import Family
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.improvement import signal_tables
 from pneu_rig_ros.diagnosis.intervals import (
     contribution_intervals,
     residual_intervals,
     value_intervals,
 )
-from pneu_rig_ros.diagnosis.localisation import BALANCES, UNITS, Disagreement, Windows, windows_of
+from pneu_rig_ros.diagnosis.localisation import (
+    BALANCES,
+    UNITS,
+    SignificantResidual,
+    Windows,
+    windows_of,
+)
 from pneu_rig_ros.diagnosis.scoring import above, excess
-from pneu_rig_ros.diagnosis.shrink import signal_tables
 from pneu_rig_ros.diagnosis.workflow import (
     CONSISTENT,
     UNCALIBRATED,
@@ -120,7 +126,7 @@ def form_of(effect: str, explanation: Explanation) -> Shape | None:
     return None
 
 
-def told(diagnosis: Diagnosis) -> Sequence[Disagreement]:
+def told(diagnosis: Diagnosis) -> Sequence[SignificantResidual]:
     """
     Return where the model disagrees.
 
@@ -129,7 +135,7 @@ def told(diagnosis: Diagnosis) -> Sequence[Disagreement]:
     return diagnosis.where or (diagnosis.simulated if diagnosis.verdict != CONSISTENT else [])
 
 
-def disagreement(one: Disagreement) -> dict[str, Any]:
+def disagreement(one: SignificantResidual) -> dict[str, Any]:
     """Return a disagreement as plain data."""
     spans = sorted(one.intervals, key=lambda span: span[1] - span[2])[:MOST_INTERVALS]
     return {
@@ -180,11 +186,11 @@ def balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def left_of_each(
-    evidence: Evidence, given: Hypothesis, improved: Hypothesis
+    dataset: Dataset, given: Hypothesis, improved: Hypothesis
 ) -> dict[str, float | None]:
     """Return balance -> share of what exceeds the noise that is left, None where nothing does."""
     rows: dict[str, float | None] = {}
-    both = [windows_of(evidence, one) for one in (given, improved)]
+    both = [windows_of(dataset, one) for one in (given, improved)]
     for name in BALANCES:
         before, after = (above(whitened_of(name, windows)) for windows in both)
         rows[name] = after / before if before > 0.0 else None
@@ -238,7 +244,7 @@ def gap(diagnosis: Diagnosis) -> dict[str, Any]:
     given, improved, held = diagnosis.given, diagnosis.improved, diagnosis.search.held
     before, after = (excess(held, one) for one in (given, improved))
     return {
-        'of': 'residuals' if held.confirmation is None else 'cycles',
+        'of': 'residuals' if held.cycles is None else 'cycles',
         'before': before,
         'after': after,
         'cut': 1.0 - after / before if before > 0.0 else 0.0,

@@ -15,8 +15,8 @@ import numpy as np
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured
 from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.weak_form import Floats
 
 HALF = 0.5
@@ -41,10 +41,10 @@ class RunErrors:
     temperatures: tuple[float, float]
     deviations: Floats
 
-    def of(self, run: Measured) -> Measured:
+    def of(self, run: Run) -> Run:
         """Return a run without its errors."""
         if run.clock_offset > 0.0:
-            run = run.put_right(self.late)
+            run = run.with_delay(self.late)
         return replace(run, temperatures=self.temperatures) if run.temperature_offset > 0 else run
 
 
@@ -61,7 +61,7 @@ def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
     step = HALF * run.clock_offset
     if step <= 0.0:
         return Residuals(*(np.zeros((size, 1)) for size in _sizes(comparison)))
-    early, late = (Comparison(run.put_right(run.late + side)).residuals(hypothesis)
+    early, late = (Comparison(run.with_delay(run.late + side)).residuals(hypothesis)
                    for side in (-step, step))  # fmt: skip
     changes = [(b - a) / (2.0 * HALF) for a, b in zip(early, late, strict=True)]
     return Residuals(*(np.nan_to_num(change)[:, np.newaxis] for change in changes))
@@ -90,7 +90,7 @@ def _sizes(comparison: Comparison) -> tuple[int, int, int, int]:
     return gas, gas, motion, comparison.ends.size
 
 
-def temperatures_of(hypothesis: Hypothesis, run: Measured) -> tuple[float, float]:
+def temperatures_of(hypothesis: Hypothesis, run: Run) -> tuple[float, float]:
     """Return the temperature of the gas in both chambers at the start of a run [K]."""
     supply = hypothesis.model.gas.supply_temperature
     return run.temperatures or (supply, supply)
@@ -154,4 +154,4 @@ def in_time(
         return comparison
     noise = noise_model(hypothesis, comparison, rng)
     late = estimated(hypothesis, comparison, noise).late
-    return Comparison(comparison.run.put_right(late))
+    return Comparison(comparison.run.with_delay(late))

@@ -1,9 +1,9 @@
 """
-Which explanation the evidence asks for: as few causes as leave nothing significant.
+Which explanation the dataset asks for: as few causes as leave nothing significant.
 
 Explanations grow by one cause at a time, up to three. Of each size the most promising are fitted
 and compared. What the residuals hardly see - bristles, compliance, inertia - shows in simulation
-from rest to rest, which becomes part of the evidence where they cannot decide.
+from rest to rest, which becomes part of the dataset where they cannot decide.
 """
 
 from __future__ import annotations
@@ -17,14 +17,11 @@ from scipy.stats import mannwhitneyu
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate
-from pneu_rig_ros.diagnosis.confirmation import Confirmation
-from pneu_rig_ros.diagnosis.evidence import Evidence, rms
+from pneu_rig_ros.diagnosis.cycles import Cycles
+from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.families import Family, families
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import Disagreement, localise, windows_of
-from pneu_rig_ros.diagnosis.over_runs import over_runs
-from pneu_rig_ros.diagnosis.ranking import (
+from pneu_rig_ros.diagnosis.fitting import (
     Fit,
     Screened,
     far_starts,
@@ -33,17 +30,20 @@ from pneu_rig_ros.diagnosis.ranking import (
     polished,
     screen,
 )
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise, windows_of
+from pneu_rig_ros.diagnosis.parallel import map_runs
+from pneu_rig_ros.diagnosis.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.scoring import (
-    Scored,
+    ScoredFit,
     ambiguous,
     best_of_each,
     excess,
     gained,
-    left_of,
     preferred,
+    remaining_share,
     score,
 )
-from pneu_rig_ros.diagnosis.twins import twin_of
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 
 Tell = Callable[[str], None]
@@ -75,7 +75,7 @@ LITTLE = 0.03
 
 
 @dataclass(frozen=True)
-class Cycles:
+class CycleTest:
     """Mean loss of simulated cycles, that of twins [-], and the p-value of the difference."""
 
     loss: float
@@ -89,7 +89,7 @@ class Search:
     The search for an explanation.
 
     :param given: the hypothesis to be explained
-    :param fitted, held: evidence of the runs of the fits, and of those left out
+    :param fitted, held: dataset of the runs of the fits, and of those left out
     :param pool: candidates
     :param rng: of the noise
     :param tell: told what is done now
@@ -98,26 +98,26 @@ class Search:
     """
 
     given: Hypothesis
-    fitted: Evidence
-    held: Evidence
+    fitted: Dataset
+    held: Dataset
     pool: Sequence[Candidate]
     rng: np.random.Generator
     tell: Tell = lambda text: None
     executor: Executor = field(default_factory=Here)
     base: Explanation = field(default_factory=Explanation)
     screened: list[Screened] = field(default_factory=list)
-    ranking: list[Scored] = field(default_factory=list)
-    best: Scored | None = None
-    calibrated: Scored | None = None
+    ranking: list[ScoredFit] = field(default_factory=list)
+    best: ScoredFit | None = None
+    calibrated: ScoredFit | None = None
     """Gains of the sensors alone, where they are open."""
-    begin: tuple[Evidence, Evidence] | None = None
-    """The evidence with the noise that the given hypothesis has."""
+    begin: tuple[Dataset, Dataset] | None = None
+    """The dataset with the noise that the given hypothesis has."""
     significant_given: bool = False
     """Whether the residuals of the given hypothesis disagree."""
-    first_cycles: Cycles | None = None
+    first_cycles: CycleTest | None = None
     """How far the given model's simulated cycles are off, if they were looked at."""
 
-    def run(self) -> Scored | None:
+    def run(self) -> ScoredFit | None:
         """Return the smallest explanation that leaves nothing significant, or the best of all."""
         self.begin = self.fitted, self.held
         self.significant_given = bool(self.significant())
@@ -144,7 +144,9 @@ class Search:
             level = self.level(found)
         return self.best
 
-    def weighed(self, found: Sequence[Scored], before: Fit) -> tuple[Sequence[Scored], Scored]:
+    def weighed(
+        self, found: Sequence[ScoredFit], before: Fit
+    ) -> tuple[Sequence[ScoredFit], ScoredFit]:
         """
         Return explanations, and the one before, as if what the best of them leaves were noise.
 
@@ -161,15 +163,15 @@ class Search:
         self.fitted, self.held = narrow
         return again, scored
 
-    def closes(self, chosen: Scored) -> bool:
+    def closes(self, chosen: ScoredFit) -> bool:
         """Return whether one more cause leaves much less on the runs left out."""
         better = chosen.explanation.apply(self.given)
         return any(
-            excess(evidence, better) < WORTH * excess(evidence, self.hypothesis)
-            for evidence in (replace(self.held, confirmation=None), self.held)
+            excess(dataset, better) < WORTH * excess(dataset, self.hypothesis)
+            for dataset in (replace(self.held, cycles=None), self.held)
         )
 
-    def level(self, found: Sequence[Scored]) -> list[Explanation]:
+    def level(self, found: Sequence[ScoredFit]) -> list[Explanation]:
         """Return the explanations that grow further: the best, and those next to it."""
         assert self.best is not None
         ordered = [one.explanation for one in sorted(found, key=lambda one: one.total)]
@@ -188,35 +190,35 @@ class Search:
         beyond = [name for name in explanation.causes if name not in along]
         return beyond or explanation.causes
 
-    def cycles_off(self) -> list[Disagreement]:
+    def cycles_off(self) -> list[SignificantResidual]:
         """Return where simulation from rest to rest disagrees: in cycles, from breakaway on."""
         cycles = self.first_cycles
         if cycles is None:
             return []
         names = tuple(one.run.name for one in self.fitted.comparisons)
-        return [Disagreement('force', 'breakaway', '', '-', cycles.loss, cycles.expected,
+        return [SignificantResidual('force', 'breakaway', '', '-', cycles.loss, cycles.expected,
                              cycles.p_value, '', None, None, names, ())]  # fmt: skip
 
-    def leaves_much(self, remains: Sequence[Disagreement]) -> bool:
+    def leaves_much(self, remains: Sequence[SignificantResidual]) -> bool:
         """Return whether so much remains that the explanation may be none."""
         if self.best is None or self.best is self.calibrated:
-            return bool(remains) or self.fitted.confirmation is not None
+            return bool(remains) or self.fitted.cycles is not None
         if remains and self.left(simulated=False) > LITTLE:
             return True
-        simulated = self.fitted.confirmation is not None
+        simulated = self.fitted.cycles is not None
         return simulated and self.off_in_simulation() and self.left() > LITTLE
 
     def confirmed(self) -> bool:
         """Return whether a cause was found, or the runs left out disagree in the same balances."""
         if self.first_cycles is not None or self.best is not None:
             return True
-        both = [{one.balance for one in localise(windows_of(evidence, self.given))}
-                for evidence in (self.fitted, self.held)]  # fmt: skip
+        both = [{one.balance for one in localise(windows_of(dataset, self.given))}
+                for dataset in (self.fitted, self.held)]  # fmt: skip
         return bool(both[0] & both[1])
 
     def given_up(self) -> None:
-        """Go back to what was known at first; changes the evidence too."""
-        simulated = self.fitted.confirmation is not None and not self.significant_given
+        """Go back to what was known at first; changes the dataset too."""
+        simulated = self.fitted.cycles is not None and not self.significant_given
         assert self.begin is not None
         self.fitted, self.held = self.begin
         self.best = self.calibrated
@@ -226,7 +228,7 @@ class Search:
     def needed(self) -> bool:
         """Return whether something significant is left; adds simulation where it is needed."""
         self.tell('what is left')
-        if self.fitted.confirmation is None:
+        if self.fitted.cycles is None:
             little = self.best is not None and self.left() < LITTLE
             if self.significant() and not little:
                 return True
@@ -234,18 +236,21 @@ class Search:
                 return False
             self.simulate()
             return self.best is None or self.needed()
-        if self.best is not None and left_of(self.held, self.given, self.hypothesis) < CLOSED:
+        if (
+            self.best is not None
+            and remaining_share(self.held, self.given, self.hypothesis) < CLOSED
+        ):
             return False
         return self.off_in_simulation()
 
     def groups(self) -> set[str]:
         """Return what may be the cause of what is left: sensors, gas, forces."""
-        if self.fitted.confirmation is not None:
+        if self.fitted.cycles is not None:
             return {FORCE, SENSOR}
         balances = {one.balance for one in self.significant()}
         return {SENSOR, *(FORCE if one == 'force' else GAS for one in balances)}
 
-    def significant(self) -> list[Disagreement]:
+    def significant(self) -> list[SignificantResidual]:
         """Return where the best explanation disagrees."""
         return localise(windows_of(self.fitted, self.hypothesis))
 
@@ -253,35 +258,35 @@ class Search:
         """
         Return the share of what exceeds the noise that the best explanation leaves [-].
 
-        :param simulated: whether cycles count where simulation is part of the evidence
+        :param simulated: whether cycles count where simulation is part of the dataset
         """
-        evidence = self.held if simulated else replace(self.held, confirmation=None)
-        return left_of(evidence, self.given, self.hypothesis)
+        dataset = self.held if simulated else replace(self.held, cycles=None)
+        return remaining_share(dataset, self.given, self.hypothesis)
 
     def off_in_simulation(self) -> bool:
         """Return whether cycles are farther off than those of twins."""
         if not self.fitted.comparisons[0].free:
             return False
         here, comparisons = self.hypothesis, self.fitted.comparisons
-        losses = Confirmation.of(here, comparisons, self.rng).losses(here)
+        losses = Cycles.of(here, comparisons, self.rng).losses(here)
         runs = [one.run for one in comparisons for _ in range(TWINS)]
-        twins = over_runs(partial(twin_of, here), runs, self.rng.spawn(len(runs)))
-        expected = Confirmation.of(here, [*map(Comparison, twins)], self.rng).losses(here)
+        twins = map_runs(partial(simulate_replicate, here), runs, self.rng.spawn(len(runs)))
+        expected = Cycles.of(here, [*map(Comparison, twins)], self.rng).losses(here)
         p = float(mannwhitneyu(losses, expected, alternative='greater').pvalue)
-        cycles = Cycles(float(losses.mean()), float(expected.mean()), p)
+        cycles = CycleTest(float(losses.mean()), float(expected.mean()), p)
         if self.best is None:
             self.first_cycles = cycles
         return p < FALSE_ALARMS and cycles.loss > LEAST_EXCESS * cycles.expected
 
     def simulate(self) -> None:
-        """Make simulation part of the evidence, and fit the best explanation under it."""
+        """Make simulation part of the dataset, and fit the best explanation under it."""
         here = self.hypothesis
         self.fitted = self.fitted.simulated(here, self.rng)
         self.held = self.held.simulated(here, self.rng)
         if self.best is not None and self.best.explanation.parts:
             self.best = self.fit_long(self.best.explanation)
 
-    def grow(self, base: Explanation, size: int) -> list[Scored]:
+    def grow(self, base: Explanation, size: int) -> list[ScoredFit]:
         """Return the fits of an explanation with one more cause."""
         names = {part.name for part in base.parts}
         shown = self.groups()
@@ -296,11 +301,11 @@ class Search:
         )
         if size == 1 and not self.screened:
             self.screened = ranked
-        starts = [base.plus(one.candidate, values) for one in ranked[:FITTED]
+        starts = [base.with_part(one.candidate, values) for one in ranked[:FITTED]
                   for values in (one.values, *one.others)]  # fmt: skip
         found = best_of_each(self.fits(starts))
         free = all(one.free for one in self.fitted.comparisons)
-        if free and self.fitted.confirmation is None and ambiguous(found):
+        if free and self.fitted.cycles is None and ambiguous(found):
             self.simulate()
             found = self.fits([one.explanation for one in found])
         return found
@@ -313,23 +318,23 @@ class Search:
         return [form for one in base.parts if one.is_effect and one.name not in shaped
                 for form in families(one, runs, temperature)]  # fmt: skip
 
-    def fits(self, starts: Sequence[Explanation]) -> list[Scored]:
+    def fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
         """Return explanations fitted from several starts; to simulations only the nearest."""
-        if self.fitted.confirmation is not None:
+        if self.fitted.cycles is not None:
             ahead = sorted(best_of_each(self._fits(starts, FEW)), key=lambda one: one.total)
             starts = [one.explanation for one in ahead[:FINALISTS]]
         return self._fits(starts, ROUNDS)
 
-    def _fits(self, starts: Sequence[Explanation], rounds: int) -> list[Scored]:
+    def _fits(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
         self.tell('fitting ' + ', '.join(one.name for one in starts))
         fits = map_tasks(self.executor, fit, starts, self.given, self.fitted, rounds)
         return map_tasks(self.executor, score, fits, self.given, self.fitted, self.held)
 
-    def scored(self, one: Fit) -> Scored:
+    def scored(self, one: Fit) -> ScoredFit:
         """Return a fit with its losses."""
         return score(one, self.given, self.fitted, self.held)
 
-    def settle(self, chosen: Scored) -> None:
+    def settle(self, chosen: ScoredFit) -> None:
         """
         Take an explanation for the best; find the noise if it is true, and fit it on under that.
 
@@ -337,12 +342,12 @@ class Search:
         """
         self.tell('fitting ' + chosen.explanation.name)
         here = chosen.explanation.apply(self.given)
-        self.fitted, self.held = (self.evidence(here, one) for one in (self.fitted, self.held))
+        self.fitted, self.held = (self.dataset(here, one) for one in (self.fitted, self.held))
         self.best = self.fit_long(chosen.explanation)
 
-    def fit_long(self, explanation: Explanation) -> Scored:
+    def fit_long(self, explanation: Explanation) -> ScoredFit:
         """Return an explanation with the best values, of several starts where there are hills."""
-        if self.fitted.confirmation is None:
+        if self.fitted.cycles is None:
             return self.scored(fit(explanation, self.given, self.fitted, LONG))
         starts = [explanation, *far_starts(explanation, self.given, self.fitted)]
         found = map_tasks(self.executor, fit, starts, self.given, self.fitted, LONG)
@@ -352,9 +357,9 @@ class Search:
         best = min((best, *found), key=lambda one: one.loss)
         return self.scored(polished(best, self.given, self.fitted))
 
-    def evidence(self, hypothesis: Hypothesis, before: Evidence) -> Evidence:
+    def dataset(self, hypothesis: Hypothesis, before: Dataset) -> Dataset:
         """Return the runs with their noise if a hypothesis is true."""
-        evidence = Evidence.of(hypothesis, before.comparisons, self.rng)
-        if before.confirmation is None:
-            return evidence
-        return evidence.simulated(hypothesis, self.rng)
+        dataset = Dataset.of(hypothesis, before.comparisons, self.rng)
+        if before.cycles is None:
+            return dataset
+        return dataset.simulated(hypothesis, self.rng)

@@ -16,17 +16,17 @@ import numpy as np
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import CALIBRATION, calibration
-from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.dataset import Dataset
+from pneu_rig_ros.diagnosis.empirical import Description, describe
 from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import Disagreement, Windows, localise, windows_of
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual, Windows, localise, windows_of
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.pool import pool
-from pneu_rig_ros.diagnosis.reading import parted, read_groups
-from pneu_rig_ros.diagnosis.scoring import Scored
+from pneu_rig_ros.diagnosis.read_runs import read_groups, split_paths
+from pneu_rig_ros.diagnosis.scoring import ScoredFit
 from pneu_rig_ros.diagnosis.selection import Search
 from pneu_rig_ros.diagnosis.system import System, load_system
-from pneu_rig_ros.diagnosis.unknown import Description, describe
 from pneu_rig_ros.executor import Executor, Here
 
 Tell = Callable[[str, float], None]
@@ -52,7 +52,7 @@ class Diagnosis:
 
     :param system: that was given
     :param model: its file or name
-    :param fitted, held: evidence of the runs of the fits, and of those left out
+    :param fitted, held: dataset of the runs of the fits, and of those left out
     :param search: for the explanation
     :param windows: of the fitted runs under the given hypothesis
     :param where: what of them disagrees
@@ -62,12 +62,12 @@ class Diagnosis:
 
     system: System
     model: str
-    fitted: Evidence
-    held: Evidence
+    fitted: Dataset
+    held: Dataset
     search: Search
     windows: Sequence[Windows]
-    where: Sequence[Disagreement]
-    best: Scored | None
+    where: Sequence[SignificantResidual]
+    best: ScoredFit | None
     unknown: Description | None
     next_experiment: NextExperiment | None
     seed: int
@@ -80,7 +80,7 @@ class Diagnosis:
         return self.system.hypothesis
 
     @property
-    def simulated(self) -> list[Disagreement]:
+    def simulated(self) -> list[SignificantResidual]:
         """Where simulation from rest to rest alone disagrees: in the cycles, from breakaway on."""
         return self.search.cycles_off()
 
@@ -130,9 +130,9 @@ def diagnose(
     system, rng = load_system(model), np.random.default_rng(seed)
     tell('reading', 0.02)
     groups = [[Comparison(run) for run in group]
-              for group in read_groups(parted(bags, verify), system, mapping)]  # fmt: skip
+              for group in read_groups(split_paths(bags, verify), system, mapping)]  # fmt: skip
     tell('where the model disagrees', 0.06)
-    fitted, held = (Evidence.of(system.hypothesis, group, rng) for group in groups)
+    fitted, held = (Dataset.of(system.hypothesis, group, rng) for group in groups)
     windows = windows_of(fitted, system.hypothesis)
     where = localise(windows)
     search = _search(system, fitted, held, without, rng, tell, executor or Here())
@@ -155,7 +155,7 @@ def diagnose(
 
 
 def _search(
-    system: System, fitted: Evidence, held: Evidence, without: Sequence[str],
+    system: System, fitted: Dataset, held: Dataset, without: Sequence[str],
     rng: np.random.Generator, tell: Tell, executor: Executor,
 ) -> Search:  # fmt: skip
     runs = [one.run for one in (*fitted.comparisons, *held.comparisons)]
@@ -166,16 +166,18 @@ def _search(
         tell(text, 0.1 + 0.75 * min(steps[0] / STEPS, 1.0))
 
     gains = None if system.sensors is None else calibration(system.sensors)
-    base = Explanation() if gains is None else Explanation().plus(gains, gains.starts[0])
+    base = Explanation() if gains is None else Explanation().with_part(gains, gains.starts[0])
     candidates = pool(system, runs, without)
     if system.refit:  # what the file says may be wrong is fitted together with every cause
         for one in candidates:
-            base = base if one.is_effect else base.plus(one, (one.was,))
+            base = base if one.is_effect else base.with_part(one, (one.was,))
         candidates = [one for one in candidates if one.is_effect]
     return Search(system.hypothesis, fitted, held, candidates, rng, progress, executor, base)
 
 
-def _described(search: Search, where: Sequence[Disagreement], tell: Tell) -> Description | None:
+def _described(
+    search: Search, where: Sequence[SignificantResidual], tell: Tell
+) -> Description | None:
     """
     Return a description in place of the explanation; None where that explains as well.
 

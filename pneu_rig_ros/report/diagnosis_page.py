@@ -17,9 +17,9 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report import diagnosis_rows as rows
 from pneu_rig_ros.report.claims_page import data_address
+from pneu_rig_ros.report.improvement_figures import draw_improvement, draw_next, runs_of
 from pneu_rig_ros.report.latent_figures import Track, draw_latent, tracks_of
 from pneu_rig_ros.report.shape_figure import draw_shape
-from pneu_rig_ros.report.shrink_figures import draw_next, draw_shrink, runs_of
 from pneu_rig_ros.report.writing import write_whole
 
 MOST_RANKED = 12
@@ -110,8 +110,8 @@ def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:
 
 def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
     """Yield the recordings, those of the fits first."""
-    for used, evidence in (('fit', diagnosis.fitted), ('left out', diagnosis.held)):
-        for one in evidence.comparisons:
+    for used, dataset in (('fit', diagnosis.fitted), ('left out', diagnosis.held)):
+        for one in dataset.comparisons:
             run, operation = one.run, one.run.operation
             conditions = (
                 f'{operation.supply_pressure * 1e-5:g} bar', f'{operation.load_mass:g} kg',
@@ -193,7 +193,7 @@ def _improved(diagnosis: Diagnosis) -> Any:
 def _shrink_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[Drawing]:
     def draw(free: bool) -> Figure:
         known = diagnosis.held.aligned(diagnosis.improved, comparison)
-        return draw_shrink(runs_of(known, diagnosis.given, _improved(diagnosis), free))
+        return draw_improvement(runs_of(known, diagnosis.given, _improved(diagnosis), free))
 
     name = comparison.run.name
     if not comparison.free:

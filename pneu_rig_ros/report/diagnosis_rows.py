@@ -75,7 +75,7 @@ class Added(NamedTuple):
     unit: str
 
 
-class Shrunk(NamedTuple):
+class RmseChange(NamedTuple):
     """The gap of one signal, in its unit and in multiples of its noise."""
 
     signal: str
@@ -208,7 +208,7 @@ def _added(name: str, was: str, one: Mapping[str, Any]) -> Added:
     return Added(name, was, *texts, one['unit'])
 
 
-def gap_rows(answer: Answer, which: str = 'signals') -> list[Shrunk]:
+def gap_rows(answer: Answer, which: str = 'signals') -> list[RmseChange]:
     """
     Return the RMSE of each signal before and after.
 
@@ -217,14 +217,14 @@ def gap_rows(answer: Answer, which: str = 'signals') -> list[Shrunk]:
     return [_shrunk(name, one) for name, one in answer['gap'].get(which, {}).items()]
 
 
-def _shrunk(name: str, one: Mapping[str, Any]) -> Shrunk:
+def _shrunk(name: str, one: Mapping[str, Any]) -> RmseChange:
     unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
     values = [one[key] for key in ('before', 'after', 'noise')]
     before, after, noise = (
         NOT_KNOWN if value is None else number(scale * value) for value in values
     )
     multiples = (_multiple(value, one['noise']) for value in values[:2])
-    return Shrunk(name.replace('_', ' '), before, after, noise, unit, *multiples)
+    return RmseChange(name.replace('_', ' '), before, after, noise, unit, *multiples)
 
 
 def _multiple(value: float | None, noise: float | None) -> str:

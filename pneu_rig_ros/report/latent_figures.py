@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.latent import Latent, smooth
 from pneu_rig_ros.diagnosis.localisation import BREAKAWAY, Windows, windows_of
@@ -63,15 +63,15 @@ class Track:
 
 
 def tracks_of(
-    evidence: Evidence, hypothesis: Hypothesis, improved: Hypothesis | None
+    dataset: Dataset, hypothesis: Hypothesis, improved: Hypothesis | None
 ) -> dict[str, list[Track]]:
     """
     Return balance -> the latent input with a hypothesis in each recording.
 
     :param improved: the hypothesis with the explanation, None without one
     """
-    windows = windows_of(evidence, hypothesis)
-    others = None if improved is None else windows_of(evidence, improved)
+    windows = windows_of(dataset, hypothesis)
+    others = None if improved is None else windows_of(dataset, improved)
     explained = {} if others is None else {
         _key(one): one.residual - other.residual
         for one, other in zip(windows, others, strict=True)
@@ -79,7 +79,7 @@ def tracks_of(
     every = {_key(one): one for one in windows}
     balances = dict.fromkeys(one.balance for one in windows)
     return {
-        balance: [_track(one, balance, every, explained) for one in evidence.comparisons]
+        balance: [_track(one, balance, every, explained) for one in dataset.comparisons]
         for balance in balances
     }
 

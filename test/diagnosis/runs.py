@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.measured import Measured
-from pneu_rig_ros.diagnosis.reading import measured_of
+from pneu_rig_ros.diagnosis.read_runs import prepare_run
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
@@ -58,6 +58,6 @@ def system_of(folder: Path, rig: RigConfiguration) -> System:
 
 def measured(
     system: System, name: str, rig: RigConfiguration, timeline: Timeline = TIMELINE
-) -> Measured:
+) -> Run:
     """Return a run of a rig, prepared to be compared with a system."""
-    return measured_of(recorded(name, rig, timeline), system, Path(name))
+    return prepare_run(recorded(name, rig, timeline), system, Path(name))

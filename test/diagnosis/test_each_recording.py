@@ -10,9 +10,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.measured import Measured
-from pneu_rig_ros.diagnosis.reading import read_measured
+from pneu_rig_ros.diagnosis.read_runs import read_runs
 from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
@@ -142,20 +142,20 @@ def test_what_cools_a_chamber_that_was_just_filled_is_told_from_a_leak(tmp_path:
 
 
 @pytest.fixture
-def late_run(tmp_path: Path) -> Measured:
+def late_run(tmp_path: Path) -> Run:
     """Return a run whose pressures are late."""
     signals = chamber_run(0, FILLS[0], (0.0, 0.0), late=LATE)
     path = table(tmp_path / 'run.csv', 0.1, signals)
     known = mapping(tmp_path / 'map.yaml', *GAS)
-    return read_measured([path], load_system(system_file(tmp_path, CHAMBERS + CLOCK)), known)[0]
+    return read_runs([path], load_system(system_file(tmp_path, CHAMBERS + CLOCK)), known)[0]
 
 
-def test_pressures_are_put_right_by_interpolation(late_run: Measured) -> None:
-    right = late_run.put_right(LATE)
+def test_pressures_are_put_right_by_interpolation(late_run: Run) -> None:
+    right = late_run.with_delay(LATE)
     assert right.size == late_run.size
     assert right.begin == late_run.begin == pytest.approx(0.9)
     np.testing.assert_array_equal(right.position, late_run.position)
-    np.testing.assert_array_equal(right.put_right(0.0).pressures, late_run.pressures)
+    np.testing.assert_array_equal(right.with_delay(0.0).pressures, late_run.pressures)
     # adiabatic: p V^k is what it was
     volume = 0.025 + 0.0127 * right.position
     adiabat = right.pressures[:, 0] * volume**1.4
@@ -168,4 +168,4 @@ def test_recording_that_is_too_short_for_its_clock_is_refused(tmp_path: Path) ->
     path = table(tmp_path / 'run.csv', 0.1, chamber_run(0, FILLS[0], (0.0, 0.0), duration=2.5))
     system = load_system(system_file(tmp_path, CHAMBERS + CLOCK))
     with pytest.raises(RigError, match=r'2\.40 s, at least 2\.8 s needed'):
-        read_measured([path], system, mapping(tmp_path / 'map.yaml', *GAS))
+        read_runs([path], system, mapping(tmp_path / 'map.yaml', *GAS))

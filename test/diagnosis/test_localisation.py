@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.evidence import Evidence
-from pneu_rig_ros.diagnosis.localisation import Disagreement, Windows, localise, windows_of
+from pneu_rig_ros.diagnosis.dataset import Dataset
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual, Windows, localise, windows_of
 from pneu_rig_ros.diagnosis.noise import whitener
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.rig import RigConfiguration
@@ -65,13 +65,13 @@ def test_a_shift_of_one_noise_is_told_with_its_size_and_bounds() -> None:
 
 def located(
     folder: Path, change: RigConfiguration, cylinder: str = 'cylinder_1'
-) -> list[Disagreement]:
+) -> list[SignificantResidual]:
     """Return where a model without a change disagrees with two runs of a rig."""
     system = system_of(folder, configured(cylinder))
     runs = [measured(system, f'run_{i}', replace(change, seed=i)) for i in (1, 2)]
-    evidence = Evidence.of(system.hypothesis, [Comparison(run) for run in runs],
+    dataset = Dataset.of(system.hypothesis, [Comparison(run) for run in runs],
                            np.random.default_rng(0))  # fmt: skip
-    return localise(windows_of(evidence, system.hypothesis))
+    return localise(windows_of(dataset, system.hypothesis))
 
 
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_3'])

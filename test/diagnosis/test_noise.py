@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.evidence import Evidence, huber, loss
-from pneu_rig_ros.diagnosis.measured import positive_mean, unclipped
+from pneu_rig_ros.diagnosis.dataset import Dataset, huber, loss
 from pneu_rig_ros.diagnosis.noise import Source, whitener
-from pneu_rig_ros.diagnosis.twins import excess, twin_of
+from pneu_rig_ros.diagnosis.replicates import excess, simulate_replicate
+from pneu_rig_ros.diagnosis.run import positive_mean, unclipped
 
 from .runs import configured, measured, system_of
 
@@ -29,8 +29,8 @@ def whitened(
     every = []
     for seed in range(TWINS):
         rng = np.random.default_rng(seed)
-        twins = [Comparison(twin_of(system.hypothesis, run, rng)) for run in runs]
-        every += Evidence.of(system.hypothesis, twins, rng).of_each(system.hypothesis)
+        twins = [Comparison(simulate_replicate(system.hypothesis, run, rng)) for run in runs]
+        every += Dataset.of(system.hypothesis, twins, rng).of_each(system.hypothesis)
     return name, Residuals(*(np.concatenate(column) for column in zip(*every, strict=True)))
 
 

@@ -20,8 +20,8 @@ from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.report.dependence import dependence
 from pneu_rig_ros.report.diagnosis_page import spans_of
+from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
 from pneu_rig_ros.report.latent_figures import connected, draw_latent, tracks_of
-from pneu_rig_ros.report.shrink_figures import GIVEN, IMPROVED, MEASURED, runs_of
 
 COMMAND = importlib.import_module('pneu_rig_ros.cli.diagnose')
 """The module: in its package the name is that of the command."""

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured
 from pneu_rig_ros.diagnosis.noise import SPEEDS, NoiseModel, in_common, noise_model, speed_classes
-from pneu_rig_ros.diagnosis.over_runs import over_runs
+from pneu_rig_ros.diagnosis.parallel import map_runs
+from pneu_rig_ros.diagnosis.run import Run
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ LARGEST = 3.0
 """Standard deviations beyond which a residual of a twin counts as that much."""
 
 
-def twin_of(hypothesis: Hypothesis, run: Measured, rng: np.random.Generator) -> Measured:
+def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: np.random.Generator) -> Run:
     """Return a run with the same commands and conditions, simulated freely."""
     plant = hypothesis.plant_of(run)
     start = plant.state
@@ -80,7 +80,7 @@ def spread(
     if not all(one.free for one in comparisons):
         return Spread(1.0, 1.0, (1.0,) * (len(SPEEDS) - 1), 1.0, {})
     seeds = rng.spawn(len(comparisons))
-    found = over_runs(partial(_twin, hypothesis), comparisons, seeds)
+    found = map_runs(partial(_twin, hypothesis), comparisons, seeds)
     twins, noises, residuals = (list(each) for each in zip(*found, strict=True))
     bias = mean_force(twins, noises, residuals)
     whitened = [with_bias(noise, twin, bias).whiten(one)
@@ -97,7 +97,7 @@ def _twin(
     hypothesis: Hypothesis, one: Comparison, rng: np.random.Generator
 ) -> tuple[Comparison, NoiseModel, Residuals]:
     """Return a twin of a run with its noise and its residuals."""
-    twin = Comparison(twin_of(hypothesis, one.run, rng))
+    twin = Comparison(simulate_replicate(hypothesis, one.run, rng))
     return twin, noise_model(hypothesis, twin, rng), twin.residuals(hypothesis)
 
 

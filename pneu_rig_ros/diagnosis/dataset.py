@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.confirmation import Confirmation
+from pneu_rig_ros.diagnosis.cycles import Cycles
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
-from pneu_rig_ros.diagnosis.over_runs import over_runs
+from pneu_rig_ros.diagnosis.parallel import map_runs
+from pneu_rig_ros.diagnosis.replicates import Spread, factors_of, spread, with_bias
 from pneu_rig_ros.diagnosis.run_errors import (
     RunErrors,
     clock_column,
@@ -21,7 +22,6 @@ from pneu_rig_ros.diagnosis.run_errors import (
     in_time,
     start_columns,
 )
-from pneu_rig_ros.diagnosis.twins import Spread, factors_of, spread, with_bias
 
 Floats = NDArray[np.float64]
 
@@ -34,14 +34,14 @@ STRETCHES = 12
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Dataset:
     """
     Runs with the noise of their residuals under one hypothesis.
 
     :param comparisons: the runs
     :param noises: of each
     :param spread: of the twins
-    :param confirmation: the simulated runs, None where simulation is no part of the evidence
+    :param cycles: the simulated runs, None where simulation is no part of the dataset
     :param clocks: change of the residuals of each run by one standard deviation of its clock's
         offset, shape (m, 1) each
     """
@@ -49,20 +49,20 @@ class Evidence:
     comparisons: tuple[Comparison, ...]
     noises: tuple[NoiseModel, ...]
     spread: Spread
-    confirmation: Confirmation | None = None
+    cycles: Cycles | None = None
     clocks: tuple[Residuals, ...] = ()
 
     @classmethod
     def of(
         cls, given: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
-    ) -> Evidence:
+    ) -> Dataset:
         """Return the runs with the noise that they have if the hypothesis is true."""
         count = len(comparisons)
-        runs = tuple(over_runs(partial(in_time, given), comparisons, rng.spawn(count)))
+        runs = tuple(map_runs(partial(in_time, given), comparisons, rng.spawn(count)))
         twins = spread(given, runs, rng)
-        noises = over_runs(partial(noise_model, given), runs, rng.spawn(count))
+        noises = map_runs(partial(noise_model, given), runs, rng.spawn(count))
         known = tuple(with_bias(*pair, twins.bias) for pair in zip(noises, runs, strict=True))
-        clocks = tuple(over_runs(partial(clock_column, given), runs))
+        clocks = tuple(map_runs(partial(clock_column, given), runs))
         return cls(runs, known, twins, clocks=clocks)
 
     def errors(self, hypothesis: Hypothesis, comparison: Comparison) -> RunErrors | None:
@@ -79,22 +79,22 @@ class Evidence:
 
     def noises_under(self, hypothesis: Hypothesis) -> list[NoiseModel]:
         """Return the noise of each run, with its errors as unknowns of their own."""
-        of_each = over_runs(partial(_under, hypothesis), *self._runs)
+        of_each = map_runs(partial(_under, hypothesis), *self._runs)
         return [noise for _, noise in of_each]
 
     @property
     def _runs(self) -> tuple[Sequence[Comparison], Sequence[NoiseModel], Sequence[Residuals]]:
         return self.comparisons, self.noises, self.clocks
 
-    def simulated(self, hypothesis: Hypothesis, rng: np.random.Generator) -> Evidence:
-        """Return the evidence with simulation, spread as if the hypothesis were true."""
-        return replace(self, confirmation=Confirmation.of(hypothesis, self.comparisons, rng))
+    def simulated(self, hypothesis: Hypothesis, rng: np.random.Generator) -> Dataset:
+        """Return the dataset with simulation, spread as if the hypothesis were true."""
+        return replace(self, cycles=Cycles.of(hypothesis, self.comparisons, rng))
 
-    def wider(self, by: Evidence, hypothesis: Hypothesis) -> Evidence:
+    def wider(self, by: Dataset, hypothesis: Hypothesis) -> Dataset:
         """
-        Return the evidence if what a hypothesis leaves of some runs is discrepancy of any model.
+        Return the dataset if what a hypothesis leaves of some runs is discrepancy of any model.
 
-        :param by: evidence of the runs that say how much that is, balance by balance
+        :param by: dataset of the runs that say how much that is, balance by balance
         """
         runs = by.of_each(hypothesis)
         gas_1, gas_2, force, breakaway = (
@@ -115,7 +115,7 @@ class Evidence:
 
     def of_each(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""
-        return over_runs(partial(_whitened, hypothesis), *self._runs, self.factors)
+        return map_runs(partial(_whitened, hypothesis), *self._runs, self.factors)
 
     def whitened(self, hypothesis: Hypothesis) -> Floats:
         """Return all residuals, independent and of standard deviation 1, shape (n,)."""
@@ -125,9 +125,9 @@ class Evidence:
     def residual(self, hypothesis: Hypothesis) -> Floats:
         """Return what a fit makes small, shape (n,); see :func:`loss`."""
         whitened = self.whitened(hypothesis)
-        if self.confirmation is None:
+        if self.cycles is None:
             return whitened
-        return np.concatenate([whitened, self.confirmation.residual(hypothesis)])
+        return np.concatenate([whitened, self.cycles.residual(hypothesis)])
 
     def losses(self, hypothesis: Hypothesis) -> Floats:
         """Return the losses of independent stretches of the runs, shape (k,)."""
@@ -136,8 +136,8 @@ class Evidence:
             for whitened in run:
                 pieces = np.array_split(huber(np.clip(whitened, -FAR, FAR)), STRETCHES)
                 parts += [float(piece.sum()) for piece in pieces]
-        if self.confirmation is not None:
-            parts += self.confirmation.losses(hypothesis).tolist()
+        if self.cycles is not None:
+            parts += self.cycles.losses(hypothesis).tolist()
         return np.array(parts)
 
 

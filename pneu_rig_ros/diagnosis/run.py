@@ -61,7 +61,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Measured:
+class Run:
     """
     Signals of n samples of one run.
 
@@ -107,7 +107,7 @@ class Measured:
     late: float = 0.0
     temperatures: tuple[float, float] | None = None
     compressed: tuple[float, float] = (1.0, 1.0)
-    recorded: Measured | None = None
+    recorded: Run | None = None
 
     @property
     def balances(self) -> frozenset[str]:
@@ -233,7 +233,7 @@ class Measured:
         """Time of the first sample in the recording [s]."""
         return 0.0 if self.recorded is None else round(self.margin / self.interval) * self.interval
 
-    def put_right(self, late: float) -> Measured:
+    def with_delay(self, late: float) -> Run:
         """
         Return the run if its pressures were recorded late [s], without ``margin`` at its ends.
 
@@ -258,7 +258,7 @@ class Measured:
         one, other = self.temperatures or (supply, supply)
         return one * self.compressed[0] ** power, other * self.compressed[1] ** power
 
-    def read_again(self, position: Floats, pressures: Floats) -> Measured:
+    def read_again(self, position: Floats, pressures: Floats) -> Run:
         """Return the run with other readings."""
         return replace(self, position=position, pressures=pressures)
 

@@ -2,7 +2,7 @@
 Explanations confirmed by simulation from rest to rest.
 
 Of each cycle what counts is how far position and pressures are off, in multiples of what errors of
-the readings at its restart make of a true model. A cycle is one piece of evidence, however many
+the readings at its restart make of a true model. A cycle is one piece of dataset, however many
 samples it has: a slip at the wrong time is wrong until the next restart.
 """
 
@@ -18,8 +18,8 @@ from scipy.ndimage import maximum_filter1d
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.over_runs import over_runs
-from pneu_rig_ros.diagnosis.simulation import READING, Guided
+from pneu_rig_ros.diagnosis.parallel import map_runs
+from pneu_rig_ros.diagnosis.shooting import READING, MultipleShooting
 from pneu_rig_ros.errors import RigError
 
 Floats = NDArray[np.float64]
@@ -39,7 +39,7 @@ FAR = 1e6
 
 
 @dataclass(frozen=True)
-class Confirmation:
+class Cycles:
     """
     Runs with the spread of their simulation.
 
@@ -47,16 +47,16 @@ class Confirmation:
     :param floors: standard deviation of the gap if the hypothesis is true, shape (blocks, 3) each
     """
 
-    runs: tuple[Guided, ...]
+    runs: tuple[MultipleShooting, ...]
     floors: tuple[Floats, ...]
 
     @classmethod
     def of(
         cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
-    ) -> Confirmation:
+    ) -> Cycles:
         """Return the runs with the spread that they have if the hypothesis is true."""
-        runs = tuple(Guided(one) for one in comparisons)
-        return cls(runs, tuple(over_runs(partial(floor, hypothesis), runs, rng.spawn(len(runs)))))
+        runs = tuple(MultipleShooting(one) for one in comparisons)
+        return cls(runs, tuple(map_runs(partial(floor, hypothesis), runs, rng.spawn(len(runs)))))
 
     def residual(self, hypothesis: Hypothesis) -> Floats:
         """Return what a fit makes small, shape (n,): half its square is the sum of the losses."""
@@ -78,11 +78,11 @@ class Confirmation:
 
     def _off(self, hypothesis: Hypothesis) -> list[Floats]:
         """Return the inverse hyperbolic sine of each run's scaled gap: large ones count little."""
-        every = over_runs(partial(off, hypothesis), self.runs, self.floors)
+        every = map_runs(partial(off, hypothesis), self.runs, self.floors)
         return [np.arcsinh(one) for one in every]
 
 
-def off(hypothesis: Hypothesis, run: Guided, noise: Floats) -> Floats:
+def off(hypothesis: Hypothesis, run: MultipleShooting, noise: Floats) -> Floats:
     """Return the gap of a run in multiples of its noise, shape (blocks, 3)."""
     try:
         scaled = run.gap(hypothesis) / noise
@@ -91,7 +91,7 @@ def off(hypothesis: Hypothesis, run: Guided, noise: Floats) -> Floats:
     return np.clip(np.nan_to_num(scaled, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
 
 
-def floor(hypothesis: Hypothesis, run: Guided, rng: np.random.Generator) -> Floats:
+def floor(hypothesis: Hypothesis, run: MultipleShooting, rng: np.random.Generator) -> Floats:
     """Return the standard deviation of the gap if the hypothesis is true, shape (blocks, 3)."""
     measured = run.run
     noise = np.array(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.reading import measured_of, parted, read_measured
+from pneu_rig_ros.diagnosis.read_runs import prepare_run, read_runs, split_paths
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
@@ -39,7 +39,7 @@ def rig_signals(size: int = 2000) -> dict[str, np.ndarray]:
 
 def said_of(signals: dict[str, np.ndarray], model: str = 'cylinder_1') -> str:
     run = Recording('run', 0, 1_160_000, signals)
-    return refused(lambda: measured_of(run, load_system(model), Path('run.csv')))
+    return refused(lambda: prepare_run(run, load_system(model), Path('run.csv')))
 
 
 def test_recording_without_an_open_balance_says_what_each_lacks(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_recording_without_an_open_balance_says_what_each_lacks(tmp_path: Path) 
     path = table(tmp_path / 'run.csv', 0.1, {'position': signals['position']})
     known = mapping(tmp_path / 'map.yaml', 'position')
     system = load_system(system_file(tmp_path, CHAMBERS))
-    line = refused(lambda: read_measured([path], system, known))
+    line = refused(lambda: read_runs([path], system, known))
     assert line.startswith(f'{path}: nothing can be compared')
     assert 'gas_1 needs signal pressure_1' in line
     assert 'gas_2 needs signal pressure_2' in line
@@ -68,14 +68,14 @@ def test_force_of_a_bench_that_never_changes_is_refused(tmp_path: Path) -> None:
     signals['force'] = np.full(signals['force'].size, 3.0)
     system = load_system(system_file(tmp_path, BENCH))
     run = Recording('run', 0, 10_000_000, signals)
-    line = refused(lambda: measured_of(run, system, Path('run.csv')))
+    line = refused(lambda: prepare_run(run, system, Path('run.csv')))
     assert 'force is 3 throughout' in line
 
 
 def test_held_position_need_not_be_recorded_but_must_not_be_constant(tmp_path: Path) -> None:
     system = load_system(system_file(tmp_path, BLOCK))
     signals = {k: v for k, v in rig_signals().items() if k != 'position'}
-    held = measured_of(Recording('run', 0, 1_160_000, signals), system, Path('run.csv'))
+    held = prepare_run(Recording('run', 0, 1_160_000, signals), system, Path('run.csv'))
     assert held.balances == {'gas_1', 'gas_2'}
     np.testing.assert_array_equal(held.position, 0.1)
 
@@ -89,7 +89,7 @@ def test_signal_at_the_end_of_its_span_is_refused() -> None:
     signals['pressure_1'] = np.minimum(end + rng.normal(300.0, 200.0, 2000), end)
     signals['pressure_1'][:600] -= 5e5  # seven tenths of it are at the end
     run = Recording('run', 0, 1_160_000, signals, conditions={'supply_pressure': 7e5})
-    line = refused(lambda: measured_of(run, system, Path('run.csv')))
+    line = refused(lambda: prepare_run(run, system, Path('run.csv')))
     assert 'pressure_1 is at the end of its sensor' in line
     share = float(line.split('for ')[1].split('%')[0])
     assert 60.0 < share < 70.0  # less what noise takes away from the end
@@ -102,7 +102,7 @@ def test_recording_that_is_too_short_is_refused() -> None:
 
 def test_rig_sampled_too_slowly_is_refused() -> None:
     run = Recording('run', 0, 50_000_000, rig_signals())
-    line = refused(lambda: measured_of(run, load_system('cylinder_1'), Path('run.csv')))
+    line = refused(lambda: prepare_run(run, load_system('cylinder_1'), Path('run.csv')))
     assert 'a sample every 50 ms, at most 20 ms allowed' in line
 
 
@@ -115,14 +115,14 @@ def test_recordings_of_two_cylinders_are_refused(tmp_path: Path) -> None:
 
 def test_one_recording_alone_is_refused(tmp_path: Path) -> None:
     (tmp_path / 'a').mkdir()
-    assert 'one run alone' in refused(lambda: parted([tmp_path / 'a'], []))
-    assert 'does not exist' in refused(lambda: parted([tmp_path / 'b'], []))
+    assert 'one run alone' in refused(lambda: split_paths([tmp_path / 'a'], []))
+    assert 'does not exist' in refused(lambda: split_paths([tmp_path / 'b'], []))
 
 
 def test_one_recording_twice_is_refused(tmp_path: Path) -> None:
     (tmp_path / 'a').mkdir()
     again = tmp_path / '.' / 'a'
-    assert 'given twice' in refused(lambda: parted([tmp_path / 'a'], [again]))
+    assert 'given twice' in refused(lambda: split_paths([tmp_path / 'a'], [again]))
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_every_third_recording_is_left_out(
 ) -> None:
     for name in names:
         (tmp_path / name).mkdir()
-    parts = parted([tmp_path / name for name in names], [])
+    parts = split_paths([tmp_path / name for name in names], [])
     assert tuple(''.join(path.name for path in part) for part in parts) == (fitted, held)
 
 
@@ -145,5 +145,5 @@ def test_value_that_is_no_number_is_told_with_its_place(tmp_path: Path) -> None:
     lines[7] = 'nan,' + lines[7].split(',', 1)[1]
     path.write_text('\n'.join(lines))
     system = load_system(system_file(tmp_path, CHAMBERS))
-    line = refused(lambda: read_measured([path], system, mapping(tmp_path / 'map.yaml', *signals)))
+    line = refused(lambda: read_runs([path], system, mapping(tmp_path / 'map.yaml', *signals)))
     assert 'row 8' in line

@@ -20,7 +20,7 @@ def _threads() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(os.cpu_count() or 1, 'run')
 
 
-def over_runs(function: Callable[..., Result], *of_each: Iterable[Any]) -> list[Result]:
+def map_runs(function: Callable[..., Result], *of_each: Iterable[Any]) -> list[Result]:
     """
     Return what a function returns for each run, in their order.
 

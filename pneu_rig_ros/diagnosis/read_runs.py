@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.measured import LATEST, Measured, Noise, Span
 from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, FORCE_OFFSET, INITIAL_TEMPERATURE
+from pneu_rig_ros.diagnosis.run import LATEST, Noise, Run, Span
 from pneu_rig_ros.diagnosis.system import BALANCES, System, on_bench
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Operation
@@ -33,7 +33,7 @@ SLOWEST = 0.02
 """Samples less often than this do not show when a free piston breaks away [s]."""
 
 
-def parted(paths: Sequence[Path], verify: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+def split_paths(paths: Sequence[Path], verify: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     """
     Return the bags, or tables, to be fitted and those left out.
 
@@ -63,7 +63,7 @@ def _check_there(paths: Sequence[Path]) -> None:
 
 def read_groups(
     groups: Sequence[Sequence[Path]], system: System, mapping: Path | None
-) -> list[list[Measured]]:
+) -> list[list[Run]]:
     """
     Return the runs in groups of bags or text tables, prepared for a system.
 
@@ -71,11 +71,11 @@ def read_groups(
     :raises RigError: for what cannot be read, or cannot be of the system
     """
     paths = [path for group in groups for path in group]
-    every = iter(read_measured(paths, system, mapping))
+    every = iter(read_runs(paths, system, mapping))
     return [[next(every) for _ in group] for group in groups]
 
 
-def read_measured(paths: Sequence[Path], system: System, mapping: Path | None) -> list[Measured]:
+def read_runs(paths: Sequence[Path], system: System, mapping: Path | None) -> list[Run]:
     """Return the runs in bags or text tables, prepared for a system; see :func:`read_groups`."""
     bags = [path for path in paths if is_bag(path)]
     if mapping is not None and system.rig is not None and len(bags) == len(paths):
@@ -86,7 +86,7 @@ def read_measured(paths: Sequence[Path], system: System, mapping: Path | None) -
         own = is_bag(path) and system.rig is not None
         recordings.append(read_recording(path, None if own else mapping, zero))
     _check_alike(recordings)
-    return [measured_of(one, system, path) for one, path in zip(recordings, paths, strict=True)]
+    return [prepare_run(one, system, path) for one, path in zip(recordings, paths, strict=True)]
 
 
 def _check_alike(recordings: Sequence[Recording]) -> None:
@@ -99,7 +99,7 @@ def _check_alike(recordings: Sequence[Recording]) -> None:
                            'diagnose recordings of one system at a time')  # fmt: skip
 
 
-def measured_of(recording: Recording, system: System, path: Path) -> Measured:
+def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     """Return a recording, prepared for a system; RigError where it cannot be of it."""
     closed = system.closed(recording)
     balances = frozenset(name for name, missing in closed.items() if not missing)
@@ -116,7 +116,7 @@ def measured_of(recording: Recording, system: System, path: Path) -> Measured:
     size = recording.size
     pressures = [_signal(recording, system, name, zero, size) for name in PRESSURES]
     deviations = system.each_recording
-    run = Measured(
+    run = Run(
         recording.name, recording.interval, _signal(recording, system, 'position', 0.0, size),
         np.column_stack(pressures), _voltages(recording, system), operation, zero,
         model.cylinder.stroke, _noise(recording, system), _span(system.sensors, zero), closed,
@@ -124,7 +124,7 @@ def measured_of(recording: Recording, system: System, path: Path) -> Measured:
         deviations.get(FORCE_OFFSET, 0.0), deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
     )  # fmt: skip
-    return run.put_right(0.0) if run.clock_offset > 0.0 else run
+    return run.with_delay(0.0) if run.clock_offset > 0.0 else run
 
 
 def _signal(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured, positive_mean
+from pneu_rig_ros.diagnosis.run import Run, positive_mean
 from pneu_rig_ros.model import along, follow
 
 Floats = NDArray[np.float64]
@@ -31,13 +31,13 @@ SATURATED = 2.0
 
 
 @dataclass(frozen=True)
-class Guided:
+class MultipleShooting:
     """A run with what starts its simulation again."""
 
     comparison: Comparison
 
     @property
-    def run(self) -> Measured:
+    def run(self) -> Run:
         """The measured run."""
         return self.comparison.run
 
@@ -46,7 +46,7 @@ class Guided:
         """Samples of the means that are compared."""
         return max(1, round(BLOCK / self.run.interval))
 
-    def restarts(self, run: Measured) -> tuple[NDArray[np.int64], Floats, Floats]:
+    def restarts(self, run: Run) -> tuple[NDArray[np.int64], Floats, Floats]:
         """
         Return the actions, the measured states and the starts of rest of ``Plant.follow``.
 
@@ -65,7 +65,7 @@ class Guided:
             measured[at] = self._reading(run, slice(first, last), at - first)
         return actions, measured, begins
 
-    def _reading(self, run: Measured, window: slice, at: int) -> list[float]:
+    def _reading(self, run: Run, window: slice, at: int) -> list[float]:
         position = float(run.position[window].mean())
         if not self.run.position_known[window].all():
             position = run.stroke
@@ -120,7 +120,7 @@ def block_means(signals: Floats, block: int) -> Floats:
     return means
 
 
-def within_span(readings: Floats, run: Measured) -> Floats:
+def within_span(readings: Floats, run: Run) -> Floats:
     """
     Return the mean of readings whose sensors show nothing beyond their span, shape (n, 3).
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured import Measured
 from pneu_rig_ros.diagnosis.next_experiment import INTERVAL, NextExperiment, readings
-from pneu_rig_ros.diagnosis.simulation import Guided, bench_force, chamber_pressures
+from pneu_rig_ros.diagnosis.run import Run
+from pneu_rig_ros.diagnosis.shooting import MultipleShooting, bench_force, chamber_pressures
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report import comparison_figures
 from pneu_rig_ros.report.comparison_figures import thinned
@@ -42,7 +42,7 @@ STRIDE = 8
 
 
 @dataclass(frozen=True)
-class Run:
+class Traces:
     """
     Signals over time.
 
@@ -58,7 +58,7 @@ class Run:
 
 def runs_of(
     comparison: Comparison, given: Hypothesis, improved: Hypothesis | None, free: bool = False
-) -> dict[str, Run]:
+) -> dict[str, Traces]:
     """
     Return the measured run and those of the models that do not break down.
 
@@ -75,17 +75,17 @@ def runs_of(
         with contextlib.suppress(RigError):  # it breaks down
             signals |= {} if hypothesis is None else {name: simulate(comparison, hypothesis)}
     time: Floats = run.begin + run.interval * np.arange(1.0, run.size)
-    return {name: Run(time, run.position[1:], one) for name, one in signals.items()}
+    return {name: Traces(time, run.position[1:], one) for name, one in signals.items()}
 
 
-def open_signals(run: Measured) -> tuple[str, ...]:
+def open_signals(run: Run) -> tuple[str, ...]:
     """Return the signals that the open balances of a part tell."""
     pressures = [f'pressure_{i}' for i in (1, 2) if f'gas_{i}' in run.balances]
     return (*pressures, *(['force'] if run.force is not None else []))
 
 
 def _of_rig(comparison: Comparison, hypothesis: Hypothesis, free: bool) -> dict[str, Floats]:
-    simulated = Guided(comparison).simulate(hypothesis, free)
+    simulated = MultipleShooting(comparison).simulate(hypothesis, free)
     return dict(zip(SIGNALS, simulated.T, strict=True))
 
 
@@ -103,7 +103,7 @@ def _of_part(comparison: Comparison, hypothesis: Hypothesis) -> dict[str, Floats
     return {name: signals[name] for name in open_signals(run)}
 
 
-def draw_shrink(runs: Mapping[str, Run]) -> Figure:
+def draw_improvement(runs: Mapping[str, Traces]) -> Figure:
     """Return all signals against time; beside it where the given model is worst."""
     measured = runs[MEASURED]
     span = detail(measured, runs.get(GIVEN, measured))
@@ -128,7 +128,7 @@ def draw_shrink(runs: Mapping[str, Run]) -> Figure:
     return figure
 
 
-def detail(measured: Run, simulated: Run) -> tuple[float, float]:
+def detail(measured: Traces, simulated: Traces) -> tuple[float, float]:
     """
     Return from and to [s] of the stretch in which a simulation is farthest off.
 
@@ -149,7 +149,7 @@ def detail(measured: Run, simulated: Run) -> tuple[float, float]:
 
 
 def _plot(
-    axes: Axes, run: Run, name: str, scale: float, legend: str,
+    axes: Axes, run: Traces, name: str, scale: float, legend: str,
     span: tuple[float, float] | None,
 ) -> None:  # fmt: skip
     inside = slice(None) if span is None else slice(*np.searchsorted(run.time, span))
@@ -160,9 +160,7 @@ def _plot(
     axes.ticklabel_format(useOffset=False)
 
 
-def draw_next(
-    plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Measured
-) -> Figure | None:
+def draw_next(plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Run) -> Figure | None:
     """
     Return what each rival predicts for the experiment that tells them apart best.
 

@@ -12,9 +12,9 @@ from pneu_rig_ros.analysis.comparison import UNITS, derived_signals, signal_nois
 from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.evidence import Evidence
+from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.simulation import Guided, bench_force, chamber_pressures
+from pneu_rig_ros.diagnosis.shooting import MultipleShooting, bench_force, chamber_pressures
 from pneu_rig_ros.errors import RigError
 
 Floats = NDArray[np.float64]
@@ -22,7 +22,7 @@ Signals = Mapping[str, Floats]
 NOTHING = {'unit': '-', 'measured': None, 'before': None, 'after': None}
 
 
-def signal_tables(given: Hypothesis, improved: Hypothesis, held: Evidence) -> dict[str, Any]:
+def signal_tables(given: Hypothesis, improved: Hypothesis, held: Dataset) -> dict[str, Any]:
     """
     Return RMSE and events on the runs left out, measured, before and after, as plain data.
 
@@ -63,7 +63,7 @@ def of_rig(
     run = one.run
     measured = signals_of(hypothesis, one, np.column_stack([run.position, run.pressures])[1:])
     try:
-        simulated = signals_of(hypothesis, one, Guided(one).simulate(hypothesis, free))
+        simulated = signals_of(hypothesis, one, MultipleShooting(one).simulate(hypothesis, free))
     except RigError:  # it broke down
         simulated = {name: np.full_like(values, np.nan) for name, values in measured.items()}
     pressure = max(run.noise.pressure_1, run.noise.pressure_2)
@@ -130,7 +130,7 @@ def _events(
         position = run.position[1:]
     else:
         try:
-            position = Guided(one).simulate(hypothesis)[:, 0]
+            position = MultipleShooting(one).simulate(hypothesis)[:, 0]
         except RigError:
             return np.nan, np.nan, np.nan
     cycles = find_cycles(position, run.interval)

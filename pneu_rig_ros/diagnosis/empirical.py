@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.candidates import Candidate, Coordinate, effect_candidate
-from pneu_rig_ros.diagnosis.evidence import OUTLIER, Evidence, loss
+from pneu_rig_ros.diagnosis.dataset import OUTLIER, Dataset, loss
 from pneu_rig_ros.diagnosis.explanation import Explanation
+from pneu_rig_ros.diagnosis.fitting import fit
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import Disagreement
-from pneu_rig_ros.diagnosis.ranking import fit
-from pneu_rig_ros.diagnosis.scoring import left_of
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual
+from pneu_rig_ros.diagnosis.scoring import remaining_share
 from pneu_rig_ros.diagnosis.selection import ROUNDS, Search
 from pneu_rig_ros.executor import map_tasks
 from pneu_rig_ros.model import effects as library
@@ -70,7 +70,7 @@ class Term(NamedTuple):
     coordinate: Coordinate
 
 
-def describe(search: Search, place: Disagreement) -> Description:
+def describe(search: Search, place: SignificantResidual) -> Description:
     """
     Return the description that closes most of what the best explanation leaves.
 
@@ -90,7 +90,7 @@ def describe(search: Search, place: Disagreement) -> Description:
         chosen += more
         start = explained(terms, sizes, columns, chosen, here)
         found = fit(start, known, search.fitted, ROUNDS).explanation
-        tried.append((left_of(search.held, known, found.apply(known)), found))
+        tried.append((remaining_share(search.held, known, found.apply(known)), found))
         if tried[-1][0] < CLOSES:
             break
     least = min(left for left, _ in tried)
@@ -128,9 +128,7 @@ def size_of(term: Term) -> float:
     return max(abs(start[index]) for start in term.effect.starts)
 
 
-def try_out(
-    term: Term, known: Hypothesis, evidence: Evidence, here: Floats
-) -> tuple[float, Floats]:
+def try_out(term: Term, known: Hypothesis, dataset: Dataset, here: Floats) -> tuple[float, Floats]:
     """
     Return a coefficient of a term [SI], and how the residual changes with it, shape (n,).
 
@@ -138,12 +136,12 @@ def try_out(
     what a strong one does: the one that explains most is returned.
     """
     size = size_of(term)
-    change = _change(term, size, known, evidence, here)
+    change = _change(term, size, known, dataset, here)
     matching = size * float(np.sqrt(loss(here) / max(loss(change), 1e-9)))
     tried = [(size, change)]
     for times in STRENGTHS:
         larger = min(times * matching, term.coordinate.high)
-        tried.append((larger, _change(term, larger, known, evidence, here)))
+        tried.append((larger, _change(term, larger, known, dataset, here)))
     weights = _weights(here)
     return max(tried, key=lambda one: _projection(
         (one[1] * weights)[:, np.newaxis], -here * weights))  # fmt: skip
@@ -155,11 +153,9 @@ def _weights(here: Floats) -> Floats:
     return weights
 
 
-def _change(
-    term: Term, size: float, known: Hypothesis, evidence: Evidence, here: Floats
-) -> Floats:
+def _change(term: Term, size: float, known: Hypothesis, dataset: Dataset, here: Floats) -> Floats:
     part = replace(term.effect, coordinates=(term.coordinate,), starts=())
-    changed: Floats = evidence.residual(part.apply(known, (size,))) - here
+    changed: Floats = dataset.residual(part.apply(known, (size,))) - here
     return changed
 
 
@@ -204,7 +200,7 @@ def explained(
     for name, pairs in parts.items():
         coordinates = tuple(replace(c, scale=max(abs(v), 1e-3 * c.scale)) for c, v in pairs)
         part = replace(candidates[name], coordinates=coordinates, starts=())
-        explanation = explanation.plus(part, [value for _, value in pairs])
+        explanation = explanation.with_part(part, [value for _, value in pairs])
     return explanation
 
 
