@@ -123,11 +123,13 @@ def _diagnose(
     from pneu_rig_ros.diagnosis.result import answer
     from pneu_rig_ros.diagnosis.workflow import diagnose as find_out
 
-    with output.stage_bar(quiet=quiet) as tell:
-        diagnosis = find_out(bags, tell=tell, **settings)
-        tell('before and after', COMPARING)
+    with output.stage_bar(quiet=quiet) as progress:
+        diagnosis = find_out(bags, progress=progress, **settings)
+        progress('before and after', COMPARING)
         data = answer(diagnosis)
-        write_files(out, diagnosis, data, lambda s: tell('drawing', DRAWING + (1 - DRAWING) * s))
+        write_files(
+            out, diagnosis, data, lambda s: progress('drawing', DRAWING + (1 - DRAWING) * s)
+        )
     return data
 
 

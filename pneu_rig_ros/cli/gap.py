@@ -166,7 +166,7 @@ def _diagnose(
 
     out.mkdir()
     with executor(None) as processes:
-        diagnosis = diagnose(fit, model, verify, seed=seed, executor=processes, tell=within)
+        diagnosis = diagnose(fit, model, verify, seed=seed, executor=processes, progress=within)
     data = answer(diagnosis)
     write_files(out, diagnosis, data, lambda share: within('drawing the report', 0.96))
     return data

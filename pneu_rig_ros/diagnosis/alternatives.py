@@ -1,80 +1,95 @@
-"""The ranking of candidates as plain data, and the explanations as likely as the answer."""
+"""The ranking of the candidates, and the explanations that compete with the best one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
-from pneu_rig_ros.diagnosis.explanation import Explanation
-from pneu_rig_ros.diagnosis.fitting import Screened
+from pneu_rig_ros.diagnosis.candidates import Explanation
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.scoring import ScoredFit, as_good_as, remaining_share
 from pneu_rig_ros.diagnosis.selection import Search
-from pneu_rig_ros.diagnosis.workflow import Diagnosis
 
-MOST = 20
+MOST_ROWS = 20
 """Length of the ranking at most."""
+RIVALS = 3
+"""Explanations that the next experiment is to separate."""
 
 
-def candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Return the candidates as plain data: the answer, other fitted ones, those screened."""
-    search, best = diagnosis.search, diagnosis.best
+def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[dict[str, Any]]:
+    """
+    Return the candidates of diagnosis.json: the answer, other fitted ones, screened ones.
+
+    :param best: the fit of the answer, None where nothing is missing
+    :param unknown: whether the answer is none of the causes
+    """
     rows: dict[tuple[str, ...], dict[str, Any]] = {}
-    fitted = sorted(search.ranking, key=lambda one: one.total)
+    fits = sorted(search.ranking, key=lambda fit: fit.cost)
     if best is not None and search.causes(best.explanation):
-        fitted = [best, *fitted]
-    for one in fitted:
-        names = tuple(search.causes(one.explanation))
-        if names and names not in rows and len(rows) < MOST:
-            rows[names] = _fitted(one, search, one is best and diagnosis.unknown is None)
-    for tried in search.screened[: MOST - len(rows)]:
-        rows.setdefault((tried.candidate.name,), _screened(tried, search))
+        fits = [best, *fits]
+    for fit in fits:
+        names = tuple(search.causes(fit.explanation))
+        if not names or names in rows or len(rows) == MOST_ROWS:
+            continue
+        parts = zip(fit.explanation.parts, fit.explanation.values, strict=True)
+        values = {
+            part.name if part.is_parameter else f'{part.name}.{c.name}': value
+            for part, fitted in parts
+            for c, value in zip(part.coordinates, fitted, strict=True)
+        }
+        comparable = search.best is not None and search.best.losses.size == fit.losses.size
+        rows[names] = {
+            'names': list(names),
+            'chosen': fit is best and not unknown,
+            'stage': 'simulation' if fit.simulated else 'regression',
+            'score': -fit.cost,
+            'error': fit.difference(search.best)[1] if search.best and comparable else 0.0,
+            'gap_left': _gap_left(fit.explanation, search),
+            'parameters': values,
+        }
+    for result in search.screened[: MOST_ROWS - len(rows)]:
+        name = result.candidate.name
+        if (name,) not in rows:
+            alone = Explanation().with_part(result.candidate, result.values)
+            rows[name,] = {
+                'names': [name],
+                'chosen': False,
+                'stage': 'screened',
+                'score': -result.loss,
+                'error': 0.0,
+                'gap_left': _gap_left(alone, search),
+                'parameters': {},
+            }
     return list(rows.values())
 
 
-def _fitted(one: ScoredFit, search: Search, chosen: bool) -> dict[str, Any]:
-    parts = zip(one.explanation.parts, one.explanation.values, strict=True)
-    values = {
-        part.name if part.is_parameter else f'{part.name}.{c.name}': value
-        for part, fitted in parts
-        for c, value in zip(part.coordinates, fitted, strict=True)
-    }
-    best = search.best
-    same = best is not None and best.losses.size == one.losses.size
-    error = one.behind(best)[1] if same and best is not None else 0.0
-    return {'names': search.causes(one.explanation), 'chosen': chosen,
-            'stage': 'simulation' if one.simulated else 'regression', 'score': -one.total,
-            'error': error, 'gap_left': gap_left(one.explanation, search),
-            'parameters': values}  # fmt: skip
-
-
-def _screened(tried: Screened, search: Search) -> dict[str, Any]:
-    alone = Explanation().with_part(tried.candidate, tried.values)
-    return {'names': [tried.candidate.name], 'chosen': False, 'stage': 'screened',
-            'score': -tried.loss, 'error': 0.0, 'gap_left': gap_left(alone, search),
-            'parameters': {}}  # fmt: skip
-
-
-def gap_left(explanation: Explanation, search: Search) -> float:
-    """Return the share of the held-out excess over the noise that remains, at most 1 [-]."""
-    residuals = replace(search.held, cycles=None)
+def _gap_left(explanation: Explanation, search: Search) -> float:
+    """Return the remaining share of the excess of the held-out residuals, at most 1 [-]."""
+    residuals = search.held_out.without_cycles
     return min(remaining_share(residuals, search.given, explanation.apply(search.given)), 1.0)
 
 
-def indistinguishable(diagnosis: Diagnosis) -> list[list[str]]:
-    """Return the explanations of equal size that are as likely as the best, that one first."""
-    search, best = diagnosis.search, diagnosis.best
+def indistinguishable(search: Search, best: ScoredFit | None) -> list[list[str]]:
+    """Return the explanations of equal size that are as good as the best, that one first."""
     if best is None or not search.causes(best.explanation):
         return []
     size = len(best.explanation.parts)
-    alike = {joined(search.causes(best.explanation)): None}
-    for one in search.ranking:
-        same = len(one.explanation.parts) == size and one.losses.size == best.losses.size
-        if same and search.causes(one.explanation) and as_good_as(one, best):
-            alike[joined(search.causes(one.explanation))] = None
-    return [list(alike)] if len(alike) > 1 else []
+    equivalent = {'+'.join(search.causes(best.explanation)): None}
+    for fit in search.ranking:
+        causes = search.causes(fit.explanation)
+        same = len(fit.explanation.parts) == size and fit.losses.size == best.losses.size
+        if same and causes and as_good_as(fit, best):
+            equivalent['+'.join(causes)] = None
+    return [list(equivalent)] if len(equivalent) > 1 else []
 
 
-def joined(names: Sequence[str]) -> str:
-    """Return the names of an explanation as one."""
-    return '+'.join(names)
+def rivals(search: Search) -> dict[str, Hypothesis]:
+    """Return the best explanation and the next ones of the same size."""
+    if search.best is None:
+        return {}
+    size = len(search.best.explanation.parts)
+    hypotheses: dict[str, Hypothesis] = {}
+    for fit in sorted(search.ranking, key=lambda fit: fit.cost):
+        causes = search.causes(fit.explanation)
+        if len(fit.explanation.parts) == size and causes:
+            hypotheses.setdefault(' + '.join(causes), fit.explanation.apply(search.given))
+    return dict(list(hypotheses.items())[:RIVALS])

@@ -1,15 +1,15 @@
 """
-What the measured run lacks in each balance under a hypothesis: residuals of the weak form.
+Residuals of the weak form: what a run lacks in each balance under a hypothesis.
 
-Of the gas in a chamber, Eq. 6 as one source of mass and heat together::
+Gas in a chamber, Eq. 6 with mass and heat as one source::
 
     residual = mean(phi d(p V^k)/dt) / (k R T_s V^(k-1)) - modelled source          [kg/s]
 
-of the piston, Eq. 8 as the force that is missing along the outstroke::
+piston, Eq. 8 with the missing force along the outstroke::
 
     residual = M mean(phi d2x/dt2) - modelled force (- force of a bench)             [N]
 
-and at every breakaway by how much more the seal held than the model lets it [N].
+and at each breakaway the force by which the seal held more than the model lets it [N].
 """
 
 from __future__ import annotations
@@ -29,17 +29,24 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.effect import LEAST_TIME, READING_BALANCES
 
-CHAMBERS = (1, 2)
+BALANCES = ('gas_1', 'gas_2', 'force')
+UNITS = {'gas_1': 'kg/s', 'gas_2': 'kg/s', 'force': 'N'}
+
 GAS_WINDOW, FORCE_WINDOW = 0.1, 0.07
-"""Length of the test functions [s]: as long as what happens in a slip lets them be."""
+"""Length of the test functions [s]: as long as the duration of a slip permits."""
 LEAST_SAMPLES = 20
 """A test function has at least so many intervals."""
 GAS_POWER, FORCE_POWER = 2, 4
 """Of the sine: the first and the second derivative of the test functions vanish at their ends."""
 GAS_OVERLAP, FORCE_OVERLAP = 2, 3
-"""Windows that overlap any one instant."""
-LAST = 0.012
+"""Windows that overlap at any instant."""
+LOAD_WINDOW = 0.012
 """Length of the mean of the load at the end of a rest [s]."""
+LEAST_LOAD = 0.2
+"""A seal that breaks away at a smaller share of its strength is not held by friction [-]."""
+MOST_SUBSTEPS = 16
+SLOW_SAMPLING = 5e-3
+"""Above this interval of samples effects of milliseconds neither show nor are integrated [s]."""
 
 
 class Residuals(NamedTuple):
@@ -51,16 +58,9 @@ class Residuals(NamedTuple):
     breakaway: Floats
 
 
-UNITS = Residuals('kg/s', 'kg/s', 'N', 'N')  # type: ignore[arg-type]
-
-
 @dataclass(frozen=True)
 class Comparison:
-    """
-    One measured run, and the windows over which it is compared.
-
-    :param run: the run
-    """
+    """A run with the windows over which it is compared with hypotheses."""
 
     run: Run
 
@@ -79,101 +79,114 @@ class Comparison:
         hop = max(round(size / overlap), 1)
         return TestFunctions.of(power, size, hop, self.run.size - 1, self.run.interval)
 
+    @cached_property
+    def breakaways(self) -> NDArray[np.intp]:
+        """The last interval of each rest that a slide follows, shape (breakaways,)."""
+        contacts = self.run.contacts
+        slips = (contacts[:-1] == along.RESTS) & (contacts[1:] == along.MOVES)
+        return np.flatnonzero(slips)
+
+    @property
+    def sizes(self) -> tuple[int, int, int, int]:
+        """Number of residuals of each kind."""
+        gas, motion = self.gas.starts.size, self.motion.starts.size
+        return gas, gas, motion, self.breakaways.size
+
     @property
     def free(self) -> bool:
         """Whether the model moves the piston: all balances are open, and there is no bench."""
-        return len(self.run.balances) == len(CHAMBERS) + 1 and self.run.force is None
+        return len(self.run.balances) == len(BALANCES) and self.run.force is None
+
+    @property
+    def window_velocity(self) -> Floats:
+        """Mean velocity in each window of the motion [m/s], shape (m,)."""
+        return self.motion.averages(self.run.velocity)
+
+    def residuals(self, hypothesis: Hypothesis) -> Residuals:
+        """Return the residuals of all windows, NaN where a balance cannot be evaluated."""
+        run = self.corrected(hypothesis)
+        rates, _ = self._along(hypothesis, run)
+        return Residuals(
+            self._gas(hypothesis, run, rates, 1),
+            self._gas(hypothesis, run, rates, 2),
+            self._force(run, rates),
+            self._breakaway(hypothesis, run, rates),
+        )
+
+    def rates(self, hypothesis: Hypothesis) -> Floats:
+        """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
+        return self._along(hypothesis, self.corrected(hypothesis))[0]
+
+    def inertia(self, hypothesis: Hypothesis) -> Floats:
+        """Return the accelerated mass in each window of the motion [kg], NaN at rest."""
+        rates, _ = self._along(hypothesis, self.run)
+        return self.motion.averages(rates[:, along.INERTIA])
 
     def corrected(self, hypothesis: Hypothesis) -> Run:
-        """Return the run as sensors without the errors of a hypothesis would have read it."""
+        """Return the run without the errors that the sensors have under a hypothesis."""
         run = self.run
         if hypothesis.gains != CALIBRATED:
             x, p1, p2 = hypothesis.gains
             zero = run.atmospheric_pressure
             pressures = zero + (run.pressures - zero) / np.array([p1, p2])
-            run = run.read_again(run.position / x, pressures)
+            run = run.with_readings(run.position / x, pressures)
         if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
-            bias = np.nan_to_num(self._march(hypothesis, run)[1])
+            bias = np.nan_to_num(self._along(hypothesis, run)[1])
             at_samples = np.vstack([bias[:1], 0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
-            run = run.read_again(run.position - at_samples[:, 0],
-                                 run.pressures - at_samples[:, 1:])  # fmt: skip
+            pressures = run.pressures - at_samples[:, 1:]
+            run = run.with_readings(run.position - at_samples[:, 0], pressures)
         return run
 
-    def _march(self, hypothesis: Hypothesis, run: Run) -> tuple[Floats, Floats]:
-        plant = hypothesis.plant_of(run)
-        slow, parts = self.run, substeps(hypothesis, run.interval)  # the speed of the readings
-        rates, bias = plant.along(
-            refined(run.smooth, parts), np.repeat(slow.velocity / hypothesis.gains[0], parts),
-            np.repeat(slow.contacts, parts), np.repeat(run.voltages, parts, axis=0),
+    def _along(self, hypothesis: Hypothesis, run: Run) -> tuple[Floats, Floats]:
+        """Return modelled rates and errors of the sensors along a run, shape (n - 1, k) each."""
+        parts = substeps(hypothesis, run.interval)
+        # velocity and contacts are those of the readings: a corrected run would change the rests
+        rates, bias = hypothesis.plant_of(run).along(
+            interpolated(run.smooth, parts),
+            np.repeat(self.run.velocity / hypothesis.gains[0], parts),
+            np.repeat(self.run.contacts, parts),
+            np.repeat(run.voltages, parts, axis=0),
             run.interval / parts,
-        )  # fmt: skip
-        if parts == 1:
-            return rates, bias
-        mean_rates, mean_bias = (
-            every.reshape(-1, parts, every.shape[1]).mean(axis=1) for every in (rates, bias)
         )
-        return mean_rates, mean_bias
-
-    def residuals(self, hypothesis: Hypothesis) -> Residuals:
-        """Return the residuals of all windows; NaN where a balance says nothing."""
-        run = self.corrected(hypothesis)
-        rates, _ = self._march(hypothesis, run)
-        gas_1, gas_2 = (self._gas(hypothesis, run, rates, chamber) for chamber in CHAMBERS)
-        breakaway = self._breakaway(hypothesis, run, rates)
-        return Residuals(gas_1, gas_2, self._force(run, rates), breakaway)
+        if parts > 1:
+            rates = rates.reshape(-1, parts, rates.shape[1]).mean(axis=1)
+            bias = bias.reshape(-1, parts, bias.shape[1]).mean(axis=1)
+        return rates, bias
 
     def _gas(self, hypothesis: Hypothesis, run: Run, rates: Floats, chamber: int) -> Floats:
-        gas, cylinder = hypothesis.model.gas, hypothesis.model.cylinder
+        gas, position = hypothesis.model.gas, run.position
         k = gas.heat_capacity_ratio
         enthalpy = k * gas.gas_constant * gas.supply_temperature
-        position: Any = run.position
-        volume = plain(chambers.volumes)(position, cylinder)[chamber - 1] + 0.0 * position
+        volumes: Any = plain(chambers.volumes)
+        volume = volumes(position, hypothesis.model.cylinder)[chamber - 1] + 0.0 * position
         middle = 0.5 * (volume[1:] + volume[:-1])
-        with np.errstate(invalid='ignore'):  # an error of x that is tried may be beyond the ends
+        with np.errstate(invalid='ignore'):  # a trial error of x may put it beyond the ends
             volume_k, middle_k = volume**k, middle ** (k - 1.0)
-            typical = self.gas.plain_means(middle) ** (k - 1.0)
+            typical = self.gas.averages(middle) ** (k - 1.0)
         stored = self.gas.rates(run.pressures[:, chamber - 1] * volume_k)
         source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle_k)
         return (stored / enthalpy - source) / typical
 
-    def rates(self, hypothesis: Hypothesis) -> Floats:
-        """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
-        return self._march(hypothesis, self.corrected(hypothesis))[0]
-
-    def inertia(self, hypothesis: Hypothesis) -> Floats:
-        """Return what is accelerated in each window of the motion [kg], NaN at rest."""
-        rates, _ = self._march(hypothesis, self.run)
-        return self.motion.plain_means(rates[:, along.INERTIA])
-
     def _force(self, run: Run, rates: Floats) -> Floats:
-        acceleration = self.motion.accelerations(run.position)
-        inertia = self.motion.plain_means(rates[:, along.INERTIA])
-        missing = inertia * acceleration - self.motion.means(rates[:, along.FORCE])
+        inertia = self.motion.averages(rates[:, along.INERTIA])
+        missing = inertia * self.motion.accelerations(run.position)
+        missing = missing - self.motion.means(rates[:, along.FORCE])
         if run.force is not None:
             missing -= self.motion.means(0.5 * (run.force[1:] + run.force[:-1]))
         return missing
 
-    @cached_property
-    def ends(self) -> NDArray[np.intp]:
-        """The last interval of each rest that a slide follows, shape (breakaways,)."""
-        rests = self.run.contacts == along.RESTS
-        moves = self.run.contacts == along.MOVES
-        return np.flatnonzero(rests[:-1] & moves[1:])
-
     def _breakaway(self, hypothesis: Hypothesis, run: Run, rates: Floats) -> Floats:
+        """Return the driving force beyond that at which the model breaks away, by its load."""
         drive = driving_force(hypothesis, run)
-        last = max(round(LAST / run.interval), 1)
-        held = []
-        for end in self.ends:
-            here = slice(max(end + 1 - last, 0), end + 1)
-            load = float(np.nanmean(rates[here, along.LOADING]))
-            force = float(drive[here].mean())
-            held.append(force * (1.0 - 1.0 / max(load, LEAST_LOAD)))
-        return np.array(held)
-
-
-LEAST_LOAD = 0.2
-"""A seal that breaks away at less is not held by friction [-]."""
+        size = max(round(LOAD_WINDOW / run.interval), 1)
+        windows = [slice(max(end + 1 - size, 0), end + 1) for end in self.breakaways]
+        loads = [float(np.nanmean(rates[window, along.LOADING])) for window in windows]
+        return np.array(
+            [
+                float(drive[window].mean()) * (1.0 - 1.0 / max(load, LEAST_LOAD))
+                for window, load in zip(windows, loads, strict=True)
+            ]
+        )
 
 
 def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
@@ -186,28 +199,18 @@ def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
 
 
 def substeps(hypothesis: Hypothesis, interval: float) -> int:
-    """Return into how many parts an interval [s] is divided, so that effects' states keep up."""
-    acting = any(_remembers(name, own) for name, own in hypothesis.effects.items())
-    if not acting or interval > SLOW:
-        return 1
-    return min(int(np.ceil(interval / (0.4 * LEAST_TIME))), MOST_SUBSTEPS)
+    """Return the parts of an interval [s] that resolve the states of the acting effects."""
+    for name, parameters in hypothesis.effects.items():
+        effect = library.load(name)
+        # an empirical effect has a state for each of its terms: only those in use act
+        active = not effect.describes or any(getattr(parameters, s) != 0.0 for s in effect.states)
+        if effect.states and active and interval <= SLOW_SAMPLING:
+            return min(int(np.ceil(interval / (0.4 * LEAST_TIME))), MOST_SUBSTEPS)
+    return 1
 
 
-def _remembers(name: str, parameters: Any) -> bool:
-    """Return whether an effect has states that act: of a description, those of its own terms."""
-    effect = library.load(name)
-    if not effect.describes:
-        return bool(effect.states)
-    return any(getattr(parameters, state) != 0.0 for state in effect.states)
-
-
-MOST_SUBSTEPS = 16
-SLOW = 5e-3
-"""Interval of samples from which on no effect of milliseconds is looked for [s]."""
-
-
-def refined(samples: Floats, parts: int) -> Floats:
-    """Return samples with others between them on straight lines, shape (parts (n - 1) + 1, k)."""
+def interpolated(samples: Floats, parts: int) -> Floats:
+    """Return samples with linear interpolation between them, shape (parts (n - 1) + 1, k)."""
     if parts == 1:
         return samples
     steps = np.diff(samples, axis=0)[:, np.newaxis] * (np.arange(parts) / parts)[:, np.newaxis]

@@ -1,9 +1,9 @@
 """
-Effects of another form: the mechanism of an effect, times a free monotone factor.
+Effects of another form: the formula of an effect times a free monotone factor.
 
 The library has one formula for each mechanism. Where a real rig has another - heat transfer that
 grows with pressure, a leak that is not linear - the mechanism is right and its formula is not. It
-is tried with a factor over each of the variables that drive it, see ``model.shape``.
+is then fitted with a factor over each of the variables that drive it, see ``model.shape``.
 """
 
 from __future__ import annotations
@@ -12,28 +12,26 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.candidates import Candidate, Coordinate
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.run import Run
+from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import Shape, Shaped, without_shape
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
-Floats = NDArray[np.float64]
-
 KNOTS = 4
 """Of a factor: enough for a power law, a threshold or a saturation."""
 STEEPEST = 8.0
-"""Ratio of the factors at neighbouring knots at most [-]."""
-TRIED = (1.3, 2.5)
+"""Largest ratio of the factors at neighbouring knots [-]."""
+START_RATIOS = (1.3, 2.5)
 """Ratios from which a fit starts [-]."""
 COVERED = (0.02, 0.98)
 """Quantiles of a variable between which its knots lie: beyond there is too little to fit."""
-WARM = 0.2
-"""Share by which the temperature of a gas differs from that of the supply [-]."""
+TEMPERATURE_RANGE = 0.2
+"""Relative difference of a gas temperature from that of the supply [-]."""
 OVER = ' over '
 """Between the names of an effect and of a variable in that of a family."""
 
@@ -52,12 +50,12 @@ class Family(Candidate):
 
     @property
     def is_effect(self) -> bool:
-        """No: it is a form of one."""
+        """Never: it modifies an effect."""
         return False
 
     @property
     def is_parameter(self) -> bool:
-        """No."""
+        """Never."""
         return False
 
     @property
@@ -66,22 +64,22 @@ class Family(Candidate):
         return self.name.split(OVER)[0]
 
     def shape(self, values: Sequence[float]) -> Shape:
-        """Return the factor with these ratios, 1 in the geometric mean of the knots."""
+        """Return the factor with these ratios, of geometric mean 1 over the knots."""
         logarithms = np.concatenate([[0.0], np.cumsum(np.log(values))])
-        times = np.exp(logarithms - logarithms.mean())
-        return Shape(self.over, self.at, tuple(float(one) for one in times))
+        factors = np.exp(logarithms - logarithms.mean())
+        return Shape(self.over, self.at, tuple(float(factor) for factor in factors))
 
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
         """Return the hypothesis with the factor on its effect, which it must have."""
-        own = without_shape(hypothesis.effects[self.effect])
-        return hypothesis.with_effect(self.effect, Shaped(own, self.shape(values)))
+        parameters = without_shape(hypothesis.effects[self.effect])
+        return hypothesis.with_effect(self.effect, Shaped(parameters, self.shape(values)))
 
 
 def families(effect: Candidate, runs: Sequence[Run], temperature: float) -> Iterator[Family]:
     """
-    Yield an effect's rising and falling factors over each variable that differs in the runs.
+    Yield an effect's rising and falling factors over each variable that varies in the runs.
 
-    :param temperature: about which that of the gas lies [K]
+    :param temperature: of the supply [K]
     """
     for over in library.load(effect.name).drivers:
         at = knots(over, runs, temperature)
@@ -89,16 +87,19 @@ def families(effect: Candidate, runs: Sequence[Run], temperature: float) -> Iter
             continue
         for low, high in ((1.0, STEEPEST), (1.0 / STEEPEST, 1.0)):
             quantity = Quantity('-', low, high, 'of the factors at neighbouring knots')
-            ratios = tuple(Coordinate(f'ratio_{i}', quantity, low, high, 1.0, True, 1.0)
-                           for i in range(1, KNOTS))  # fmt: skip
-            starts = tuple((one if high > 1.0 else 1.0 / one,) * (KNOTS - 1) for one in TRIED)
+            ratios = tuple(
+                Coordinate(f'ratio_{i}', quantity, low, high, 1.0, True, 1.0)
+                for i in range(1, KNOTS)
+            )
+            rising = high > 1.0
+            starts = tuple((r if rising else 1.0 / r,) * (KNOTS - 1) for r in START_RATIOS)
             name = effect.name + OVER + over
             yield Family(name, effect.group, ratios, starts, over=over, at=at)
 
 
 def knots(over: str, runs: Sequence[Run], temperature: float) -> tuple[float, ...] | None:
-    """Return the knots over a variable [its unit]; None where it hardly differs."""
-    values = np.concatenate([values_of(over, run, temperature) for run in runs])
+    """Return the knots over a variable [its unit]; None where it hardly varies."""
+    values = np.concatenate([measured_values(over, run, temperature) for run in runs])
     if not values.size:
         return None
     low, high = np.quantile(values, COVERED)
@@ -107,19 +108,25 @@ def knots(over: str, runs: Sequence[Run], temperature: float) -> tuple[float, ..
     else:
         at = np.linspace(low, high, KNOTS)
     distinct = np.all(np.diff(at) > 1e-6 * max(abs(low), abs(high)))
-    return tuple(float(one) for one in at) if distinct else None
+    return tuple(float(knot) for knot in at) if distinct else None
 
 
-def values_of(over: str, run: Run, temperature: float) -> Floats:
+def measured_values(over: str, run: Run, temperature: float) -> Floats:
     """Return the values of a variable in a run, as far as it is measured, shape (n,)."""
     x, p1, p2 = run.smooth.T
-    moving = run.velocity[run.slides]
+    moving = run.velocity[run.sliding]
     rests = [run.operation.rest_time, *((r.end - r.first) * run.interval for r in run.rests)]
-    warm = temperature * np.array([1.0 - WARM, 1.0 + WARM])
-    every: dict[str, Floats] = {
-        'position': x, 'velocity': moving, 'speed': np.abs(moving), 'time': run.time,
-        'pressure_1': p1, 'pressure_2': p2, 'difference': np.abs(p1 - p2),
-        'pressure': np.concatenate([p1, p2]), 'temperature': warm, 'dwell': np.array(rests),
+    table: dict[str, Floats] = {
+        'position': x,
+        'velocity': moving,
+        'speed': np.abs(moving),
+        'time': run.time,
+        'pressure_1': p1,
+        'pressure_2': p2,
+        'difference': np.abs(p1 - p2),
+        'pressure': np.concatenate([p1, p2]),
+        'temperature': temperature * np.array([1.0 - TEMPERATURE_RANGE, 1.0 + TEMPERATURE_RANGE]),
+        'dwell': np.array(rests),
         'opening': (run.voltages - CENTRE_VOLTAGE).ravel(),
-    }  # fmt: skip
-    return every[over]
+    }
+    return table[over]

@@ -1,9 +1,9 @@
 """
-Which causes the dataset asks for: regression on the residuals, robust and without restarts.
+Screening and fitting of explanations by robust least squares on the whitened residuals.
 
-A candidate changes the residuals by what it adds to the modelled rates along the measured run. How
-much of it is needed is found by least squares on the whitened residuals, robustly, as a few
-windows are off by more than any noise says.
+A candidate changes the residuals by what it adds to the modelled rates along the measured run: no
+simulation, no local minima by slips. Losses are pseudo-Huber, as a few windows are farther off
+than the noise model accounts for.
 """
 
 from __future__ import annotations
@@ -12,69 +12,80 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize
 
-from pneu_rig_ros.diagnosis.candidates import Candidate
+from pneu_rig_ros.diagnosis.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.dataset import OUTLIER, Dataset, loss
-from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-
-Floats = NDArray[np.float64]
+from pneu_rig_ros.diagnosis.weak_form import Floats
+from pneu_rig_ros.executor import Executor, map_tasks
 
 SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
-"""Shares of a candidate's change of the residuals that are tried [-]."""
+"""Multiples of a candidate's change of the residuals that are screened [-]."""
 STEP = 1e-3
-"""Of the finite differences, in units of a coordinate [-]: rates have no noise of their own."""
+"""Of the finite differences, internal units [-]: rates have no noise of their own."""
 SIMULATED_STEP = 1e-2
-"""The same where the dataset holds simulations, which have noise of integration."""
+"""The same with simulated cycles, which have noise of integration."""
+ROUNDS, FINAL_ROUNDS = 15, 40
+"""Evaluations of the least-squares solver, in the comparison and of the accepted fit."""
+FAR_STARTS = 2
+"""Starts of the last cause that are tried besides the values of an earlier fit."""
+VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
+"""Steps along the direction that the residuals determine least [standard deviations]."""
+LONG_STEPS = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)
+"""
+Such steps from a fit to simulations, internal units [-]: a local minimum that one slip makes is
+steep, and its standard deviations do not measure the length of the valley.
+"""
+SIMPLEX_SIZE = 0.2
+"""Of the search across local minima, internal units [-]."""
+SIMPLEX_STEPS = 100
+"""Its steps at most, for each coordinate."""
 
 
 @dataclass(frozen=True)
 class Screened:
     """
-    A candidate and what it may leave.
+    A candidate with an estimate of the loss that it leaves.
 
     :param values: of its best start
     :param loss: expected from there [-]
-    :param others: values of further starts worth a fit, where there are hills between them
+    :param alternatives: values of further starts, where local minima may separate them
     """
 
     candidate: Candidate
     values: tuple[float, ...]
     loss: float
-    others: tuple[tuple[float, ...], ...] = ()
+    alternatives: tuple[tuple[float, ...], ...] = ()
 
 
-def screen(candidate: Candidate, given: Hypothesis, dataset: Dataset, here: Floats) -> Screened:
+def screen(
+    candidate: Candidate, given: Hypothesis, dataset: Dataset, residual: Floats
+) -> Screened:
     """
-    Return what a candidate leaves at the best share of the change from its best start.
+    Return the loss that a candidate leaves at the best multiple of the change from each start.
 
-    Where slip follows slip no change is in proportion to its cause: a start counts as it is.
+    Simulated cycles do not change in proportion to a cause: there only the starts are compared.
 
-    :param here: residual without it, shape (n,)
+    :param residual: without the candidate, shape (n,)
     """
-    tried, shares = [], SHARES if dataset.cycles is None else np.ones(1)
+    simulated = dataset.cycles is not None
+    shares = np.ones(1) if simulated else SHARES
+    unit = candidate.coordinates[0].quantity.unit  # that of its strength
+    results = []
     for start in candidate.starts:
-        change = dataset.residual(candidate.apply(given, start)) - here
-        losses = [loss(here + share * change) for share in shares]
+        change = dataset.residual(candidate.apply(given, start)) - residual
+        losses = [loss(residual + share * change) for share in shares]
         best = int(np.argmin(losses))
-        values = scaled(candidate, start, float(shares[best]))
-        tried.append(Screened(candidate, values, losses[best]))
-    first, *rest = sorted(tried, key=lambda one: one.loss)
-    hills = dataset.cycles is not None and len(first.values) > 1
-    return replace(first, others=tuple(one.values for one in rest[:1] if hills))
-
-
-def scaled(candidate: Candidate, start: Sequence[float], share: float) -> tuple[float, ...]:
-    """Return a start so many times as strong, within its range: its first unit is its strength."""
-    unit = candidate.coordinates[0].quantity.unit
-    return tuple(
-        c.from_internal(c.scaled(c.to_internal(value), share))
-        if c.quantity.unit == unit
-        else value
-        for c, value in zip(candidate.coordinates, start, strict=True)
-    )
+        values = tuple(
+            c.amplified(value, float(shares[best])) if c.quantity.unit == unit else value
+            for c, value in zip(candidate.coordinates, start, strict=True)
+        )
+        results.append(Screened(candidate, values, losses[best]))
+    first, *rest = sorted(results, key=lambda result: result.loss)
+    if not simulated or len(first.values) == 1:
+        return first
+    return replace(first, alternatives=tuple(result.values for result in rest[:1]))
 
 
 @dataclass(frozen=True)
@@ -83,109 +94,104 @@ class Fit:
     A fitted explanation.
 
     :param explanation: with the best values
-    :param loss: that it leaves [-]
-    :param covariance: of what the fit sees, shape (coordinates, coordinates)
+    :param loss: that remains [-]
+    :param covariance: of theta, shape (coordinates, coordinates)
     """
 
     explanation: Explanation
     loss: float
     covariance: Floats
 
+    @property
+    def widest(self) -> tuple[float, Floats]:
+        """The least determined direction of theta, and its standard deviation [-]."""
+        variances, directions = np.linalg.eigh(self.covariance)
+        return float(np.sqrt(max(variances[-1], 0.0))), directions[:, -1]
+
 
 def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) -> Fit:
     """
-    Return the explanation fitted to the dataset from a start.
+    Return the explanation fitted to a dataset from a start.
 
-    Simulations make hills between a start and the best values; the residuals of the weak form do
-    not, so that these are fitted first.
+    Simulations have local minima between a start and the best values, which the residuals of the
+    weak form have not. These are therefore fitted first, and the simulations from the best point
+    along the valley in which they leave the values open.
 
     :param rounds: of the least-squares solver at most
     """
     if dataset.cycles is not None:
-        alone = fit(start, given, replace(dataset, cycles=None), rounds)
-        start = min((start, *along_valley(alone)),
-                    key=lambda one: loss(dataset.residual(one.apply(given))))  # fmt: skip
+        weak = fit(start, given, dataset.without_cycles, rounds)
+        deviation, direction = weak.widest
+        step = deviation * direction
+        theta = weak.explanation.theta
+        points = [weak.explanation.with_theta(theta + t * step) for t in VALLEY]
+        start = min((start, *points), key=lambda point: loss(dataset.residual(point.apply(given))))
     low, high = np.array([c.bounds for c in start.coordinates]).T
-    step = STEP if dataset.cycles is None else SIMULATED_STEP
+    delta = STEP if dataset.cycles is None else SIMULATED_STEP
 
-    def residual(seen: Floats) -> Floats:
-        return dataset.residual(start.with_theta(seen).apply(given))
+    def residual(theta: Floats) -> Floats:
+        return dataset.residual(start.with_theta(theta).apply(given))
 
-    def slopes(seen: Floats) -> Floats:
-        here, columns = residual(seen), []
-        for index in range(seen.size):
-            there = seen.copy()
-            there[index] += step if seen[index] + step < high[index] else -step
-            columns.append((residual(there) - here) / (there[index] - seen[index]))
+    def jacobian(theta: Floats) -> Floats:
+        base, columns = residual(theta), []
+        for index in range(theta.size):
+            shifted = theta.copy()
+            shifted[index] += delta if theta[index] + delta < high[index] else -delta
+            columns.append((residual(shifted) - base) / (shifted[index] - theta[index]))
         return np.column_stack(columns)
 
-    first = np.clip(start.theta, low + 1e-6, high - 1e-6)
     solution = least_squares(
-        residual, first, jac=slopes, bounds=(low, high), loss='soft_l1', f_scale=OUTLIER,
-        max_nfev=rounds, xtol=1e-5, ftol=1e-5,
-    )  # fmt: skip
+        residual,
+        np.clip(start.theta, low + 1e-6, high - 1e-6),
+        jac=jacobian,
+        bounds=(low, high),
+        loss='soft_l1',
+        f_scale=OUTLIER,
+        max_nfev=rounds,
+        xtol=1e-5,
+        ftol=1e-5,
+    )
     curvature = solution.jac.T @ solution.jac
     covariance: Floats = np.linalg.pinv(curvature, hermitian=True)
     return Fit(start.with_theta(solution.x), float(solution.cost), covariance)
 
 
-FAR_STARTS = 2
-"""Of the starts of the last cause, so many are tried besides."""
+def multi_start(
+    explanation: Explanation, given: Hypothesis, dataset: Dataset, executor: Executor
+) -> Fit:
+    """
+    Return the best fit of several starts where simulations have local minima, else of one.
 
-
-def far_starts(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> list[Explanation]:
-    """Return an explanation with its last cause as it was before any fit, the best first."""
-    last = explanation.parts[-1]
-    starts = [replace(explanation, values=(*explanation.values[:-1], one)) for one in last.starts]
-    ordered = sorted(starts, key=lambda one: loss(dataset.residual(one.apply(given))))
-    return ordered[:FAR_STARTS]
-
-
-ACROSS = 0.2
-"""Size of the simplex that looks for a lower place across hills, as the fit sees it [-]."""
-STEPS = 100
-"""Its steps at most, for each coordinate."""
-
-
-def polished(found: Fit, given: Hypothesis, dataset: Dataset) -> Fit:
-    """Return a fit to simulations, moved across the hills that a slip more or less makes."""
-    start = found.explanation
+    Started also from the unfitted values of the last cause, continued along the valley of the best
+    fit, and finished by a simplex search, which steps across the minimum of a single slip.
+    """
+    if dataset.cycles is None:
+        return fit(explanation, given, dataset, FINAL_ROUNDS)
+    kept = explanation.values[:-1]
+    starts = [replace(explanation, values=(*kept, s)) for s in explanation.parts[-1].starts]
+    starts.sort(key=lambda start: loss(dataset.residual(start.apply(given))))
+    starts = [explanation, *starts[:FAR_STARTS]]
+    fits: Sequence[Fit] = map_tasks(executor, fit, starts, given, dataset, FINAL_ROUNDS)
+    best = min(fits, key=lambda result: result.loss)
+    theta, (_, direction) = best.explanation.theta, best.widest
+    starts = [best.explanation.with_theta(theta + step * direction) for step in LONG_STEPS]
+    fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
+    best = min((best, *fits), key=lambda result: result.loss)
+    start = best.explanation
     low, high = np.array([c.bounds for c in start.coordinates]).T
-    simplex = np.vstack([start.theta, start.theta + ACROSS * np.eye(start.theta.size)])
+    simplex = np.vstack([start.theta, start.theta + SIMPLEX_SIZE * np.eye(start.theta.size)])
     solution = minimize(
-        lambda seen: loss(dataset.residual(start.with_theta(seen).apply(given))), start.theta,
-        method='Nelder-Mead', bounds=list(zip(low, high, strict=True)),
-        options={'initial_simplex': np.clip(simplex, low, high), 'xatol': 1e-3, 'fatol': 0.1,
-                 'maxfev': STEPS * start.theta.size},
-    )  # fmt: skip
-    if solution.fun >= found.loss:
-        return found
-    return replace(found, explanation=start.with_theta(solution.x), loss=float(solution.fun))
-
-
-VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
-"""Steps along the valley in which the residuals leave the values open [standard deviations]."""
-FARTHER = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)
-"""
-Steps along the valley of a fit to simulations, as the fit sees it [-]: within a hill that one slip
-makes it is steep, and its standard deviations say nothing of the valley's length.
-"""
-
-
-def along_valley(found: Fit) -> list[Explanation]:
-    """Return a fit, and what the residuals cannot tell from it: along the widest direction."""
-    deviation, direction = _widest(found)
-    seen, step = found.explanation.theta, deviation * direction
-    return [found.explanation.with_theta(seen + times * step) for times in VALLEY]
-
-
-def farther_along(found: Fit) -> list[Explanation]:
-    """Return what is farther along the valley of a fit to simulations, beyond hills."""
-    seen, (_, direction) = found.explanation.theta, _widest(found)
-    return [found.explanation.with_theta(seen + step * direction) for step in FARTHER]
-
-
-def _widest(found: Fit) -> tuple[float, Floats]:
-    """Return the widest direction of a fit, and its standard deviation there [-]."""
-    variances, directions = np.linalg.eigh(found.covariance)
-    return float(np.sqrt(max(variances[-1], 0.0))), directions[:, -1]
+        lambda theta: loss(dataset.residual(start.with_theta(theta).apply(given))),
+        start.theta,
+        method='Nelder-Mead',
+        bounds=list(zip(low, high, strict=True)),
+        options={
+            'initial_simplex': np.clip(simplex, low, high),
+            'xatol': 1e-3,
+            'fatol': 0.1,
+            'maxfev': SIMPLEX_STEPS * start.theta.size,
+        },
+    )
+    if solution.fun >= best.loss:
+        return best
+    return replace(best, explanation=start.with_theta(solution.x), loss=float(solution.fun))

@@ -1,4 +1,4 @@
-"""A model under test: parameters, the effects that are held to act, the gains of the sensors."""
+"""A model under test: parameters, acting effects, gains of the sensors, true conditions."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ CALIBRATED: Gains = (1.0, 1.0, 1.0)
 @dataclass(frozen=True)
 class Hypothesis:
     """
-    What the system is held to be.
+    A model of the system with its sensors.
 
     :param model: parameters; its operation is replaced by that of each recording
-    :param effects: name -> parameters of the effects that act
+    :param effects: name -> parameters of the acting effects
     :param gains: slopes of the sensors of x, p1, p2 [-]
-    :param conditions: condition of a recording -> how many times what it states it is [-]
+    :param conditions: condition of a recording -> ratio of its true to its stated value [-]
     """
 
     model: Model
@@ -32,37 +32,37 @@ class Hypothesis:
     conditions: Mapping[str, float] = field(default_factory=dict)
 
     def plant_of(self, run: Run) -> Plant:
-        """Return the plant as it was when a run began."""
-        plant = self.plant(run, run.started(run.operation))
+        """Return the plant in the state in which a run begins."""
+        plant = self.plant(run, run.initial_operation)
         plant.start_with(run.gas_temperatures(self.model.gas))
         return plant
 
     def plant(self, run: Run, operation: Operation) -> Plant:
         """
-        Return the plant in the surroundings of a run under conditions as they are stated.
+        Return the plant in the surroundings of a run, under conditions as stated.
 
-        It is the plant with every effect of the library, those that do not act with their null
-        parameters, so that no other has to be compiled whatever is tried.
+        It has every effect of the library, the others with their null parameters: one compiled
+        right-hand side then serves all hypotheses.
         """
-        true = {name: times * getattr(operation, name) for name, times in self.conditions.items()}
+        true = {name: ratio * getattr(operation, name) for name, ratio in self.conditions.items()}
         gas = self.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
         model = self.model._replace(operation=operation._replace(**true), gas=gas)
         nulls = {name: library.load(name).null for name in library.names()}
         return Plant(model, {**nulls, **self.effects}, TOLERANCE)
 
-    def with_condition(self, name: str, times: float) -> Hypothesis:
-        """Return the hypothesis that a condition is so many times what was stated [-]."""
-        return replace(self, conditions={**self.conditions, name: times})
+    def with_condition(self, name: str, ratio: float) -> Hypothesis:
+        """Return the hypothesis with a ratio of the true to the stated condition [-]."""
+        return replace(self, conditions={**self.conditions, name: ratio})
 
     def with_effect(self, name: str, parameters: Any) -> Hypothesis:
-        """Return the hypothesis that an effect acts too."""
+        """Return the hypothesis with one more acting effect."""
         return replace(self, effects={**self.effects, name: parameters})
 
     def with_parameter(self, section: str, name: str, value: object) -> Hypothesis:
         """
-        Return the hypothesis that a parameter of the model has another value [SI].
+        Return the hypothesis with another value of a parameter [SI].
 
-        With the edge of the exhaust all of its opening moves: a land is displaced as a whole.
+        The whole opening of the exhaust moves with its edge: a land is displaced as a whole.
         """
         old = getattr(self.model, section)
         changed = old._replace(**{name: value})

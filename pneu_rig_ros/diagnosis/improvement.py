@@ -1,12 +1,11 @@
-"""How far an explanation brings simulated and measured signals together on runs left out."""
+"""RMSE of simulated signals on held-out data, before and after an improvement of the model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.comparison import UNITS, derived_signals, signal_noise, stroke_time
 from pneu_rig_ros.analysis.friction import ForceBalance
@@ -15,136 +14,135 @@ from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.shooting import MultipleShooting, bench_force, chamber_pressures
+from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
 
-Floats = NDArray[np.float64]
-Signals = Mapping[str, Floats]
-NOTHING = {'unit': '-', 'measured': None, 'before': None, 'after': None}
+NO_EVENTS = {'unit': '-', 'measured': None, 'before': None, 'after': None}
 
 
-def signal_tables(given: Hypothesis, improved: Hypothesis, held: Dataset) -> dict[str, Any]:
+class SignalGap(NamedTuple):
+    """Simulated less measured values of a signal [unit], shape (n,), and its noise [unit]."""
+
+    name: str
+    unit: str
+    noise: float
+    gap: Floats
+
+
+Compare = Callable[[Hypothesis, Comparison], list[SignalGap]]
+
+
+def signal_tables(given: Hypothesis, improved: Hypothesis, held_out: Dataset) -> dict[str, Any]:
     """
-    Return RMSE and events on the runs left out, measured, before and after, as plain data.
+    Return RMSE and events on held-out data, before and after, as in diagnosis.json.
 
-    Of a whole rig they are those of a simulation from rest to rest, and of a free run; of anything
-    less those of what is open, along the measured motion, with the clock's offset and the
-    temperatures at the start that a run has under each hypothesis.
+    A whole rig is simulated from rest to rest, and freely. Otherwise the signals of the open
+    balances are simulated along the measured motion, each run corrected for its nuisance
+    parameters under each hypothesis.
     """
-    runs = held.comparisons
-    if all(one.free for one in runs):
-        return {
-            'signals': _table(runs, lambda h, one: of_rig(h, one), given, improved),
-            'free_run': _table(runs, lambda h, one: of_rig(h, one, free=True), given, improved),
-            **events(runs, given, improved),
-        }
-    signals = _table(runs, lambda h, one: of_part(h, held.aligned(h, one)), given, improved)
-    return {'signals': signals, 'free_run': {}, 'cycles': NOTHING, 'dwell': NOTHING,
-            'stroke_time': NOTHING}  # fmt: skip
-
-
-def balance_of(hypothesis: Hypothesis, one: Comparison) -> ForceBalance:
-    """Return the constants of Eq. 2 under the conditions of a run."""
-    cylinder = hypothesis.model.cylinder
-    load = hypothesis.conditions.get('load_mass', 1.0) * one.run.operation.load_mass
-    mass = cylinder.moving_mass + load
-    return ForceBalance(cylinder.cap_area, cylinder.rod_area, mass, one.run.atmospheric_pressure)
-
-
-def signals_of(hypothesis: Hypothesis, one: Comparison, readings: Floats) -> Signals:
-    """Return the signals of readings x, p1, p2, shape (n, 3), and those derived of them."""
-    x, p1, p2 = readings.T
-    return derived_signals(x, p1, p2, one.run.interval, balance_of(hypothesis, one), one.run.name)
-
-
-def of_rig(
-    hypothesis: Hypothesis, one: Comparison, free: bool = False
-) -> list[tuple[str, str, float, Floats]]:
-    """Return name, unit, noise and simulated less measured of each signal of a rig."""
-    run = one.run
-    measured = signals_of(hypothesis, one, np.column_stack([run.position, run.pressures])[1:])
-    try:
-        simulated = signals_of(hypothesis, one, MultipleShooting(one).simulate(hypothesis, free))
-    except RigError:  # it broke down
-        simulated = {name: np.full_like(values, np.nan) for name, values in measured.items()}
-    pressure = max(run.noise.pressure_1, run.noise.pressure_2)
-    noise = signal_noise(run.noise.position, pressure, run.interval, balance_of(hypothesis, one))
-    return [(name, UNITS[name], noise[name], simulated[name] - values)
-            for name, values in measured.items()]  # fmt: skip
-
-
-def of_part(hypothesis: Hypothesis, one: Comparison) -> list[tuple[str, str, float, Floats]]:
-    """Return the same of the pressures and the bench's force, along the measured motion."""
-    run, rows = one.run, []
-    noises = run.noise.pressure_1, run.noise.pressure_2
-    if any(name.startswith('gas') for name in run.balances):
-        simulated = chamber_pressures(hypothesis, one)
-        for i in (0, 1):
-            if f'gas_{i + 1}' in run.balances:
-                gap = simulated[:, i] - run.pressures[1:, i]
-                rows.append((f'pressure_{i + 1}', 'Pa', noises[i], gap))
-    if 'force' in run.balances and run.force is not None:
-        gap = bench_force(hypothesis, one) - 0.5 * (run.force[1:] + run.force[:-1])
-        if run.force_offset > 0.0:
-            gap = gap - gap.mean()
-        rows.append(('force', 'N', run.noise.force, gap))
-    return rows
-
-
-def _table(
-    runs: Sequence[Comparison], compare: Any, given: Hypothesis, improved: Hypothesis
-) -> dict[str, dict[str, Any]]:
-    """Return signal -> unit, noise, RMSE before and after over all runs."""
-    rows: dict[str, list[tuple[str, float, float, float]]] = {}
-    for one in runs:
-        pairs = zip(compare(given, one), compare(improved, one), strict=True)
-        for (name, unit, noise, old), (_, _, _, new) in pairs:
-            squares = (noise**2, float(np.mean(old**2)), float(np.mean(new**2)))
-            rows.setdefault(name, []).append((unit, *squares))
-    return {name: _row(table) for name, table in rows.items()}
-
-
-def _row(table: Sequence[tuple[str, float, float, float]]) -> dict[str, Any]:
-    noise, before, after = (float(np.sqrt(np.mean([r[i] for r in table]))) for i in (1, 2, 3))
-    known = {'noise': noise, 'before': before, 'after': after}
-    return {'unit': table[0][0], **{n: v if np.isfinite(v) else None for n, v in known.items()}}
-
-
-def events(runs: Sequence[Comparison], given: Hypothesis, improved: Hypothesis) -> dict[str, Any]:
-    """Return cycles, dwells and stroke time, measured, before and after, as plain data."""
-    table = np.array([[_events(given, one, hypothesis) for hypothesis in (None, given, improved)]
-                      for one in runs])  # fmt: skip
-    cycles = table[:, :, 0].sum(axis=0)
+    runs = held_out.comparisons
+    if not all(comparison.free for comparison in runs):
+        events = dict.fromkeys(('cycles', 'dwell', 'stroke_time'), NO_EVENTS)
+        signals = _rmse(
+            runs, lambda h, c: imposed_gaps(h, held_out.aligned(h, c)), given, improved
+        )
+        return {'signals': signals, 'free_run': {}, **events}
     return {
-        'cycles': _told('-', cycles),
-        'dwell': _told('s', _mean_known(table[:, :, 1])),
-        'stroke_time': _told('s', _mean_known(table[:, :, 2])),
+        'signals': _rmse(runs, rig_gaps, given, improved),
+        'free_run': _rmse(runs, lambda h, c: rig_gaps(h, c, free=True), given, improved),
+        **_events(runs, given, improved),
     }
 
 
+def rig_gaps(
+    hypothesis: Hypothesis, comparison: Comparison, free: bool = False
+) -> list[SignalGap]:
+    """Return the gaps of the measured and the derived signals of a rig."""
+    run, cylinder = comparison.run, hypothesis.model.cylinder
+    load = hypothesis.conditions.get('load_mass', 1.0) * run.operation.load_mass
+    mass = cylinder.moving_mass + load
+    balance = ForceBalance(cylinder.cap_area, cylinder.rod_area, mass, run.atmospheric_pressure)
+    x, p1, p2 = np.column_stack([run.position, run.pressures])[1:].T
+    measured = derived_signals(x, p1, p2, run.interval, balance, run.name)
+    try:
+        x, p1, p2 = MultipleShooting(comparison).simulate(hypothesis, free).T
+        simulated = derived_signals(x, p1, p2, run.interval, balance, run.name)
+    except RigError:  # the simulation failed
+        simulated = {name: np.full_like(values, np.nan) for name, values in measured.items()}
+    pressure = max(run.noise.pressure_1, run.noise.pressure_2)
+    noise = signal_noise(run.noise.position, pressure, run.interval, balance)
+    return [
+        SignalGap(name, UNITS[name], noise[name], simulated[name] - values)
+        for name, values in measured.items()
+    ]
+
+
+def imposed_gaps(hypothesis: Hypothesis, comparison: Comparison) -> list[SignalGap]:
+    """Return the gaps of the pressures and the bench's force, along the measured motion."""
+    run, rows = comparison.run, []
+    noises = run.noise.pressure_1, run.noise.pressure_2
+    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
+    simulated = chamber_pressures(hypothesis, comparison) if chambers else np.empty((0, 2))
+    for i in chambers:
+        gap = simulated[:, i] - run.pressures[1:, i]
+        rows.append(SignalGap(f'pressure_{i + 1}', 'Pa', noises[i], gap))
+    if 'force' in run.balances and run.force is not None:
+        gap = bench_force(hypothesis, comparison) - 0.5 * (run.force[1:] + run.force[:-1])
+        if run.force_offset > 0.0:  # the zero of the bench is unknown
+            gap = gap - gap.mean()
+        rows.append(SignalGap('force', 'N', run.noise.force, gap))
+    return rows
+
+
+def _rmse(
+    runs: Sequence[Comparison], compare: Compare, given: Hypothesis, improved: Hypothesis
+) -> dict[str, dict[str, Any]]:
+    """Return signal -> unit, noise, RMSE before and after over all runs, None where it fails."""
+    squares: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
+    for comparison in runs:
+        pairs = zip(compare(given, comparison), compare(improved, comparison), strict=True)
+        for before, after in pairs:
+            row = before.noise**2, float(np.mean(before.gap**2)), float(np.mean(after.gap**2))
+            squares.setdefault((before.name, before.unit), []).append(row)
+    table = {}
+    for (name, unit), rows in squares.items():
+        values = [float(np.sqrt(np.mean(column))) for column in zip(*rows, strict=True)]
+        noise, before_rmse, after_rmse = (v if np.isfinite(v) else None for v in values)
+        table[name] = {'unit': unit, 'noise': noise, 'before': before_rmse, 'after': after_rmse}
+    return table
+
+
 def _events(
-    given: Hypothesis, one: Comparison, hypothesis: Hypothesis | None
+    runs: Sequence[Comparison], given: Hypothesis, improved: Hypothesis
+) -> dict[str, dict[str, Any]]:
+    """Return cycles, mean dwell and stroke time, measured, before and after."""
+    hypotheses = None, given, improved
+    table = np.array([[_events_of(run, each) for each in hypotheses] for run in runs])
+    rows = {'cycles': ('-', table[:, :, 0].sum(axis=0))}
+    for name, index in (('dwell', 1), ('stroke_time', 2)):
+        values = table[:, :, index]
+        complete = np.isfinite(values).all(axis=1)
+        mean = values[complete].mean(axis=0) if complete.any() else np.full(3, np.nan)
+        rows[name] = 's', mean
+    events = {}
+    for name, (unit, values) in rows.items():
+        measured, before, after = (float(v) if np.isfinite(v) else None for v in values)
+        events[name] = {'unit': unit, 'measured': measured, 'before': before, 'after': after}
+    return events
+
+
+def _events_of(
+    comparison: Comparison, hypothesis: Hypothesis | None
 ) -> tuple[float, float, float]:
-    """Return cycles, mean dwell and stroke time of a run; of the measured one without a model."""
-    run = one.run
-    if hypothesis is None:
-        position = run.position[1:]
-    else:
+    """Return cycles, mean dwell and stroke time of a simulated run, or of the measured one."""
+    run = comparison.run
+    position = run.position[1:]
+    if hypothesis is not None:
         try:
-            position = MultipleShooting(one).simulate(hypothesis)[:, 0]
+            position = MultipleShooting(comparison).simulate(hypothesis)[:, 0]
         except RigError:
             return np.nan, np.nan, np.nan
     cycles = find_cycles(position, run.interval)
-    reached = stroke_time(position, run.interval, run.stroke)
-    dwell = float(np.mean([c.dwell for c in cycles])) if cycles else np.nan
-    return float(len(cycles)), dwell, np.nan if reached is None else reached
-
-
-def _mean_known(table: Floats) -> Floats:
-    """Return the means over the runs in which all three are known, shape (3,)."""
-    known = np.isfinite(table).all(axis=1)
-    return table[known].mean(axis=0) if known.any() else np.full(3, np.nan)
-
-
-def _told(unit: str, triple: Floats) -> dict[str, Any]:
-    measured, before, after = (float(v) if np.isfinite(v) else None for v in triple)
-    return {'unit': unit, 'measured': measured, 'before': before, 'after': after}
+    dwell = float(np.mean([cycle.dwell for cycle in cycles])) if cycles else np.nan
+    duration = stroke_time(position, run.interval, run.stroke)
+    return float(len(cycles)), dwell, np.nan if duration is None else duration

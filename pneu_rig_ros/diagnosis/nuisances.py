@@ -1,23 +1,41 @@
 """
-What differs from one recording to the next and explains nothing, as the file of a system names it.
+Nuisance parameters: what differs from one recording to the next and explains nothing.
 
-``each_recording`` is a list of names, or a mapping of names to standard deviations::
+The file of a system names them as a list, or as a mapping of names to standard deviations::
 
     each_recording: [force_offset]
     each_recording: {clock_offset: 0.3 s, initial_temperature: 30 K}
+
+Their effect on the residuals is found by finite differences. The whitening marginalises them
+(``Whitener.with_shared``); their values under a hypothesis are those of generalised least squares
+with the standard deviations as prior.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+
+from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.run import Run
+from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, unknown
 
-FORCE_OFFSET, CLOCK_OFFSET, INITIAL_TEMPERATURE = (
-    'force_offset', 'clock_offset', 'initial_temperature',
-)  # fmt: skip
+FORCE_OFFSET = 'force_offset'
+CLOCK_OFFSET = 'clock_offset'
+INITIAL_TEMPERATURE = 'initial_temperature'
+HALF_STEP = 0.5
+"""Half the step of the central difference to the delay [standard deviations]."""
+GAUSS_NEWTON_STEPS = 5
+"""At most: a delay that is not small against a motion takes three or four."""
+CONVERGED = 0.01
+"""Largest last step of a converged estimate [standard deviations]."""
 
 
 class Nuisance(NamedTuple):
@@ -25,15 +43,15 @@ class Nuisance(NamedTuple):
     An error that is constant in a recording.
 
     :param quantity: its standard deviation
-    :param usual: that where the file gives none [SI]
+    :param default: that where the file gives none [SI]
     """
 
     quantity: Quantity
-    usual: float
+    default: float
 
 
 NUISANCES = {
-    # more than any force of a bench: its zero is not known at all
+    # more than any force of a bench: its zero is unknown
     FORCE_OFFSET: Nuisance(Quantity('N', 1e-3, 1e6, 'zero of the force of a bench'), 1e4),
     # recorders that are started by hand or exchange packets are some 0.1 s apart
     CLOCK_OFFSET: Nuisance(Quantity('s', 1e-4, 10.0, 'delay of the pressures'), 0.3),
@@ -42,12 +60,11 @@ NUISANCES = {
         Quantity('K', 0.1, 100.0, 'of the gas at the start less that of the walls'), 30.0
     ),
 }
-"""What may differ from one recording to the next."""
 
 
-def nuisances(data: object, where: str) -> dict[str, float]:
+def read_nuisances(data: object, where: str) -> dict[str, float]:
     """
-    Return name -> standard deviation [SI] of what differs from recording to recording.
+    Return name -> standard deviation [SI] of the nuisance parameters that a file names.
 
     :raises RigError: for an unknown name, a wrong unit or a value out of range
     """
@@ -56,12 +73,138 @@ def nuisances(data: object, where: str) -> dict[str, float]:
     for name in data or ():
         if name not in NUISANCES:
             raise RigError(f'{where}: {unknown(str(name), NUISANCES)}')
-    if isinstance(data, dict):
-        return {str(name): NUISANCES[name].quantity.parse(text, f'{where}.{name}')
-                for name, text in data.items()}  # fmt: skip
-    return {str(name): NUISANCES[name].usual for name in data or ()}
+    if not isinstance(data, dict):
+        return {str(name): NUISANCES[name].default for name in data or ()}
+    return {
+        str(name): NUISANCES[name].quantity.parse(text, f'{where}.{name}')
+        for name, text in data.items()
+    }
 
 
-def written_nuisances(known: Mapping[str, float]) -> dict[str, str]:
-    """Return the mapping that :func:`nuisances` reads back."""
-    return {name: NUISANCES[name].quantity.format(value) for name, value in known.items()}
+def written_nuisances(deviations: Mapping[str, float]) -> dict[str, str]:
+    """Return the mapping that :func:`read_nuisances` reads back."""
+    return {name: NUISANCES[name].quantity.format(value) for name, value in deviations.items()}
+
+
+@dataclass(frozen=True)
+class RunNuisances:
+    """
+    Estimated nuisance parameters of one run.
+
+    :param delay: of the pressures [s]
+    :param temperatures: of the gas in both chambers at the start [K]
+    :param deviations: standard deviations of the delay [s] and the temperatures [K], shape (3,)
+    """
+
+    delay: float
+    temperatures: tuple[float, float]
+    deviations: Floats
+
+    def correct(self, run: Run) -> Run:
+        """Return a run without these errors."""
+        if run.clock_offset > 0.0:
+            run = run.with_delay(self.delay)
+        return replace(run, temperatures=self.temperatures) if run.temperature_offset > 0 else run
+
+
+def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
+    """Return the change of each residual by one standard deviation of the delay, (m, 1) each."""
+    run = comparison.run
+    step = HALF_STEP * run.clock_offset
+    if step <= 0.0:
+        return Residuals(*(np.zeros((size, 1)) for size in comparison.sizes))
+    early = Comparison(run.with_delay(run.delay - step)).residuals(hypothesis)
+    late = Comparison(run.with_delay(run.delay + step)).residuals(hypothesis)
+    changes = [(b - a) / (2.0 * HALF_STEP) for a, b in zip(early, late, strict=True)]
+    return Residuals(*(np.nan_to_num(change)[:, np.newaxis] for change in changes))
+
+
+def temperature_columns(
+    hypothesis: Hypothesis, comparison: Comparison, residuals: Residuals
+) -> Residuals:
+    """
+    Return the change of each residual by one standard deviation of the temperatures, (m, 2) each.
+
+    That of a chamber shows in its own balance alone, so that both are changed at once. Without an
+    effect no residual depends on them.
+    """
+    step = comparison.run.temperature_offset
+    columns = Residuals(*(np.zeros((size, 2)) for size in comparison.sizes))
+    if step > 0.0 and hypothesis.effects:
+        first, second = initial_temperatures(hypothesis, comparison.run)
+        warmer = replace(comparison.run, temperatures=(first + step, second + step))
+        changed = Comparison(warmer).residuals(hypothesis)
+        columns.gas_1[:, 0] = np.nan_to_num(changed.gas_1 - residuals.gas_1)
+        columns.gas_2[:, 1] = np.nan_to_num(changed.gas_2 - residuals.gas_2)
+    return columns
+
+
+def initial_temperatures(hypothesis: Hypothesis, run: Run) -> tuple[float, float]:
+    """Return the gas temperatures of both chambers when the recording began [K]."""
+    supply = hypothesis.model.gas.supply_temperature
+    return run.temperatures or (supply, supply)
+
+
+def estimate_nuisances(
+    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel
+) -> RunNuisances:
+    """
+    Return the nuisance parameters of a run under a hypothesis, each within its allowed range.
+
+    :param noise: without them
+    """
+    run = comparison.run
+    scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
+    supply = hypothesis.model.gas.supply_temperature
+    prior = np.array([0.0, supply, supply])
+    limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
+    estimate = RunNuisances(run.delay, initial_temperatures(hypothesis, run), scale)
+    for _ in range(GAUSS_NEWTON_STEPS):
+        theta = np.array([estimate.delay, *estimate.temperatures])
+        corrected = Comparison(estimate.correct(run))
+        step, deviations = _gauss_newton_step(hypothesis, corrected, noise, theta - prior, scale)
+        delay, first, second = (prior + np.clip(theta + step - prior, -limit, limit)).tolist()
+        estimate = RunNuisances(delay, (first, second), deviations)
+        if np.all(np.abs(step) <= CONVERGED * scale):
+            break
+    return estimate
+
+
+def _gauss_newton_step(
+    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel, offset: Floats,
+    scale: Floats,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """
+    Return the step of the nuisance parameters, and their standard deviations [SI], shape (3,).
+
+    :param offset: of their values from the prior mean [SI]
+    """
+    residuals = comparison.residuals(hypothesis)
+    clock = clock_column(hypothesis, comparison)
+    temperatures = temperature_columns(hypothesis, comparison, residuals)
+    slopes = [np.hstack(pair) for pair in zip(clock, temperatures, strict=True)]
+    columns = [Residuals(*(slope[:, index] for slope in slopes)) for index in range(3)]
+    residual = np.concatenate(noise.whiten(residuals))
+    matrix = np.column_stack([np.concatenate(noise.whiten(column)) for column in columns])
+    # parameters in standard deviations: the prior is a unit matrix
+    covariance = np.linalg.inv(matrix.T @ matrix + np.eye(3))
+    offset = np.divide(offset, scale, out=np.zeros(3), where=scale > 0.0)
+    step = -covariance @ (matrix.T @ residual + offset)
+    left = residual + matrix @ step
+    excess = max(float(left @ left) / max(left.size, 1), 1.0)
+    return step * scale, np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * scale
+
+
+def without_delay(
+    hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Generator
+) -> Comparison:
+    """
+    Return a run with its pressures shifted by their delay under a hypothesis.
+
+    The residuals are linear in the delay that remains.
+    """
+    if comparison.run.clock_offset <= 0.0:
+        return comparison
+    noise = noise_model(hypothesis, comparison, rng)
+    delay = estimate_nuisances(hypothesis, comparison, noise).delay
+    return Comparison(comparison.run.with_delay(delay))

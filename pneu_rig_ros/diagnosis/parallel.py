@@ -1,8 +1,4 @@
-"""
-Work on several runs at a time, one thread each: what is compiled runs without the interpreter.
-
-The results are those of one run after the other.
-"""
+"""Work on several runs at a time, a thread each: compiled code releases the interpreter lock."""
 
 from __future__ import annotations
 
@@ -20,12 +16,12 @@ def _threads() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(os.cpu_count() or 1, 'run')
 
 
-def map_runs(function: Callable[..., Result], *of_each: Iterable[Any]) -> list[Result]:
+def map_runs(function: Callable[..., Result], *arguments: Iterable[Any]) -> list[Result]:
     """
-    Return what a function returns for each run, in their order.
+    Return the results of a function for each run, in order, whatever the number of threads.
 
-    The function may not itself work on several runs: all threads could wait for one.
+    The function may not call this one: all threads could wait for each other.
 
-    :param of_each: its arguments, one of each run
+    :param arguments: of each call, one iterable a parameter
     """
-    return list(_threads().map(function, *(list(one) for one in of_each)))
+    return list(_threads().map(function, *(list(values) for values in arguments)))

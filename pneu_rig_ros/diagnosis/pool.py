@@ -1,161 +1,264 @@
-"""What may be the cause in a system: its own parameters, and the effects that can show in it."""
+"""The candidates for a system: its own parameters and conditions, and effects that can show."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
+from pneu_rig_ros.diagnosis.balances import SLOW_SAMPLING
 from pneu_rig_ros.diagnosis.candidates import (
+    CALIBRATION,
+    CONDITIONS,
     FORCE,
     GAS,
+    SENSOR,
     Candidate,
     Condition,
     Coordinate,
-    condition,
-    effect_candidate,
-    effects,
-    parameters,
 )
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import System, quantity_of, value_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance, Need
+from pneu_rig_ros.model.parameters import (
+    FRICTION_MODELS,
+    LUGRE,
+    REVISED_LUGRE,
+    REVISED_LUGRE_DWELL,
+    Model,
+)
+from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.rig.sensors import Sensors
 
-FASTEST = 5e-3
-"""Interval of samples up to which lags of milliseconds show [s]."""
-LADDER = (0.01, 0.1, 1.0, 10.0, 100.0)
-"""Multiples of an effect's probes that are tried where a system may be of any size [-]."""
-NEEDS_CHAMBER = {
-    'cylinder.cap_dead_volume': 'gas_1', 'cylinder.rod_dead_volume': 'gas_2',
-}  # fmt: skip
+GAS_PARAMETERS = (
+    'valve.intake_coefficient',
+    'valve.exhaust_coefficient',
+    'valve.intake_voltage',
+    'valve.exhaust_voltage',
+    'cylinder.cap_dead_volume',
+    'cylinder.rod_dead_volume',
+)
+"""Parameters that are identified from the pressures under the measured motion."""
+FORCE_PARAMETERS = {
+    'friction.breakaway_force': LUGRE,
+    'friction.coulomb_force': 0,
+    'friction.stribeck_velocity': LUGRE,
+    'friction.viscous_coefficient': 0,
+    'friction.element_stiffness': 0,
+    'friction.film_velocity': REVISED_LUGRE,
+    'friction.film_time_acceleration': REVISED_LUGRE,
+    'friction.film_time_deceleration': REVISED_LUGRE,
+    'friction.film_time_dwell': REVISED_LUGRE,
+    'friction.dwell_coefficient': REVISED_LUGRE_DWELL,
+    'friction.dwell_exponent': REVISED_LUGRE_DWELL,
+    'cylinder.moving_mass': 0,
+}
+"""Parameters that are identified from the motion -> the first friction law that has them."""
+CHAMBER_OF = {'cylinder.cap_dead_volume': 'gas_1', 'cylinder.rod_dead_volume': 'gas_2'}
 """Parameter -> the only balance that shows it."""
-SUPPLY_OFF, LOAD_OFF = 1.1, 1.5
-"""Factors by which supply pressure and load may differ from what is stated: a gauge, a guess."""
-VALVE_PARAMETERS = ('valve.intake_coefficient', 'valve.exhaust_coefficient',
-                    'valve.intake_voltage', 'valve.exhaust_voltage')  # fmt: skip
+VOLTAGE_ERROR = 0.15
+"""Largest error of a valve's opening voltage [V]."""
+PARAMETER_RATIO = 2.0
+"""Largest ratio of any other parameter to its value in the model, or its inverse [-]."""
+START_RATIOS = (0.85, 1.18)
+"""Ratios of a parameter from which a fit starts [-]."""
+START_SHIFTS = (-0.02, 0.02)
+"""Shifts of an opening voltage from which a fit starts [V]."""
+GAIN_SCALE = 0.05
+"""Internal unit of a gain [-]."""
+SUPPLY_RATIO, LOAD_RATIO = 1.1, 1.5
+"""Largest ratios of true to stated supply pressure (a gauge) and load (a guess) [-]."""
+LADDER = (0.01, 0.1, 1.0, 10.0, 100.0)
+"""Multiples of an effect's probes from which a fit starts for a system of any size [-]."""
 
 
 def pool(system: System, runs: Sequence[Run], without: Sequence[str]) -> list[Candidate]:
     """
-    Return everything that may explain a gap of a system in some runs.
+    Return all candidates that may explain a gap of a system in some runs.
 
-    :param without: effects that are left out
+    :param without: effects that are not candidates
     """
     balances = frozenset().union(*(run.balances for run in runs))
-    return [*_parameters(system, balances), *_conditions(system, runs, balances),
-            *_effects(system, runs, balances, without)]  # fmt: skip
+    return [
+        *_parameters(system, balances),
+        *_conditions(system, runs, balances),
+        *_effects(system, runs, balances, without),
+    ]
+
+
+def calibration(sensors: Sensors) -> Candidate | None:
+    """Return the gains of the sensors as a candidate, None for calibrated sensors."""
+    classes = {
+        'position': sensors.position_class,
+        'pressure_1': sensors.pressure_class,
+        'pressure_2': sensors.pressure_class,
+    }
+    if not any(classes.values()):
+        return None
+    quantity = Quantity('-', 0.0, 2.0, 'gain of the sensor')
+    coordinates = tuple(
+        # a little wider than the class, so that a class of 0 is an interval
+        Coordinate(name, quantity, 1.0 - most - 1e-6, 1.0 + most + 1e-6, GAIN_SCALE, False, 1.0)
+        for name, most in classes.items()
+    )
+    return Candidate(CALIBRATION, SENSOR, coordinates, ((1.0, 1.0, 1.0),))
+
+
+def _parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]:
+    """Yield the parameters that may be wrong: those under ``refit``, else the usual ones."""
+    model = system.hypothesis.model
+    if system.refit:
+        for name, (low, high) in system.refit.items():
+            yield _refit_parameter(model, name, low, high)
+        return
+    names = dict.fromkeys(GAS_PARAMETERS, GAS)
+    law = model.friction.model
+    names |= {name: FORCE for name, first in FORCE_PARAMETERS.items() if law >= first}
+    groups = {FORCE if balance == 'force' else GAS for balance in balances}
+    for name, group in names.items():
+        section, key = name.split('.')
+        given = key in system.given.get(section, ())
+        shows = group in groups and CHAMBER_OF.get(name, '') in {'', *balances}
+        if given and shows and not (section == 'valve' and system.shut):
+            candidate = _parameter(model, name, group)
+            coordinate = candidate.coordinates[0]
+            if coordinate.low < coordinate.high:  # no factor changes a parameter that is zero
+                yield candidate
+
+
+def _refit_parameter(model: Model, name: str, low: float, high: float) -> Candidate:
+    """Return a parameter that may be wrong within a range [SI]."""
+    value, quantity = value_of(model, name), quantity_of(name)
+    logarithmic = low > 0.0 and quantity.unit != 'V'
+    scale = 1.0 if logarithmic else 0.2 * (high - low)
+    key = name.split('.')[1]
+    coordinate = Coordinate(key, quantity, low, high, scale, logarithmic, value)
+    group = FORCE if name.startswith('friction') else GAS
+    starts = tuple((value + 0.2 * (end - value),) for end in (low, high))
+    return Candidate(name, group, (coordinate,), starts, value)
+
+
+def _parameter(model: Model, name: str, group: str) -> Candidate:
+    """Return a parameter that may be wrong within the usual range."""
+    value, quantity, key = value_of(model, name), quantity_of(name), name.split('.')[1]
+    if quantity.unit == 'V':
+        low, high = quantity.within(value - VOLTAGE_ERROR), quantity.within(value + VOLTAGE_ERROR)
+        starts = tuple((value + shift,) for shift in START_SHIFTS)
+        coordinate = Coordinate(key, quantity, low, high, 0.1, False, value)
+    else:
+        low = quantity.within(value / PARAMETER_RATIO)
+        high = quantity.within(value * PARAMETER_RATIO)
+        if key == 'breakaway_force':
+            low = max(low, model.friction.coulomb_force)
+        if key == 'coulomb_force':
+            high = min(high, max(model.friction.breakaway_force, value))
+        starts = tuple((value * ratio,) for ratio in START_RATIOS)
+        coordinate = Coordinate(key, quantity, low, high, 1.0, True, value)
+    return Candidate(name, group, (coordinate,), starts, value)
 
 
 def _conditions(
     system: System, runs: Sequence[Run], balances: frozenset[str]
 ) -> Iterator[Condition]:
-    """Yield the conditions that may be other than stated, and show."""
+    """Yield the conditions that show and may differ from what is stated."""
     if not system.shut and balances & {'gas_1', 'gas_2'}:
-        yield condition('supply_pressure', GAS, SUPPLY_OFF)
+        yield _condition('supply_pressure', GAS, SUPPLY_RATIO)
     if 'force' in balances and any(run.operation.load_mass > 0.0 for run in runs):
-        yield condition('load_mass', FORCE, LOAD_OFF)
+        yield _condition('load_mass', FORCE, LOAD_RATIO)
 
 
-def _parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]:
-    """Yield the parameters that may be wrong: those that the file names, else the usual ones."""
-    if system.refit:
-        yield from (_in_range(system, name, *limits) for name, limits in system.refit.items())
-        return
-    groups = {FORCE if one == 'force' else GAS for one in balances}
-    for one in parameters(system.hypothesis):
-        section, key = one.name.split('.')
-        said = key in system.said.get(section, ())
-        valve = one.name in VALVE_PARAMETERS and system.shut
-        shown = one.group in groups and NEEDS_CHAMBER.get(one.name, '') in {'', *balances}
-        if said and shown and not valve:
-            yield one
-
-
-def _in_range(system: System, name: str, low: float, high: float) -> Candidate:
-    """Return a parameter that may be wrong within a range [SI]."""
-    was, quantity = value_of(system.hypothesis.model, name), quantity_of(name)
-    logarithmic = low > 0.0 and quantity.unit != 'V'
-    scale = 1.0 if logarithmic else 0.2 * (high - low)
-    coordinate = Coordinate(name.split('.')[1], quantity, low, high, scale, logarithmic, was)
-    group = FORCE if name.startswith('friction') else GAS
-    starts = tuple((was + share * (end - was),) for end in (low, high) for share in (0.2,))
-    return Candidate(name, group, (coordinate,), starts, was)
+def _condition(name: str, group: str, ratio: float) -> Condition:
+    quantity = Quantity('-', 1.0 / ratio, ratio, 'times what was stated')
+    coordinate = Coordinate('times', quantity, 1.0 / ratio, ratio, 1.0, True, 1.0)
+    starts = tuple((ratio**share,) for share in (-0.3, 0.3))
+    return Condition(CONDITIONS + name, group, (coordinate,), starts)
 
 
 def _effects(
     system: System, runs: Sequence[Run], balances: frozenset[str], without: Sequence[str]
 ) -> Iterator[Candidate]:
     """Yield the effects that the system lacks and can show."""
-    there = _there(system, runs, balances)
-    allowed = {one.name for one in effects(system.hypothesis, without)}
+    available = set() if system.shut else {Need.VALVES}
+    if {'gas_1', 'gas_2'} <= balances:
+        available.add(Need.BOTH_CHAMBERS)
+    if 'force' in balances and all(run.force is None for run in runs):
+        available.add(Need.FREE_MOTION)
+    if all(run.interval <= SLOW_SAMPLING for run in runs):
+        available.add(Need.MILLISECONDS)
+    law = FRICTION_MODELS[system.hypothesis.model.friction.model]
+    excluded = {*system.hypothesis.effects, *without}
     for name in library.names():
         effect = library.load(name)
-        shown = name in allowed and _shows(effect.balance, system, balances)
-        if not shown or not set(effect.needs) <= there:
+        fits_law = not effect.laws or law in effect.laws
+        if name in excluded or effect.describes or not fits_law:
+            continue
+        if not set(effect.needs) <= available or not _shows(effect.balance, system, balances):
             continue
         candidate = _of_open_chambers(effect_candidate(name), balances)
         if candidate.coordinates and candidate.starts:
             yield candidate if system.rig is not None else _laddered(candidate)
 
 
-def _there(system: System, runs: Sequence[Run], balances: frozenset[str]) -> set[Need]:
-    """Return what of a rig the system has."""
-    there = set() if system.shut else {Need.VALVES}
-    there |= {Need.BOTH_CHAMBERS} if {'gas_1', 'gas_2'} <= balances else set()
-    free = 'force' in balances and all(run.force is None for run in runs)
-    there |= {Need.FREE_MOTION} if free else set()
-    quick = all(run.interval <= FASTEST for run in runs)
-    return there | ({Need.MILLISECONDS} if quick else set())
-
-
 def _shows(balance: Balance, system: System, balances: frozenset[str]) -> bool:
+    """Return whether an effect on a balance can show in the open ones."""
+    gas = balances != {'force'}
     if balance in (Balance.SPOOL, Balance.SUPPLY):
-        return not system.shut and balances != {'force'}
-    if balance in GAS_BALANCES:
-        return balances != {'force'}
+        return gas and not system.shut
     if balance is Balance.MOTION_READING:
         return 'position' not in system.fixed
-    if balance in READING_BALANCES:
-        return balances != {'force'}
+    if balance in GAS_BALANCES or balance in READING_BALANCES:
+        return gas
     return 'force' in balances
 
 
+def effect_candidate(name: str) -> Candidate:
+    """Return an effect of the library as a candidate."""
+    effect = library.load(name)
+    coordinates = []
+    columns = zip(*effect.probes, strict=True)
+    specs = specifications(effect.parameters).items()
+    for (key, spec), probes, null in zip(specs, columns, effect.null, strict=True):
+        quantity = cast(Quantity, spec)
+        logarithmic = quantity.low >= 0.0 and min(probes) > 0.0
+        low = max(quantity.low, 1e-3 * min(probes)) if logarithmic else quantity.low
+        scale = max(abs(value) for value in probes) or 1.0
+        coordinates.append(Coordinate(key, quantity, low, quantity.high, scale, logarithmic, null))
+    starts = tuple(tuple(float(value) for value in probe) for probe in effect.probes)
+    balance = effect.balance.name.lower().replace('_', ' ')
+    return Candidate(name, balance, tuple(coordinates), starts)
+
+
 def _of_open_chambers(candidate: Candidate, balances: frozenset[str]) -> Candidate:
-    """Return a candidate without what acts on a chamber whose balance is closed."""
-    if 'force' in balances and len(balances) > 1:
-        return candidate
+    """Return a candidate without the coordinates of a chamber whose balance is closed."""
     closed = tuple(f'_{i}' for i in (1, 2) if f'gas_{i}' not in balances)
-    if len(closed) == 2:  # pressures are drivers of the force only
+    if 'force' in balances or len(closed) != 1:  # both pressures drive the force
         return candidate
-    keep = [i for i, one in enumerate(candidate.coordinates) if not one.name.endswith(closed)]
+    keep = [i for i, c in enumerate(candidate.coordinates) if not c.name.endswith(closed)]
     if len(keep) == len(candidate.coordinates):
         return candidate
     starts = {tuple(start[i] for i in keep) for start in candidate.starts}
-    coordinates = tuple(candidate.coordinates[i] for i in keep)
-    return replace(candidate, coordinates=coordinates,
-                   starts=tuple(sorted(start for start in starts if any(start))))  # fmt: skip
+    return replace(
+        candidate,
+        coordinates=tuple(candidate.coordinates[i] for i in keep),
+        starts=tuple(sorted(start for start in starts if any(start))),
+    )
 
 
 def _laddered(candidate: Candidate) -> Candidate:
-    """Return a candidate that starts from multiples of its probes, within the bounds."""
-    unit = candidate.coordinates[0].quantity.unit
-    starts = [
-        tuple(strength(one, value, factor if one.quantity.unit == unit else 1.0)
-              for one, value in zip(candidate.coordinates, probe, strict=True))
-        for probe in candidate.starts
-        for factor in LADDER
-    ]  # fmt: skip
-    coordinates = []
-    for one in candidate.coordinates:
-        q = one.quantity
-        low = min(one.low, max(q.low, 1e-3 * one.low)) if one.logarithmic else q.low
-        coordinates.append(replace(one, low=low, high=q.high))
+    """Return a candidate that starts from multiples of its probes, within its physical range."""
+    unit = candidate.coordinates[0].quantity.unit  # that of its strength
+    starts, coordinates = [], []
+    for probe in candidate.starts:
+        for factor in LADDER:
+            start = []
+            for c, value in zip(candidate.coordinates, probe, strict=True):
+                multiple = value * (factor if c.quantity.unit == unit else 1.0)
+                start.append(float(np.clip(multiple, c.quantity.low, c.quantity.high)))
+            starts.append(tuple(start))
+    for c in candidate.coordinates:
+        low = min(c.low, max(c.quantity.low, 1e-3 * c.low)) if c.logarithmic else c.quantity.low
+        coordinates.append(replace(c, low=low, high=c.quantity.high))
     return replace(candidate, coordinates=tuple(coordinates), starts=tuple(dict.fromkeys(starts)))
-
-
-def strength(coordinate: Coordinate, value: float, factor: float) -> float:
-    """Return a value so many times as strong, within its range [SI]."""
-    quantity = coordinate.quantity
-    return float(np.clip(value * factor, quantity.low, quantity.high))

@@ -6,248 +6,258 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.alternatives import candidates, indistinguishable
-from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate, Condition
-from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.each_recording import each_recording
-from pneu_rig_ros.diagnosis.explanation import Explanation
+from pneu_rig_ros.diagnosis.alternatives import indistinguishable, ranking_rows
+from pneu_rig_ros.diagnosis.balances import BALANCES, UNITS
+from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate, Condition, Explanation
 from pneu_rig_ros.diagnosis.families import Family
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.improvement import signal_tables
 from pneu_rig_ros.diagnosis.intervals import (
+    HALF_WIDTH,
+    Spans,
     contribution_intervals,
     residual_intervals,
     value_intervals,
 )
-from pneu_rig_ros.diagnosis.localisation import (
-    BALANCES,
-    UNITS,
-    SignificantResidual,
-    Windows,
-    windows_of,
-)
-from pneu_rig_ros.diagnosis.scoring import above, excess
-from pneu_rig_ros.diagnosis.workflow import (
-    CONSISTENT,
-    UNCALIBRATED,
-    UNKNOWN,
-    Diagnosis,
-)
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual
+from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
+from pneu_rig_ros.diagnosis.scoring import excess, excess_rms
+from pneu_rig_ros.diagnosis.weak_form import Floats
+from pneu_rig_ros.diagnosis.windows import Windows, windows_of
+from pneu_rig_ros.diagnosis.workflow import CONSISTENT, UNCALIBRATED, UNKNOWN, Diagnosis
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.shape import DRIVERS, Shape
+from pneu_rig_ros.model.shape import DRIVERS
 
-Floats = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
 
 VERSION = 2
 MOST_INTERVALS = 6
-"""Intervals that are told of each disagreement, longest first."""
+"""Intervals of each significant residual, longest first."""
+UNEXPLAINED = 3.0
+"""Local means from which on a residual without a cause is listed [standard deviations]."""
 
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return diagnosis.json as plain data."""
     estimates = list(_estimates(diagnosis))
     parameters = [row for part, row in estimates if part.is_parameter]
-    effects = [row for part, row in estimates if part.is_effect and not part.describes]
+    effects = [row for part, row in estimates if part.is_effect and not part.is_empirical]
     conditions = [row for part, row in estimates if isinstance(part, Condition)]
+    search, best, unknown = diagnosis.search, diagnosis.best, diagnosis.unknown
     return {
         'version': VERSION,
         'model': diagnosis.system.name,
         'seed': diagnosis.seed,
         'seconds': diagnosis.seconds,
         'recordings': {
-            'fit': [one.run.name for one in diagnosis.fitted.comparisons],
-            'verify': [one.run.name for one in diagnosis.held.comparisons],
+            'fit': [each.run.name for each in diagnosis.training.comparisons],
+            'verify': [each.run.name for each in diagnosis.held_out.comparisons],
         },
         'verdict': diagnosis.verdict,
         'sentence': sentence(diagnosis, parameters, effects, conditions),
-        'balances': balances(diagnosis),
-        'where': [disagreement(one) for one in told(diagnosis)],
+        'balances': _balances(diagnosis),
+        'where': [_residual(residual) for residual in diagnosis.significant],
         'intervals': [
-            {'balance': balance, 'recording': name, 'from': a, 'to': b}
-            for balance, name, a, b in intervals(diagnosis)
+            {'balance': balance, 'recording': name, 'from': begin, 'to': end}
+            for balance, name, begin, end in _intervals(diagnosis)
         ],
-        'null_scores': null_scores(diagnosis.windows),
-        'candidates': candidates(diagnosis),
-        'indistinguishable': indistinguishable(diagnosis),
+        'null_scores': _null_scores(diagnosis.windows),
+        'candidates': ranking_rows(search, best, unknown is not None),
+        'indistinguishable': indistinguishable(search, best),
         'calibration': next((row for part, row in estimates if part.name == CALIBRATION), {}),
         'conditions': conditions,
         'parameters': parameters,
         'effects': effects,
-        'unknown': diagnosis.unknown and diagnosis.unknown.to_dict(),
-        'each_recording': each_recording(diagnosis),
-        'gap': gap(diagnosis),
+        'unknown': unknown and unknown.to_dict(),
+        'each_recording': list(_nuisances(diagnosis)),
+        'gap': _gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and diagnosis.next_experiment.to_dict(),
     }
 
 
 def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:
-    """
-    Return the verdict in one sentence.
-
-    :param parameters, effects, conditions: those that are told
-    """
+    """Return the verdict in one sentence, from rows of the answer."""
     verdict = diagnosis.verdict
     if verdict == CONSISTENT:
         return 'Model and measurement agree within the noise: nothing is missing.'
     if verdict == UNCALIBRATED:
-        return 'Errors of the sensors within their class explain what differs; nothing is missing.'
+        return 'Sensor errors within their class explain the residuals: nothing is missing.'
     if verdict == UNKNOWN:
-        places = ' and '.join(dict.fromkeys(one.balance for one in told(diagnosis)))
-        return (
-            f'Model and measurement disagree in {places}, and nothing in the library explains it.'
-        )
-    lacks = [f'{one["name"]} ({one["title"]}){form_text(one["shape"])}' for one in effects]
-    texts = ['The model lacks ' + ' and '.join(lacks)] if effects else []
-    wrong = ' and '.join(one['name'] for one in parameters)
-    texts += [f'{wrong} {"have" if len(parameters) > 1 else "has"} another value'] * bool(wrong)
-    texts += [f'{one["name"]} is {one["value"]:.3g} times what the recordings state'
-              for one in conditions]  # fmt: skip
-    left = diagnosis.search.left()
-    texts += [f'{left:.0%} of what exceeds the noise remains'] * (left >= 0.01)
+        balances = dict.fromkeys(residual.balance for residual in diagnosis.significant)
+        places = ' and '.join(balances)
+        return f'Model and measurement disagree in {places}; no cause in the library explains it.'
+    texts = []
+    if effects:
+        names = [f'{row["name"]} ({row["title"]}){_form_text(row["shape"])}' for row in effects]
+        texts.append('The model lacks ' + ' and '.join(names))
+    if parameters:
+        names = [str(row['name']) for row in parameters]
+        texts.append(f'{" and ".join(names)} {"have" if len(names) > 1 else "has"} another value')
+    texts += [f'{row["name"]} is {row["value"]:.3g} times the stated value' for row in conditions]
+    remaining = diagnosis.search.remaining()
+    if remaining >= 0.01:
+        texts.append(f'{remaining:.0%} of the excess over the noise remains')
     return '; '.join(texts) + '.'
 
 
-def form_text(shape: Mapping[str, Any] | None) -> str:
-    """Return how an effect differs from its formula for a sentence, '' where it does not."""
+def _form_text(shape: Mapping[str, Any] | None) -> str:
+    """Return how an effect differs from its formula, '' where it does not."""
     if shape is None:
         return ''
-    way = 'grows' if shape['y'][-1] > shape['y'][0] else 'falls'
-    return f', which {way} with {shape["variable"].replace("_", " ")}'
+    trend = 'grows' if shape['y'][-1] > shape['y'][0] else 'falls'
+    return f', which {trend} with {shape["variable"].replace("_", " ")}'
 
 
-def form_of(effect: str, explanation: Explanation) -> Shape | None:
-    """Return the factor by which an effect differs from its formula, None where it does not."""
-    for part, values in zip(explanation.parts, explanation.values, strict=True):
-        if isinstance(part, Family) and part.effect == effect:
-            return part.shape(values)
-    return None
+def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Return each balance with its verdict and the remaining share of its excess."""
+    held_out, given, improved = diagnosis.held_out, diagnosis.given, diagnosis.improved
+    windows = [windows_of(held_out, hypothesis) for hypothesis in (given, improved)]
+    significant = {residual.balance for residual in diagnosis.significant}
+    rows = []
+    for name in BALANCES:
+        before, after = (excess_rms(_whitened(name, groups)) for groups in windows)
+        missing = diagnosis.missing[name]
+        verdict = diagnosis.verdict if name in significant else CONSISTENT
+        rows.append(
+            {
+                'name': name,
+                'unit': UNITS[name],
+                'open': not missing,
+                'why': missing,
+                'verdict': None if missing else verdict,
+                'left': after / before if before > 0.0 and not missing else None,
+            }
+        )
+    return rows
 
 
-def told(diagnosis: Diagnosis) -> Sequence[SignificantResidual]:
-    """
-    Return where the model disagrees.
-
-    Where only simulation from rest to rest shows it, that is at the breakaways.
-    """
-    return diagnosis.where or (diagnosis.simulated if diagnosis.verdict != CONSISTENT else [])
+def _whitened(balance: str, windows: Sequence[Windows]) -> Floats:
+    """Return the whitened residuals of a balance, shape (n,)."""
+    parts = [group.whitened for group in windows if group.balance == balance]
+    return np.concatenate([np.zeros(0), *parts])
 
 
-def disagreement(one: SignificantResidual) -> dict[str, Any]:
-    """Return a disagreement as plain data."""
-    spans = sorted(one.intervals, key=lambda span: span[1] - span[2])[:MOST_INTERVALS]
+def _residual(residual: SignificantResidual) -> dict[str, Any]:
+    spans = sorted(residual.intervals, key=lambda span: span[1] - span[2])[:MOST_INTERVALS]
     return {
-        'balance': one.balance, 'regime': one.regime, 'direction': one.direction,
-        'unit': one.unit, 'mean': one.mean, 'noise': float(one.noise),
-        'significance': float(one.significance), 'p_value': float(one.p_value),
-        'variable': one.variable,
-        'from': one.low, 'to': one.high, 'recordings': list(one.recordings),
+        'balance': residual.balance,
+        'regime': residual.regime,
+        'direction': residual.direction,
+        'unit': residual.unit,
+        'mean': residual.mean,
+        'noise': float(residual.noise),
+        'significance': float(residual.significance),
+        'p_value': float(residual.p_value),
+        'variable': residual.variable,
+        'from': residual.low,
+        'to': residual.high,
+        'recordings': list(residual.recordings),
         'intervals': [{'recording': name, 'from': a, 'to': b} for name, a, b in spans],
-    }  # fmt: skip
+    }
 
 
-def intervals(diagnosis: Diagnosis) -> list[tuple[str, str, float, float]]:
-    """Return when the explanation contributes more than the noise; or what is unexplained does."""
+def _intervals(diagnosis: Diagnosis) -> Spans:
+    """Return when the explanation contributes more than the noise, else when residuals do."""
     if diagnosis.verdict == CONSISTENT:
         return []
-    if diagnosis.explanation.parts:
-        known = diagnosis.explanation.apply(diagnosis.given)
-        return contribution_intervals(diagnosis.given, known, diagnosis.fitted)
-    return residual_intervals(diagnosis.windows, 3.0)
+    if not diagnosis.explanation.parts:
+        return residual_intervals(diagnosis.windows, UNEXPLAINED)
+    explained = diagnosis.explanation.apply(diagnosis.given)
+    return contribution_intervals(diagnosis.given, explained, diagnosis.training)
 
 
-def null_scores(windows: Sequence[Windows]) -> list[dict[str, Any]]:
+def _null_scores(windows: Sequence[Windows]) -> list[dict[str, Any]]:
     """Return mean and RMS of the whitened residuals of the given model, by balance and regime."""
     rows = []
     for balance in BALANCES:
-        here = [one for one in windows if one.balance == balance]
-        regimes = {str(regime) for one in here for regime in one.regime}
-        for regime in sorted(regimes):
-            z = np.concatenate([one.whitened[one.regime == regime] for one in here])
-            rows.append({'balance': balance, 'regime': regime, 'mean': float(z.mean()),
-                         'rms': float(np.sqrt(np.mean(z**2))), 'count': int(z.size)})  # fmt: skip
+        groups = [group for group in windows if group.balance == balance]
+        for regime in sorted({str(regime) for group in groups for regime in group.regime}):
+            z = np.concatenate([group.whitened[group.regime == regime] for group in groups])
+            rms = float(np.sqrt(np.mean(z**2)))
+            place = {'balance': balance, 'regime': regime}
+            rows.append({**place, 'mean': float(z.mean()), 'rms': rms, 'count': int(z.size)})
     return rows
-
-
-def balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Return each balance, whether it is open, what is said of it and what is left."""
-    closed = diagnosis.missing
-    left = left_of_each(diagnosis.held, diagnosis.given, diagnosis.improved)
-    found = {one.balance for one in told(diagnosis)}
-    rows = []
-    for name in BALANCES:
-        is_open = not closed[name]
-        verdict = (diagnosis.verdict if name in found else CONSISTENT) if is_open else None
-        rows.append({'name': name, 'unit': UNITS[name], 'open': is_open, 'why': closed[name],
-                     'verdict': verdict, 'left': left[name] if is_open else None})  # fmt: skip
-    return rows
-
-
-def left_of_each(
-    dataset: Dataset, given: Hypothesis, improved: Hypothesis
-) -> dict[str, float | None]:
-    """Return balance -> share of what exceeds the noise that is left, None where nothing does."""
-    rows: dict[str, float | None] = {}
-    both = [windows_of(dataset, one) for one in (given, improved)]
-    for name in BALANCES:
-        before, after = (above(whitened_of(name, windows)) for windows in both)
-        rows[name] = after / before if before > 0.0 else None
-    return rows
-
-
-def whitened_of(balance: str, windows: Sequence[Windows]) -> Floats:
-    """Return the whitened residuals of a balance, shape (n,)."""
-    own = [one.whitened for one in windows if one.balance == balance]
-    return np.concatenate([np.zeros(0), *own])
 
 
 def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]]]:
-    """Yield each part of the explanation with its values and intervals as plain data."""
+    """Yield each part of the explanation with its values and confidence intervals."""
     if diagnosis.best is None:
         return
-    spans = iter(value_intervals(diagnosis.best.fit, diagnosis.given, diagnosis.search.fitted))
-    explanation = diagnosis.explanation
-    for one, fitted in zip(explanation.parts, explanation.values, strict=True):
+    search, explanation = diagnosis.search, diagnosis.explanation
+    spans = iter(value_intervals(diagnosis.best.fit, diagnosis.given, search.training))
+    for part, values in zip(explanation.parts, explanation.values, strict=True):
         rows: dict[str, dict[str, Any]] = {
             c.name: {'value': value, 'interval': list(next(spans)), 'unit': c.quantity.unit}
-            for c, value in zip(one.coordinates, fitted, strict=True)
+            for c, value in zip(part.coordinates, values, strict=True)
         }
-        if one.name == CALIBRATION:
-            yield one, rows
-        elif one.is_effect:
-            yield one, {'name': one.name, 'title': library.load(one.name).title,
-                        'balance': one.balance, 'parameters': rows,
-                        'shape': _shape(form_of(one.name, explanation))}  # fmt: skip
-        elif isinstance(one, Condition):
-            runs = [c.run for c in diagnosis.fitted.comparisons]
-            stated = [float(getattr(run.operation, one.condition)) for run in runs]
-            yield one, {'name': one.condition, 'stated': stated, **rows['times']}
-        elif one.is_parameter:
-            row = next(iter(rows.values()))
+        if part.name == CALIBRATION:
+            yield part, rows
+        elif part.is_effect:
+            yield (
+                part,
+                {
+                    'name': part.name,
+                    'title': library.load(part.name).title,
+                    'balance': part.balance,
+                    'parameters': rows,
+                    'shape': _shape(part.name, explanation),
+                },
+            )
+        elif isinstance(part, Condition):
+            operations = [each.run.operation for each in diagnosis.training.comparisons]
+            stated = [float(getattr(operation, part.condition)) for operation in operations]
+            yield part, {'name': part.condition, 'stated': stated, **rows['times']}
+        elif part.is_parameter:
+            (row,) = rows.values()
             low, high = row['interval']
-            if one.name not in diagnosis.system.refit or not low <= one.was <= high:
-                yield one, {'name': one.name, 'was': one.was, **row}
+            # a refitted parameter is listed only if it differs significantly
+            if part.name not in diagnosis.system.refit or not low <= part.model_value <= high:
+                yield part, {'name': part.name, 'was': part.model_value, **row}
 
 
-def _shape(shape: Shape | None) -> dict[str, Any] | None:
-    """Return a factor over a variable as plain data."""
-    if shape is None:
-        return None
-    unit = DRIVERS[shape.over].unit
-    return {'variable': shape.over, 'unit': unit, 'x': list(shape.at), 'y': list(shape.times)}
+def _shape(effect: str, explanation: Explanation) -> dict[str, Any] | None:
+    """Return the factor by which an effect differs from its formula, None without one."""
+    for part, values in zip(explanation.parts, explanation.values, strict=True):
+        if isinstance(part, Family) and part.effect == effect:
+            shape = part.shape(values)
+            unit = DRIVERS[shape.over].unit
+            table = {'x': list(shape.at), 'y': list(shape.times)}
+            return {'variable': shape.over, 'unit': unit, **table}
+    return None
 
 
-def gap(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the gap on the recordings left out, before and after, as plain data."""
-    given, improved, held = diagnosis.given, diagnosis.improved, diagnosis.search.held
-    before, after = (excess(held, one) for one in (given, improved))
+def _nuisances(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
+    """Yield the nuisance parameters of each run under the answer, with confidence intervals."""
+    names = CLOCK_OFFSET, f'{INITIAL_TEMPERATURE}_1', f'{INITIAL_TEMPERATURE}_2'
+    for dataset in (diagnosis.search.training, diagnosis.search.held_out):
+        for comparison in dataset.comparisons:
+            run, estimate = comparison.run, dataset.nuisances(diagnosis.improved, comparison)
+            if estimate is None:
+                continue
+            warm = run.temperature_offset > 0.0
+            used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
+            values = estimate.delay, *estimate.temperatures
+            half = (HALF_WIDTH * estimate.deviations).tolist()
+            for i, name in enumerate(names):
+                if used[i]:
+                    yield {
+                        'recording': run.name,
+                        'name': name,
+                        'value': values[i],
+                        'interval': [values[i] - half[i], values[i] + half[i]],
+                        'unit': 's' if name == CLOCK_OFFSET else 'K',
+                    }
+
+
+def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the excess and the RMSE on held-out data, before and after."""
+    given, improved, held_out = diagnosis.given, diagnosis.improved, diagnosis.search.held_out
+    before, after = (excess(held_out, hypothesis) for hypothesis in (given, improved))
     return {
-        'of': 'residuals' if held.cycles is None else 'cycles',
+        'of': 'residuals' if held_out.cycles is None else 'cycles',
         'before': before,
         'after': after,
         'cut': 1.0 - after / before if before > 0.0 else 0.0,
-        **signal_tables(given, improved, held),
-        'bags': [one.run.name for one in held.comparisons],
+        **signal_tables(given, improved, held_out),
+        'bags': [each.run.name for each in held_out.comparisons],
     }

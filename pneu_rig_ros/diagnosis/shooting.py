@@ -1,8 +1,8 @@
 """
-A hypothesis simulated along a measured run: started again at every rest, or only once.
+Simulation of a hypothesis along a run: restarted at each rest (multiple shooting), or freely.
 
-From rest to rest the model predicts one stick-slip cycle after the other; what the residuals of
-the weak form hardly see - when the piston slips and how far - shows there.
+From rest to rest the model predicts one stick-slip cycle after the other. When the piston slips,
+and how far, the residuals of the weak form hardly show.
 """
 
 from __future__ import annotations
@@ -16,23 +16,24 @@ from numpy.typing import NDArray
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.run import Run, positive_mean
+from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.model import along, follow
 
-Floats = NDArray[np.float64]
-
 SETTLING = 0.03
-"""From the beginning of a rest to the readings that a restart is made of [s]."""
-READING = 0.04
-"""Length of the readings that a restart is made of [s]."""
+"""From the beginning of a rest to the readings for a restart [s]."""
+RESTART_WINDOW = 0.04
+"""Length of the readings for a restart [s]."""
 BLOCK = 0.029
 """Length of the means that are compared [s]."""
-SATURATED = 2.0
-"""A pressure this close to the zero of its sensor may be any below it [noises]."""
+NEAR_ZERO = 2.0
+"""A pressure this close to its sensor's zero may be any below it [standard deviations]."""
+TOLERANCE = 5e-5
+"""Local error of a simulation along a measured motion [-]: 15 Pa at 1.4 MPa."""
 
 
 @dataclass(frozen=True)
 class MultipleShooting:
-    """A run with what starts its simulation again."""
+    """A run whose simulation is restarted from its readings."""
 
     comparison: Comparison
 
@@ -54,26 +55,24 @@ class MultipleShooting:
         """
         count, interval = run.size - 1, run.interval
         actions, begins = np.zeros(count, dtype=np.int64), np.zeros(count)
-        measured = np.zeros((count, 4))
+        states = np.zeros((count, 4))
+        noises = run.noise.pressure_1, run.noise.pressure_2
         for rest in self.run.rests:
             first = rest.first + round(SETTLING / interval)
-            last = min(first + round(READING / interval), rest.end)
+            last = min(first + round(RESTART_WINDOW / interval), rest.end)
             at = (first + last) // 2
             if rest.first == 0 or not 0 < at < count or last - first < 2:
                 continue
             actions[at], begins[at] = follow.RESTART, rest.first * interval
-            measured[at] = self._reading(run, slice(first, last), at - first)
-        return actions, measured, begins
-
-    def _reading(self, run: Run, window: slice, at: int) -> list[float]:
-        position = float(run.position[window].mean())
-        if not self.run.position_known[window].all():
-            position = run.stroke
-        noises = run.noise.pressure_1, run.noise.pressure_2
-        pressures = [line_at(run.pressures[window, i], at) for i in (0, 1)]
-        known = [p if p > run.span.low + SATURATED * noise else np.nan
-                 for p, noise in zip(pressures, noises, strict=True)]  # fmt: skip
-        return [position, 0.0, *known]
+            window = slice(first, last)
+            valid = self.run.position_valid[window].all()
+            states[at, 0] = run.position[window].mean() if valid else run.stroke
+            for i, noise in enumerate(noises):
+                slope, offset = np.polyfit(np.arange(last - first), run.pressures[window, i], 1)
+                pressure = offset + slope * (at - first)
+                known = pressure > run.span.low + NEAR_ZERO * noise
+                states[at, 2 + i] = pressure if known else np.nan
+        return actions, states, begins
 
     def simulate(
         self, hypothesis: Hypothesis, free: bool = False, errors: Floats | None = None
@@ -81,8 +80,8 @@ class MultipleShooting:
         """
         Return x [m], p1, p2 [Pa] as read if a hypothesis is true, shape (n - 1, 3).
 
-        :param free: whether it is started once only
-        :param errors: added to x [m], p1, p2 [Pa] at every restart, shape (n - 1, 3)
+        :param free: whether the simulation is started only once
+        :param errors: added to x [m], p1, p2 [Pa] at each restart, shape (n - 1, 3)
         """
         run = self.comparison.corrected(hypothesis)
         plant = hypothesis.plant_of(run)
@@ -101,8 +100,10 @@ class MultipleShooting:
     def gap(self, hypothesis: Hypothesis, errors: Floats | None = None) -> Floats:
         """Return measured less predicted x [m], p1, p2 [Pa], block by block, shape (blocks, 3)."""
         predicted = self.simulate(hypothesis, errors=errors)
-        measured = np.column_stack([self.run.position, self.run.pressures])[1:]
-        return block_means(measured - predicted, self.block)
+        gap = np.column_stack([self.run.position, self.run.pressures])[1:] - predicted
+        whole = len(gap) // self.block * self.block
+        means: Floats = gap[:whole].reshape(-1, self.block, gap.shape[1]).mean(axis=1)
+        return means
 
     @cached_property
     def segments(self) -> NDArray[np.intp]:
@@ -111,13 +112,6 @@ class MultipleShooting:
         counts = np.cumsum(actions != 0)
         whole = counts.size // self.block * self.block
         return counts[:whole].reshape(-1, self.block)[:, -1].astype(np.intp)
-
-
-def block_means(signals: Floats, block: int) -> Floats:
-    """Return the means over blocks of samples, shape (n // block, columns)."""
-    whole = len(signals) // block * block
-    means: Floats = signals[:whole].reshape(-1, block, signals.shape[1]).mean(axis=1)
-    return means
 
 
 def within_span(readings: Floats, run: Run) -> Floats:
@@ -136,16 +130,6 @@ def within_span(readings: Floats, run: Run) -> Floats:
     return mean
 
 
-def line_at(values: Floats, sample: int) -> float:
-    """Return the value at a sample of the straight line through some values."""
-    slope, offset = np.polyfit(np.arange(values.size), values, 1)
-    return float(offset + slope * sample)
-
-
-TOLERANCE = 5e-5
-"""Local error of a run along a measured motion [-]: 15 Pa at 1.4 MPa."""
-
-
 def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     """Return p1, p2 as read [Pa] along the measured motion, shape (n - 1, 2)."""
     run = comparison.corrected(hypothesis)
@@ -160,6 +144,6 @@ def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
 
 
 def bench_force(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
-    """Return the force of the bench that moves the piston as measured [N], shape (n - 1,)."""
+    """Return the modelled force of the bench along the measured motion [N], shape (n - 1,)."""
     force: Floats = -comparison.rates(hypothesis)[:, along.FORCE]
     return force

@@ -1,8 +1,9 @@
 """
-The workflow: where does the model disagree, what is missing, and how far does that close the gap.
+The workflow of a diagnosis: localise the residuals, select a cause, validate it on held-out data.
 
-Nothing is simulated to find where: residuals of every open balance along the measured runs tell,
-and rank the causes. Simulation from rest to rest confirms, where a piston moves freely.
+Localisation and the first ranking of causes need no simulation: the residuals of each open balance
+are evaluated along the measured runs. Simulation from rest to rest confirms a cause where a piston
+moves freely.
 """
 
 from __future__ import annotations
@@ -14,56 +15,56 @@ from pathlib import Path
 
 import numpy as np
 
+from pneu_rig_ros.diagnosis.alternatives import rivals
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.candidates import CALIBRATION, calibration
+from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.empirical import Description, describe
-from pneu_rig_ros.diagnosis.explanation import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import SignificantResidual, Windows, localise, windows_of
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
-from pneu_rig_ros.diagnosis.pool import pool
-from pneu_rig_ros.diagnosis.read_runs import read_groups, split_paths
+from pneu_rig_ros.diagnosis.pool import calibration, pool
+from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
 from pneu_rig_ros.diagnosis.scoring import ScoredFit
 from pneu_rig_ros.diagnosis.selection import Search
 from pneu_rig_ros.diagnosis.system import System, load_system
+from pneu_rig_ros.diagnosis.windows import Windows, windows_of
 from pneu_rig_ros.executor import Executor, Here
 
-Tell = Callable[[str, float], None]
+Progress = Callable[[str, float], None]
+"""Called with a stage and the fraction of the work done [-]."""
 
-CONSISTENT, UNCALIBRATED, CONDITIONS, PARAMETER, EFFECT, UNKNOWN = (
-    'consistent', 'uncalibrated', 'conditions', 'parameter', 'effect', 'unknown'
-)  # fmt: skip
-RIVALS = 3
-"""Explanations that the next experiment is to tell apart."""
-MOST_LEFT, BETTER = 0.9, 0.7
-"""
-Share of what exceeds the noise that a named cause may leave, and share of that which a description
-has to leave less than to be preferred [-].
-"""
-STEPS = 25.0
-"""Steps that a search takes at most, for its progress [-]."""
+CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'
+PARAMETER, EFFECT, UNKNOWN = 'parameter', 'effect', 'unknown'
+"""Verdicts."""
+MOST_LEFT = 0.9
+"""Largest share of the excess that a named cause may leave [-]."""
+MUCH_BETTER = 0.7
+"""Empirical terms take the place of a name that leaves more than their excess by this factor."""
+SEARCH_STEPS = 25.0
+"""Usual steps of a search, for its progress [-]."""
 
 
 @dataclass(frozen=True)
 class Diagnosis:
     """
-    What a diagnosis found.
+    The result of a diagnosis.
 
-    :param system: that was given
+    :param system: as given
     :param model: its file or name
-    :param fitted, held: dataset of the runs of the fits, and of those left out
+    :param training, held_out: data with the noise under the given hypothesis
     :param search: for the explanation
-    :param windows: of the fitted runs under the given hypothesis
-    :param where: what of them disagrees
-    :param best: the explanation with what it leaves, None where nothing is missing
-    :param unknown: description of what no cause explains
+    :param windows: of the training data under the given hypothesis
+    :param where: its significant residuals
+    :param best: the accepted explanation, None where nothing is missing
+    :param unknown: empirical terms for what no cause explains
+    :param seconds: duration of the diagnosis [s]
     """
 
     system: System
     model: str
-    fitted: Dataset
-    held: Dataset
+    training: Dataset
+    held_out: Dataset
     search: Search
     windows: Sequence[Windows]
     where: Sequence[SignificantResidual]
@@ -72,28 +73,27 @@ class Diagnosis:
     next_experiment: NextExperiment | None
     seed: int
     seconds: float
-    missing: Mapping[str, str]
 
     @property
     def given(self) -> Hypothesis:
-        """The hypothesis to begin with."""
+        """The hypothesis of the system as given."""
         return self.system.hypothesis
 
     @property
-    def simulated(self) -> list[SignificantResidual]:
-        """Where simulation from rest to rest alone disagrees: in the cycles, from breakaway on."""
-        return self.search.cycles_off()
-
-    @property
     def explanation(self) -> Explanation:
-        """What was fitted, empty where nothing is missing."""
+        """The accepted explanation, empty where nothing is missing."""
         return Explanation() if self.best is None else self.best.explanation
 
     @property
     def improved(self) -> Hypothesis:
-        """The hypothesis in the end, with the description of what is not known."""
-        known = self.explanation.apply(self.given)
-        return known if self.unknown is None else self.unknown.explanation.apply(known)
+        """The hypothesis with the explanation and the empirical terms."""
+        explained = self.explanation.apply(self.given)
+        return explained if self.unknown is None else self.unknown.explanation.apply(explained)
+
+    @property
+    def missing(self) -> Mapping[str, str]:
+        """Balance -> what is missing to compare it, '' where it is open."""
+        return self.training.comparisons[0].run.missing
 
     @property
     def verdict(self) -> str:
@@ -107,104 +107,119 @@ class Diagnosis:
             return EFFECT
         return PARAMETER if any(part.is_parameter for part in causes) else CONDITIONS
 
+    @property
+    def significant(self) -> Sequence[SignificantResidual]:
+        """Residuals of the given model that are significant, else its significant cycles."""
+        if self.where or self.verdict == CONSISTENT:
+            return self.where
+        return self.search.cycle_residuals()
+
 
 def diagnose(
-    bags: Sequence[Path], model: str | Path, verify: Sequence[Path] = (), seed: int = 0,
-    without: Sequence[str] = (), executor: Executor | None = None,
-    tell: Tell = lambda text, share: None, mapping: Path | None = None,
-) -> Diagnosis:  # fmt: skip
+    bags: Sequence[Path],
+    model: str | Path,
+    verify: Sequence[Path] = (),
+    seed: int = 0,
+    without: Sequence[str] = (),
+    executor: Executor | None = None,
+    progress: Progress = lambda stage, fraction: None,
+    mapping: Path | None = None,
+) -> Diagnosis:
     """
-    Diagnose a model of a system with measured recordings.
+    Diagnose a model of a system with recordings.
 
     :param bags: recordings, bags or text tables
-    :param model: name of a cylinder, or file of a rig or of what else is known
-    :param verify: recordings that are left out of the fits; every third where none is named
-    :param seed: of the noise that is added to find how far residuals spread
-    :param without: effects that the library shall lack
-    :param executor: where candidates are screened and fitted; this process if it is not said
-    :param tell: told what is done now, and the share of the work done [-]
-    :param mapping: which column of a text table is what, and its unit
+    :param model: name of a cylinder, or file of a rig or of any other system
+    :param verify: held-out recordings for validation; every third of the others if omitted
+    :param seed: of the noise of simulated readings and replicates
+    :param without: effects that are not candidates
+    :param executor: where candidates are screened and fitted; this process if omitted
+    :param progress: callback(stage, fraction)
+    :param mapping: file that maps the columns of a text table to signals with units
     :raises RigError: when a recording or the model cannot be used
     """
     begin = time.perf_counter()
     system, rng = load_system(model), np.random.default_rng(seed)
-    tell('reading', 0.02)
-    groups = [[Comparison(run) for run in group]
-              for group in read_groups(split_paths(bags, verify), system, mapping)]  # fmt: skip
-    tell('where the model disagrees', 0.06)
-    fitted, held = (Dataset.of(system.hypothesis, group, rng) for group in groups)
-    windows = windows_of(fitted, system.hypothesis)
+    progress('reading', 0.02)
+    groups = split_paths(bags, verify)
+    runs = read_runs([path for group in groups for path in group], system, mapping)
+    progress('localising residuals', 0.06)
+    given, count = system.hypothesis, len(groups[0])
+    training, held_out = (
+        Dataset.of(given, [Comparison(run) for run in part], rng)
+        for part in (runs[:count], runs[count:])
+    )
+    windows = windows_of(training, given)
     where = localise(windows)
-    search = _search(system, fitted, held, without, rng, tell, executor or Here())
+    search = _search(system, training, held_out, without, rng, progress, executor or Here())
     best = search.run()
-    tell('what is left', 0.85)
-    remains = search.significant()
-    confirmed = search.confirmed()
-    where = where if confirmed else []
-    described = confirmed and search.leaves_much(remains)
-    unknown = _described(search, where, tell) if described else None
-    if unknown is not None:
-        best = search.calibrated
-    tell('what to measure next', 0.95)
-    following = next_experiment(rivals(search), fitted, system)
+    progress('testing what is left', 0.85)
+    remaining = search.significant()
+    unknown = None
+    if not search.reproduced():
+        where = []
+    elif search.leaves_much(remaining):
+        progress('describing the unknown cause', 0.88)
+        unknown = _unknown(search, where)
+    progress('designing the next experiment', 0.95)
+    experiment = next_experiment(rivals(search), training, system)
     return Diagnosis(
-        system, str(model), fitted, held, search, windows, where, best, unknown,
-        following, seed, time.perf_counter() - begin,
-        groups[0][0].run.missing,
-    )  # fmt: skip
+        system,
+        str(model),
+        training,
+        held_out,
+        search,
+        windows,
+        where,
+        best if unknown is None else search.calibrated,
+        unknown,
+        experiment,
+        seed,
+        time.perf_counter() - begin,
+    )
 
 
 def _search(
-    system: System, fitted: Dataset, held: Dataset, without: Sequence[str],
-    rng: np.random.Generator, tell: Tell, executor: Executor,
-) -> Search:  # fmt: skip
-    runs = [one.run for one in (*fitted.comparisons, *held.comparisons)]
+    system: System,
+    training: Dataset,
+    held_out: Dataset,
+    without: Sequence[str],
+    rng: np.random.Generator,
+    progress: Progress,
+    executor: Executor,
+) -> Search:
     steps = [0.0]
 
-    def progress(text: str) -> None:
+    def report(text: str) -> None:
         steps[0] += 1.0
-        tell(text, 0.1 + 0.75 * min(steps[0] / STEPS, 1.0))
+        progress(text, 0.1 + 0.75 * min(steps[0] / SEARCH_STEPS, 1.0))
 
     gains = None if system.sensors is None else calibration(system.sensors)
     base = Explanation() if gains is None else Explanation().with_part(gains, gains.starts[0])
+    runs = [each.run for each in (*training.comparisons, *held_out.comparisons)]
     candidates = pool(system, runs, without)
-    if system.refit:  # what the file says may be wrong is fitted together with every cause
-        for one in candidates:
-            base = base if one.is_effect else base.with_part(one, (one.was,))
-        candidates = [one for one in candidates if one.is_effect]
-    return Search(system.hypothesis, fitted, held, candidates, rng, progress, executor, base)
+    if system.refit:  # parameters that the file says may be wrong are fitted with every cause
+        for candidate in candidates:
+            if not candidate.is_effect:
+                base = base.with_part(candidate, (candidate.model_value,))
+        candidates = [candidate for candidate in candidates if candidate.is_effect]
+    return Search(system.hypothesis, training, held_out, candidates, rng, report, executor, base)
 
 
-def _described(
-    search: Search, where: Sequence[SignificantResidual], tell: Tell
-) -> Description | None:
+def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
     """
-    Return a description in place of the explanation; None where that explains as well.
+    Return empirical terms in place of the best explanation; None where that is as good.
 
-    A name has to close about as much of the gap as a formula without one.
+    A cause with a name has to leave about as little as a formula without one.
     """
-    tell('describing what is not known', 0.88)
-    named, left = search.best, search.left(simulated=not search.significant_given)
-    settled = search.fitted, search.held
-    search.given_up()
-    description = describe(search, (where or search.cycles_off())[0])
+    named = search.best
+    share = search.remaining(simulated=not search.residuals_significant)
+    data = search.training, search.held_out
+    search.restart()
+    description = describe(search, (where or search.cycle_residuals())[0])
     if named is None or named is search.calibrated:
         return description
-    if left > MOST_LEFT or description.gap_left < BETTER * left:
+    if share > MOST_LEFT or description.gap_left < MUCH_BETTER * share:
         return description
-    search.best, (search.fitted, search.held) = named, settled
+    search.best, (search.training, search.held_out) = named, data
     return None
-
-
-def rivals(search: Search) -> dict[str, Hypothesis]:
-    """Return the explanation that was chosen and those of the same size next to it."""
-    if search.best is None:
-        return {}
-    size = len(search.best.explanation.parts)
-    alike: dict[str, Hypothesis] = {}
-    for one in sorted(search.ranking, key=lambda one: one.total):
-        causes = search.causes(one.explanation)
-        if len(one.explanation.parts) == size and causes:
-            name = ' + '.join(causes)
-            alike.setdefault(name, one.explanation.apply(search.given))
-    return dict(list(alike.items())[:RIVALS])

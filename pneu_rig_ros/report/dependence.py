@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.localisation import LEAST, VARIABLES
+from pneu_rig_ros.diagnosis.localisation import LEAST_WIDTH
+from pneu_rig_ros.diagnosis.windows import VARIABLES
 from pneu_rig_ros.report.diagnosis_rows import UNITS, VARIABLE_UNITS
 from pneu_rig_ros.report.figure import BLUE, ORANGE
 
@@ -29,7 +30,7 @@ BINS = 9
 """Parts into which the range of a signal is divided in each direction, by quantiles."""
 FEW_BINS = 3
 """The same where there are few values."""
-SPANS = {**LEAST, 'time': 0.5, 'dwell': 0.1}
+SPANS = {**LEAST_WIDTH, 'time': 0.5, 'dwell': 0.1}
 """Least width of a part [SI]."""
 FEWEST = 3
 """Values of a part at least."""

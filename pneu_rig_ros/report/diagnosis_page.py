@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import jinja2
 from matplotlib.figure import Figure
 
+from pneu_rig_ros.diagnosis.alternatives import rivals
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis, rivals
+from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report import diagnosis_rows as rows
@@ -110,7 +111,7 @@ def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:
 
 def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
     """Yield the recordings, those of the fits first."""
-    for used, dataset in (('fit', diagnosis.fitted), ('left out', diagnosis.held)):
+    for used, dataset in (('fit', diagnosis.training), ('left out', diagnosis.held_out)):
         for one in dataset.comparisons:
             run, operation = one.run, one.run.operation
             conditions = (
@@ -128,7 +129,7 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
             yield Drawing('added', f'Form of {one["name"]}', 'The formula of the effect is to be '
                           'multiplied with this factor, linear between the points.',
                           partial(draw_shape, one['name'], one['shape']))  # fmt: skip
-    for comparison in diagnosis.held.comparisons:
+    for comparison in diagnosis.held_out.comparisons:
         yield from _shrink_drawings(diagnosis, comparison)
     plan = diagnosis.next_experiment
     if plan is not None:
@@ -137,7 +138,7 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
             'What each would show',
             'Simulated: u held for two thirds of the time, then the valves shut.',
             partial(
-                draw_next, plan, rivals(diagnosis.search), diagnosis.fitted.comparisons[0].run
+                draw_next, plan, rivals(diagnosis.search), diagnosis.training.comparisons[0].run
             ),
         )
 
@@ -154,7 +155,7 @@ def _latent_drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Draw
     @cache
     def tracks(given: bool) -> dict[str, list[Track]]:
         improved = _improved(diagnosis) if given else None
-        return tracks_of(diagnosis.fitted, diagnosis.given if given else diagnosis.improved,
+        return tracks_of(diagnosis.training, diagnosis.given if given else diagnosis.improved,
                          improved)  # fmt: skip
 
     def draw(balance: str, given: bool) -> Figure | None:
@@ -192,7 +193,7 @@ def _improved(diagnosis: Diagnosis) -> Any:
 
 def _shrink_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[Drawing]:
     def draw(free: bool) -> Figure:
-        known = diagnosis.held.aligned(diagnosis.improved, comparison)
+        known = diagnosis.held_out.aligned(diagnosis.improved, comparison)
         return draw_improvement(runs_of(known, diagnosis.given, _improved(diagnosis), free))
 
     name = comparison.run.name

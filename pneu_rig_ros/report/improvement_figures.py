@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.next_experiment import INTERVAL, NextExperiment, readings
+from pneu_rig_ros.diagnosis.next_experiment import INTERVAL, NextExperiment, simulated_readings
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.shooting import MultipleShooting, bench_force, chamber_pressures
 from pneu_rig_ros.errors import RigError
@@ -173,7 +173,7 @@ def draw_next(plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Run) 
         figure = Figure(figsize=(8.6, 2.7), layout='constrained')
         panels = figure.subplots(1, 3)
         for (name, rival), colour in zip(rivals.items(), RIVAL_COLOURS, strict=False):
-            table = readings(rival, run, plan.u, plan.supply_pressure, load, start)
+            table = simulated_readings(rival, run, plan.u, plan.supply_pressure, load, start)
             if table is None:
                 continue
             time = INTERVAL * np.arange(len(table))

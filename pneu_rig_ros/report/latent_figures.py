@@ -18,7 +18,7 @@ from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.latent import Latent, smooth
-from pneu_rig_ros.diagnosis.localisation import BREAKAWAY, Windows, windows_of
+from pneu_rig_ros.diagnosis.windows import BREAKAWAY, Windows, windows_of
 from pneu_rig_ros.report.dependence import COLOURS, NAMES, SYMBOLS, Dependence, dependence
 from pneu_rig_ros.report.diagnosis_rows import UNITS
 from pneu_rig_ros.report.figure import BLUE, GREY, STYLE

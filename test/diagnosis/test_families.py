@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.candidates import effect_candidate
 from pneu_rig_ros.diagnosis.families import KNOTS, Family, families, knots
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.pool import effect_candidate
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import Shaped
@@ -58,5 +58,5 @@ def test_knots_lie_where_the_runs_were(over: str) -> None:
 
 
 def test_variable_that_does_not_differ_has_no_factor() -> None:
-    still = RUN.read_again(np.full(RUN.size, 0.1), RUN.pressures)
+    still = RUN.with_readings(np.full(RUN.size, 0.1), RUN.pressures)
     assert knots('position', [still], 293.0) is None

@@ -10,8 +10,9 @@ import pytest
 
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.localisation import SignificantResidual, Windows, localise, windows_of
-from pneu_rig_ros.diagnosis.noise import whitener
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
+from pneu_rig_ros.diagnosis.whitening import whitener
+from pneu_rig_ros.diagnosis.windows import Windows, windows_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.rig import RigConfiguration
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.dataset import Dataset, huber, loss
-from pneu_rig_ros.diagnosis.noise import Source, whitener
-from pneu_rig_ros.diagnosis.replicates import excess, simulate_replicate
+from pneu_rig_ros.diagnosis.dataset import Dataset, loss, pseudo_huber
+from pneu_rig_ros.diagnosis.replicates import inflation, simulate_replicate
 from pneu_rig_ros.diagnosis.run import positive_mean, unclipped
+from pneu_rig_ros.diagnosis.whitening import Source, whitener
 
 from .runs import configured, measured, system_of
 
@@ -30,7 +30,7 @@ def whitened(
     for seed in range(TWINS):
         rng = np.random.default_rng(seed)
         twins = [Comparison(simulate_replicate(system.hypothesis, run, rng)) for run in runs]
-        every += Dataset.of(system.hypothesis, twins, rng).of_each(system.hypothesis)
+        every += Dataset.of(system.hypothesis, twins, rng).residuals_by_run(system.hypothesis)
     return name, Residuals(*(np.concatenate(column) for column in zip(*every, strict=True)))
 
 
@@ -75,7 +75,7 @@ def test_whitening_takes_out_correlation_and_what_windows_share() -> None:
     white = whitener(np.ones(size, dtype=np.bool_), [Source(np.full(size, 4.0), lags)],
                      np.zeros(size))  # fmt: skip
     shared = np.sin(np.arange(size))[:, np.newaxis]
-    common = white.with_common(5.0 * shared)
+    common = white.with_shared(5.0 * shared)
     z = np.array([common(one + 5.0 * rng.standard_normal() * shared[:, 0]) for one in noise])
     assert z.std() == pytest.approx(1.0, abs=0.02)
     assert abs(np.mean(z[:, 1:] * z[:, :-1])) < 0.02
@@ -93,14 +93,14 @@ def test_noise_that_is_cut_off_is_put_right() -> None:
 
 
 def test_spread_is_never_less_than_the_noise_and_not_told_by_a_few() -> None:
-    assert excess(np.full(11, 9.0)) == 1.0
-    assert excess(np.full(12, 0.1)) == 1.0
-    assert excess(np.full(12, 2.0)) == pytest.approx(2.0)
-    assert excess(np.full(12, 900.0)) == pytest.approx(3.0)
+    assert inflation(np.full(11, 9.0)) == 1.0
+    assert inflation(np.full(12, 0.1)) == 1.0
+    assert inflation(np.full(12, 2.0)) == pytest.approx(2.0)
+    assert inflation(np.full(12, 900.0)) == pytest.approx(3.0)
 
 
 def test_losses_are_half_the_squares_and_grow_linearly() -> None:
     small, large = np.array([0.01, -0.02]), np.array([1e3, 2e3])
-    np.testing.assert_allclose(huber(small), 0.5 * small**2, rtol=1e-4)
-    np.testing.assert_allclose(huber(large), 3.0 * np.abs(large), rtol=0.01)
-    assert loss(small) == pytest.approx(float(huber(small).sum()))
+    np.testing.assert_allclose(pseudo_huber(small), 0.5 * small**2, rtol=1e-4)
+    np.testing.assert_allclose(pseudo_huber(large), 3.0 * np.abs(large), rtol=0.01)
+    assert loss(small) == pytest.approx(float(pseudo_huber(small).sum()))

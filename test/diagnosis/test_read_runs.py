@@ -48,7 +48,7 @@ def test_recording_without_an_open_balance_says_what_each_lacks(tmp_path: Path) 
     known = mapping(tmp_path / 'map.yaml', 'position')
     system = load_system(system_file(tmp_path, CHAMBERS))
     line = refused(lambda: read_runs([path], system, known))
-    assert line.startswith(f'{path}: nothing can be compared')
+    assert line.startswith(f'{path}: no balance can be compared')
     assert 'gas_1 needs signal pressure_1' in line
     assert 'gas_2 needs signal pressure_2' in line
     assert 'force needs friction.model' in line
@@ -115,7 +115,7 @@ def test_recordings_of_two_cylinders_are_refused(tmp_path: Path) -> None:
 
 def test_one_recording_alone_is_refused(tmp_path: Path) -> None:
     (tmp_path / 'a').mkdir()
-    assert 'one run alone' in refused(lambda: split_paths([tmp_path / 'a'], []))
+    assert 'only one recording given' in refused(lambda: split_paths([tmp_path / 'a'], []))
     assert 'does not exist' in refused(lambda: split_paths([tmp_path / 'b'], []))
 
 

@@ -46,7 +46,7 @@ def recording(*signals: str, **conditions: float) -> Recording:
 def test_open_balances_follow_from_file_and_signals(
     tmp_path: Path, text: str, signals: tuple[str, ...], opened: set[str]
 ) -> None:
-    closed = load_system(system_file(tmp_path, text)).closed(recording(*signals))
+    closed = load_system(system_file(tmp_path, text)).missing(recording(*signals))
     assert list(closed) == ['gas_1', 'gas_2', 'force']
     assert {name for name, missing in closed.items() if not missing} == opened
 
@@ -66,7 +66,7 @@ def test_open_balances_follow_from_file_and_signals(
 def test_a_closed_balance_says_what_is_missing(
     tmp_path: Path, text: str, signals: tuple[str, ...], balance: str, reasons: list[str]
 ) -> None:
-    closed = load_system(system_file(tmp_path, text)).closed(recording(*signals))
+    closed = load_system(system_file(tmp_path, text)).missing(recording(*signals))
     missing = closed[balance].split(', ')
     for reason in reasons:
         assert reason in missing
@@ -76,13 +76,13 @@ def test_supply_of_the_recording_does_where_the_file_gives_none(tmp_path: Path) 
     text = BLOCK.replace('operation: {supply_pressure: 5e5 Pa}', '')
     system = load_system(system_file(tmp_path, text))
     run = recording('u', 'pressure_1', 'pressure_2', supply_pressure=6e5)
-    assert not system.closed(run)['gas_1']
+    assert not system.missing(run)['gas_1']
 
 
 def test_rig_has_all_balances_open_but_those_of_a_missing_sensor() -> None:
     system = load_system('cylinder_1')
-    assert not any(system.closed(recording(*DRIVEN)).values())
-    closed = system.closed(recording('position', 'pressure_1', 'u'))
+    assert not any(system.missing(recording(*DRIVEN)).values())
+    closed = system.missing(recording('position', 'pressure_1', 'u'))
     assert closed == {'gas_1': '', 'gas_2': 'signal pressure_2', 'force': 'signal pressure_2'}
 
 
@@ -140,7 +140,7 @@ def test_what_differs_between_recordings_has_a_standard_deviation(
 def test_nothing_is_inherited(tmp_path: Path) -> None:
     """Two systems that say the same are the same whatever else a shipped cylinder has."""
     system = load_system(system_file(tmp_path, CHAMBERS))
-    assert 'friction' not in {name for name, keys in system.said.items() if keys}
+    assert 'friction' not in {name for name, keys in system.given.items() if keys}
     assert isinstance(system.hypothesis, Hypothesis)
     assert system.sensors is None
     assert 'moving_mass' not in system.to_yaml(system.hypothesis)

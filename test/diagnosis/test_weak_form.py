@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis import weak_form
-from pneu_rig_ros.diagnosis.weak_form import Floats, correlation
+from pneu_rig_ros.diagnosis.weak_form import Floats
 
 INTERVAL = 1.16e-3
 COUNT = 1200
@@ -67,7 +67,7 @@ def test_a_run_shorter_than_a_window_has_none() -> None:
     assert short.rates(np.ones(51)).size == 0
 
 
-@pytest.mark.parametrize('kind', ['weights', 'slope', 'bend'])
+@pytest.mark.parametrize('kind', ['weights', 'slope', 'curvature'])
 def test_correlation_is_that_of_white_noise(kind: str) -> None:
     power, hop = (2, 43) if kind == 'slope' else (4, 20)
     one = functions(power, 86 if power == 2 else 60, hop)
@@ -75,13 +75,13 @@ def test_correlation_is_that_of_white_noise(kind: str) -> None:
     rng = np.random.default_rng(0)
     noise = rng.standard_normal((4000, COUNT + 1))
     rows = np.array([
-        {'weights': one.means, 'slope': one.rates, 'bend': one.accelerations}[kind](
+        {'weights': one.means, 'slope': one.rates, 'curvature': one.accelerations}[kind](
             row[: COUNT] if kind == 'weights' else row)
         for row in noise
     ])  # fmt: skip
     assert rows.var() == pytest.approx(float(weights @ weights), rel=0.02)
-    for lag, expected in enumerate(correlation(weights, hop), start=1):
+    for lag, expected in enumerate(one.correlation(weights), start=1):
         found = float(np.mean(rows[:, lag:] * rows[:, :-lag]) / rows.var())
         assert found == pytest.approx(expected, abs=0.02)
-    beyond = correlation(weights, hop).size + 1
+    beyond = one.correlation(weights).size + 1
     assert abs(np.mean(rows[:, beyond:] * rows[:, :-beyond]) / rows.var()) < 0.02

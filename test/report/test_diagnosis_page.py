@@ -57,7 +57,7 @@ def test_band_of_noise_alone_has_its_width(bench: Diagnosis) -> None:
 def test_pressure_is_what_it_depends_on(bench: Diagnosis) -> None:
     (side,) = [
         one
-        for one in dependence(tracks_of(bench.fitted, bench.given, None)['force'])
+        for one in dependence(tracks_of(bench.training, bench.given, None)['force'])
         if one is not None
     ]
     assert side.variable == 'pressure_2'
@@ -67,7 +67,7 @@ def test_pressure_is_what_it_depends_on(bench: Diagnosis) -> None:
 
 
 def test_explanation_is_drawn_over_the_latent_input(bench: Diagnosis) -> None:
-    (track, _) = tracks_of(bench.fitted, bench.given, bench.improved)['force']
+    (track, _) = tracks_of(bench.training, bench.given, bench.improved)['force']
     assert track.latent is not None
     assert track.explained is not None
     explained = track.latent.levelled(track.explained)
@@ -78,7 +78,7 @@ def test_significant_stretches_are_shaded(bench: Diagnosis) -> None:
     data = answer(bench)
     spans = spans_of(data, 'force')
     assert set(spans) == {'run_0', 'run_1'}
-    tracks = tracks_of(bench.fitted, bench.given, bench.improved)['force']
+    tracks = tracks_of(bench.training, bench.given, bench.improved)['force']
     figure = draw_latent('force', tracks, spans)
     assert isinstance(figure, Figure)
     shades = [len(axes.patches) for axes in figure.axes[:2]]
@@ -92,7 +92,7 @@ def test_curve_breaks_where_no_window_says_anything() -> None:
 
 
 def test_improved_model_is_nearer_along_the_measured_motion(bench: Diagnosis) -> None:
-    (comparison,) = bench.held.comparisons
+    (comparison,) = bench.held_out.comparisons
     runs = runs_of(comparison, bench.given, bench.improved)
     assert list(runs) == [MEASURED, GIVEN, IMPROVED]
     assert list(runs[MEASURED].signals) == ['force']
