@@ -60,9 +60,15 @@ class Residuals(NamedTuple):
 
 @dataclass(frozen=True)
 class Comparison:
-    """A run with the windows over which it is compared with hypotheses."""
+    """
+    A run with the windows over which it is compared with hypotheses.
+
+    :param run: whose motion counts
+    :param readings: simulated readings without errors of the sensors, in place of the run's
+    """
 
     run: Run
+    readings: Run | None = None
 
     @cached_property
     def gas(self) -> TestFunctions:
@@ -124,6 +130,8 @@ class Comparison:
 
     def corrected(self, hypothesis: Hypothesis) -> Run:
         """Return the run without the errors that the sensors have under a hypothesis."""
+        if self.readings is not None:
+            return self.readings
         run = self.run
         if hypothesis.gains != CALIBRATED:
             x, p1, p2 = hypothesis.gains
@@ -154,11 +162,10 @@ class Comparison:
         return rates, bias
 
     def _gas(self, hypothesis: Hypothesis, run: Run, rates: Floats, chamber: int) -> Floats:
-        gas, position = hypothesis.model.gas, run.position
+        gas = hypothesis.model.gas
         k = gas.heat_capacity_ratio
         enthalpy = k * gas.gas_constant * gas.supply_temperature
-        volumes: Any = plain(chambers.volumes)
-        volume = volumes(position, hypothesis.model.cylinder)[chamber - 1] + 0.0 * position
+        volume = chamber_volume(hypothesis, run.position, chamber)
         middle = 0.5 * (volume[1:] + volume[:-1])
         with np.errstate(invalid='ignore'):  # a trial error of x may put it beyond the ends
             volume_k, middle_k = volume**k, middle ** (k - 1.0)
@@ -187,6 +194,13 @@ class Comparison:
                 for window, load in zip(windows, loads, strict=True)
             ]
         )
+
+
+def chamber_volume(hypothesis: Hypothesis, position: Floats, chamber: int) -> Floats:
+    """Return the gas volume at positions [m], shape (n,) [m^3]."""
+    volumes: Any = plain(chambers.volumes)
+    volume: Floats = volumes(position, hypothesis.model.cylinder)[chamber - 1]
+    return volume
 
 
 def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:

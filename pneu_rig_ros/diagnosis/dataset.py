@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.cycles import Cycles
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.nuisances import (
@@ -21,6 +21,7 @@ from pneu_rig_ros.diagnosis.nuisances import (
 )
 from pneu_rig_ros.diagnosis.parallel import map_runs
 from pneu_rig_ros.diagnosis.replicates import Inflation, estimate_inflation, with_bias
+from pneu_rig_ros.diagnosis.shooting import Cycles
 from pneu_rig_ros.diagnosis.weak_form import Floats
 
 OUTLIER = 3.0
@@ -29,6 +30,14 @@ LARGEST = 1e4
 """Whitened residuals are clipped to it [-]."""
 STRETCHES = 12
 """Parts of a run and balance whose losses are taken to be independent."""
+
+
+class Evaluation(NamedTuple):
+    """Residuals of one run under a hypothesis, their noise, and both as whitened residuals."""
+
+    residuals: Residuals
+    noise: NoiseModel
+    whitened: Residuals
 
 
 @dataclass(frozen=True)
@@ -104,23 +113,20 @@ class Dataset:
         estimate = self.nuisances(hypothesis, comparison)
         return comparison if estimate is None else Comparison(estimate.correct(comparison.run))
 
-    def noises_under(self, hypothesis: Hypothesis) -> list[NoiseModel]:
-        """Return the noise of each run with its nuisance parameters marginalised."""
-        pairs = map_runs(
-            partial(_residuals_and_noise, hypothesis), self.comparisons, self.noises, self.clocks
-        )
-        return [noise for _, noise in pairs]
-
     @cached_property
     def factors(self) -> list[Residuals]:
         """Inflation of the noise in each window of each run [-]."""
         pairs = zip(self.comparisons, self.noises, strict=True)
         return [self.inflation.factors(*pair) for pair in pairs]
 
+    def evaluate(self, hypothesis: Hypothesis) -> list[Evaluation]:
+        """Return the residuals of each run with their noise, nuisance parameters marginalised."""
+        arguments = self.comparisons, self.noises, self.clocks, self.factors
+        return map_runs(partial(_evaluate, hypothesis), *arguments)
+
     def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""
-        arguments = self.comparisons, self.noises, self.clocks, self.factors
-        return map_runs(partial(_whitened, hypothesis), *arguments)
+        return [evaluation.whitened for evaluation in self.evaluate(hypothesis)]
 
     def whitened(self, hypothesis: Hypothesis) -> Floats:
         """Return all residuals, independent and of standard deviation 1, shape (n,)."""
@@ -146,24 +152,19 @@ class Dataset:
         return np.array(losses)
 
 
-def _residuals_and_noise(
-    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel, clock: Residuals
-) -> tuple[Residuals, NoiseModel]:
-    """Return the residuals of a run, and their noise with its nuisance parameters."""
+def _evaluate(
+    hypothesis: Hypothesis,
+    comparison: Comparison,
+    noise: NoiseModel,
+    clock: Residuals,
+    factors: Residuals,
+) -> Evaluation:
     residuals = comparison.residuals(hypothesis)
     if comparison.run.has_nuisances:
         noise = noise.with_shared(clock)
         noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))
-    return residuals, noise
-
-
-def _whitened(
-    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel, clock: Residuals,
-    factors: Residuals,
-) -> Residuals:  # fmt: skip
-    residuals, noise = _residuals_and_noise(hypothesis, comparison, noise, clock)
     pairs = zip(noise.whiten(residuals), factors, strict=True)
-    return Residuals(*(whitened / factor for whitened, factor in pairs))
+    return Evaluation(residuals, noise, Residuals(*(z / factor for z, factor in pairs)))
 
 
 def rms(values: Floats) -> float:

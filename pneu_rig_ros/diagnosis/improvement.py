@@ -69,7 +69,7 @@ def rig_gaps(
         simulated = derived_signals(x, p1, p2, run.interval, balance, run.name)
     except RigError:  # the simulation failed
         simulated = {name: np.full_like(values, np.nan) for name, values in measured.items()}
-    pressure = max(run.noise.pressure_1, run.noise.pressure_2)
+    pressure = max(run.noise.pressures)
     noise = signal_noise(run.noise.position, pressure, run.interval, balance)
     return [
         SignalGap(name, UNITS[name], noise[name], simulated[name] - values)
@@ -80,12 +80,11 @@ def rig_gaps(
 def imposed_gaps(hypothesis: Hypothesis, comparison: Comparison) -> list[SignalGap]:
     """Return the gaps of the pressures and the bench's force, along the measured motion."""
     run, rows = comparison.run, []
-    noises = run.noise.pressure_1, run.noise.pressure_2
     chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
     simulated = chamber_pressures(hypothesis, comparison) if chambers else np.empty((0, 2))
     for i in chambers:
         gap = simulated[:, i] - run.pressures[1:, i]
-        rows.append(SignalGap(f'pressure_{i + 1}', 'Pa', noises[i], gap))
+        rows.append(SignalGap(f'pressure_{i + 1}', 'Pa', run.noise.pressures[i], gap))
     if 'force' in run.balances and run.force is not None:
         gap = bench_force(hypothesis, comparison) - 0.5 * (run.force[1:] + run.force[:-1])
         if run.force_offset > 0.0:  # the zero of the bench is unknown

@@ -18,6 +18,7 @@ import numpy as np
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.run import Run
+from pneu_rig_ros.diagnosis.shooting import readings_of
 from pneu_rig_ros.diagnosis.system import System
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
@@ -80,7 +81,7 @@ def next_experiment(
         by, recording = max(zip(separations, recordings, strict=True))
         return NextExperiment(None, None, None, None, recording, names, by)
     runs = [comparison.run for comparison in dataset.comparisons]
-    noise = np.array([runs[0].noise.position, runs[0].noise.pressure_1, runs[0].noise.pressure_2])
+    noise = runs[0].noise.readings
     supplies = ends(run.operation.supply_pressure for run in runs)
     loads = ends(run.operation.load_mass for run in runs)
     experiments = []
@@ -137,6 +138,4 @@ def simulated_readings(
         states = hypothesis.plant(run, operation).run(voltages, INTERVAL)
     except RigError:
         return None
-    return np.column_stack(
-        [states.position_reading, states.pressure_1_reading, states.pressure_2_reading]
-    )
+    return readings_of(states)

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from pneu_rig_ros.diagnosis.balances import Comparison, Residuals, driving_force
+from pneu_rig_ros.diagnosis.balances import Comparison, Residuals, chamber_volume, driving_force
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.diagnosis.whitening import Source, Whitener, whitener
 from pneu_rig_ros.model import along
@@ -113,16 +112,11 @@ def gas_variance(hypothesis: Hypothesis, comparison: Comparison, chamber: int) -
     """Return the variance of the gas residuals by noise of p and x [kg^2/s^2], shape (m,)."""
     run, windows, gas = comparison.run, comparison.gas, hypothesis.model.gas
     cylinder = hypothesis.model.cylinder
-    position = 0.5 * (run.smooth[1:, 0] + run.smooth[:-1, 0])
-    pressure = 0.5 * (run.smooth[1:, chamber] + run.smooth[:-1, chamber])
-    if chamber == 1:
-        area, noise = cylinder.cap_area, run.noise.pressure_1
-        volume = cylinder.cap_dead_volume + area * position
-    else:
-        area, noise = cylinder.rod_area, run.noise.pressure_2
-        volume = cylinder.rod_dead_volume + area * (cylinder.stroke - position)
+    area = (cylinder.cap_area, cylinder.rod_area)[chamber - 1]
+    x, pressure = (0.5 * (run.smooth[1:, i] + run.smooth[:-1, i]) for i in (0, chamber))
+    volume = chamber_volume(hypothesis, x, chamber)
     k = gas.heat_capacity_ratio
-    by_pressure = volume * noise
+    by_pressure = volume * run.noise.pressures[chamber - 1]
     by_position = k * pressure * area * run.noise.position
     energy = windows.averages(by_pressure**2 + by_position**2)
     enthalpy = k * gas.gas_constant * gas.supply_temperature
@@ -151,13 +145,12 @@ def clipped_thrust(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     The mean of noise that is cut off at zero is 0.4 of its standard deviation.
     """
     run, cylinder = comparison.run, hypothesis.model.cylinder
-    scales = (
-        cylinder.cap_area * CUT_OFF * run.noise.pressure_1,
-        cylinder.rod_area * CUT_OFF * run.noise.pressure_2,
-    )
-    clipped = [(~run.pressure_valid(chamber)).astype(np.float64) for chamber in (1, 2)]
-    pairs = zip(scales, clipped, strict=True)
-    return np.column_stack([scale * comparison.motion.averages(part) for scale, part in pairs])
+    areas = cylinder.cap_area, cylinder.rod_area
+    columns = []
+    for chamber, area, noise in zip((1, 2), areas, run.noise.pressures, strict=True):
+        clipped = (~run.pressure_valid(chamber)).astype(np.float64)
+        columns.append(area * CUT_OFF * noise * comparison.motion.averages(clipped))
+    return np.column_stack(columns)
 
 
 def breakaway_noise(
@@ -177,20 +170,6 @@ def breakaway_noise(
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 
 
-class ExactMotion(Comparison):
-    """A run whose velocity and contacts are known: those of another run."""
-
-    def __init__(self, run: Run, motion: Run) -> None:
-        """Take the readings of ``run`` and the motion of ``motion``."""
-        object.__setattr__(self, 'run', motion)
-        object.__setattr__(self, 'base', run)
-
-    def corrected(self, hypothesis: Hypothesis) -> Run:
-        """Return the run itself."""
-        base: Run = self.__dict__['base']
-        return base
-
-
 def reading_errors(
     hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Generator
 ) -> Residuals:
@@ -198,8 +177,8 @@ def reading_errors(
     run, noise = comparison.run, comparison.run.noise
     travelled = np.concatenate([[0.0], np.cumsum(run.velocity)]) * run.interval
     base = run.with_readings(run.smooth[0, 0] + travelled, run.smooth[:, 1:])
-    truth = ExactMotion(base, run).residuals(hypothesis)
-    scale = np.array([noise.pressure_1, noise.pressure_2])
+    truth = Comparison(run, base).residuals(hypothesis)
+    scale = np.array(noise.pressures)
     copies = []
     for _ in range(COPIES):
         position = base.position + noise.position * rng.standard_normal(base.size)

@@ -18,6 +18,7 @@ from pneu_rig_ros.diagnosis.candidates import (
     Candidate,
     Condition,
     Coordinate,
+    Explanation,
 )
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import System, quantity_of, value_of
@@ -75,18 +76,27 @@ LADDER = (0.01, 0.1, 1.0, 10.0, 100.0)
 """Multiples of an effect's probes from which a fit starts for a system of any size [-]."""
 
 
-def pool(system: System, runs: Sequence[Run], without: Sequence[str]) -> list[Candidate]:
+def pool(
+    system: System, runs: Sequence[Run], without: Sequence[str] = ()
+) -> tuple[list[Candidate], Explanation]:
     """
-    Return all candidates that may explain a gap of a system in some runs.
+    Return the candidates that may explain a gap in some runs, and what is fitted with any.
+
+    That is the calibration of the sensors, and what the file names as possibly wrong.
 
     :param without: effects that are not candidates
     """
     balances = frozenset().union(*(run.balances for run in runs))
-    return [
-        *_parameters(system, balances),
-        *_conditions(system, runs, balances),
-        *_effects(system, runs, balances, without),
-    ]
+    parameters = list(_parameters(system, balances))
+    base = Explanation()
+    if system.sensors is not None and (gains := calibration(system.sensors)) is not None:
+        base = base.with_part(gains, gains.starts[0])
+    candidates = [*_conditions(system, runs, balances), *_effects(system, runs, balances, without)]
+    if not system.refit:
+        return [*parameters, *candidates], base
+    for candidate in parameters:
+        base = base.with_part(candidate, (candidate.model_value,))
+    return candidates, base
 
 
 def calibration(sensors: Sensors) -> Candidate | None:

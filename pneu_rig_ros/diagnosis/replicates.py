@@ -70,9 +70,8 @@ def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: np.random.Generato
     p2 = np.append(start.pressure_2_reading, states.pressure_2_reading)
     gains, zero, noise = hypothesis.gains, run.atmospheric_pressure, run.noise
     position = gains[0] * x + noise.position * rng.standard_normal(x.size)
-    scale = np.array([noise.pressure_1, noise.pressure_2])
     pressures = zero + np.array(gains[1:]) * (np.column_stack([p1, p2]) - zero)
-    pressures = pressures + scale * rng.standard_normal(pressures.shape)
+    pressures = pressures + np.array(noise.pressures) * rng.standard_normal(pressures.shape)
     return replace(
         run,
         position=np.clip(position, 0.0, run.span.position),

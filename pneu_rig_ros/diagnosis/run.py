@@ -48,6 +48,16 @@ class Noise:
     pressure_2: float
     force: float = 0.0
 
+    @property
+    def pressures(self) -> tuple[float, float]:
+        """That of p1, p2 [Pa]."""
+        return self.pressure_1, self.pressure_2
+
+    @property
+    def readings(self) -> Floats:
+        """That of x [m], p1, p2 [Pa], shape (3,)."""
+        return np.array([self.position, self.pressure_1, self.pressure_2])
+
 
 @dataclass(frozen=True)
 class Span:
@@ -159,7 +169,7 @@ class Run:
             columns = savgol_filter(columns, size, 2, axis=0)
         for rest in self.rests:
             columns[rest.first : rest.end, 0] = self.position[rest.first : rest.end].mean()
-        for column, noise in ((1, self.noise.pressure_1), (2, self.noise.pressure_2)):
+        for column, noise in enumerate(self.noise.pressures, start=1):
             columns[:, column] = unclipped(columns[:, column], self.span.low, noise)
         return columns
 
@@ -185,7 +195,7 @@ class Run:
 
     def pressure_valid(self, chamber: int) -> Flags:
         """Return the intervals in which the span cuts off no noise, shape (n - 1,)."""
-        margin = CLIPPED * (self.noise.pressure_1, self.noise.pressure_2)[chamber - 1]
+        margin = CLIPPED * self.noise.pressures[chamber - 1]
         values = self.pressures[:, chamber - 1]
         valid = (values > self.span.low + margin) & (values < self.span.high - margin)
         both: Flags = valid[1:] & valid[:-1]

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
-from pneu_rig_ros.diagnosis.cycles import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.families import Family, families
 from pneu_rig_ros.diagnosis.fitting import ROUNDS, Fit, Screened, fit, multi_start, screen
@@ -30,6 +29,7 @@ from pneu_rig_ros.diagnosis.scoring import (
     remaining_share,
     score,
 )
+from pneu_rig_ros.diagnosis.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.windows import windows_of
 from pneu_rig_ros.executor import Executor, Here, map_tasks
 

@@ -66,22 +66,18 @@ class Windows:
 def windows_of(dataset: Dataset, hypothesis: Hypothesis) -> list[Windows]:
     """Return the windows of all balances in all runs, breakaways as windows of the force."""
     windows = []
-    noises = dataset.noises_under(hypothesis)
-    rows = dataset.residuals_by_run(hypothesis)
-    runs = zip(dataset.comparisons, noises, dataset.factors, rows, strict=True)
-    for comparison, noise, factors, whitened in runs:
-        run, residuals = comparison.run, comparison.residuals(hypothesis)
+    runs = zip(dataset.comparisons, dataset.factors, dataset.evaluate(hypothesis), strict=True)
+    for comparison, factors, (residuals, noise, whitened) in runs:
         places = [_windows(comparison, comparison.gas, noise[i].kept, gas=True) for i in (0, 1)]
         places.append(_windows(comparison, comparison.motion, noise.force.kept, gas=False))
         places.append(_breakaways(comparison, noise.breakaway.kept))
         for i, (start, end, regime, direction, variables) in enumerate(places):
             if start.size:
-                balance, whiten = (*BALANCES, 'force')[i], noise[i]
-                windows.append(
-                    Windows(balance, run.name, start, end, residuals[i][whiten.kept],
-                            whiten.deviation, whitened[i], whiten, factors[i], regime, direction,
-                            variables)
-                )  # fmt: skip
+                whiten = noise[i]
+                residual = residuals[i][whiten.kept], whiten.deviation, whitened[i]
+                place = (*BALANCES, 'force')[i], comparison.run.name, start, end
+                kind = regime, direction, variables
+                windows.append(Windows(*place, *residual, whiten, factors[i], *kind))
     return windows
 
 

@@ -8,6 +8,7 @@ moves freely.
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from pneu_rig_ros.diagnosis.empirical import Description, describe
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
-from pneu_rig_ros.diagnosis.pool import calibration, pool
+from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
 from pneu_rig_ros.diagnosis.scoring import ScoredFit
 from pneu_rig_ros.diagnosis.selection import Search
@@ -51,7 +52,6 @@ class Diagnosis:
     The result of a diagnosis.
 
     :param system: as given
-    :param model: its file or name
     :param training, held_out: data with the noise under the given hypothesis
     :param search: for the explanation
     :param windows: of the training data under the given hypothesis
@@ -62,7 +62,6 @@ class Diagnosis:
     """
 
     system: System
-    model: str
     training: Dataset
     held_out: Dataset
     search: Search
@@ -151,7 +150,14 @@ def diagnose(
     )
     windows = windows_of(training, given)
     where = localise(windows)
-    search = _search(system, training, held_out, without, rng, progress, executor or Here())
+    steps = itertools.count(1)
+
+    def report(stage: str) -> None:
+        progress(stage, 0.1 + 0.75 * min(next(steps) / SEARCH_STEPS, 1.0))
+
+    candidates, base = pool(system, runs, without)
+    workers = executor or Here()
+    search = Search(given, training, held_out, candidates, rng, report, workers, base)
     best = search.run()
     progress('testing what is left', 0.85)
     remaining = search.significant()
@@ -165,7 +171,6 @@ def diagnose(
     experiment = next_experiment(rivals(search), training, system)
     return Diagnosis(
         system,
-        str(model),
         training,
         held_out,
         search,
@@ -177,33 +182,6 @@ def diagnose(
         seed,
         time.perf_counter() - begin,
     )
-
-
-def _search(
-    system: System,
-    training: Dataset,
-    held_out: Dataset,
-    without: Sequence[str],
-    rng: np.random.Generator,
-    progress: Progress,
-    executor: Executor,
-) -> Search:
-    steps = [0.0]
-
-    def report(text: str) -> None:
-        steps[0] += 1.0
-        progress(text, 0.1 + 0.75 * min(steps[0] / SEARCH_STEPS, 1.0))
-
-    gains = None if system.sensors is None else calibration(system.sensors)
-    base = Explanation() if gains is None else Explanation().with_part(gains, gains.starts[0])
-    runs = [each.run for each in (*training.comparisons, *held_out.comparisons)]
-    candidates = pool(system, runs, without)
-    if system.refit:  # parameters that the file says may be wrong are fitted with every cause
-        for candidate in candidates:
-            if not candidate.is_effect:
-                base = base.with_part(candidate, (candidate.model_value,))
-        candidates = [candidate for candidate in candidates if candidate.is_effect]
-    return Search(system.hypothesis, training, held_out, candidates, rng, report, executor, base)
 
 
 def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
