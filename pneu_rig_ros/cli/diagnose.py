@@ -49,14 +49,14 @@ COMPARING, DRAWING = 0.96, 0.97
     multiple=True,
     type=click.Path(path_type=Path),
     metavar='BAG...',
-    help='left out of the fits, judge them  [default: every third BAG]',
+    help='held-out bags for validation  [default: every third BAG]',
 )
 @click.option(
     '--map',
     'mapping',
     type=click.Path(path_type=Path),
     metavar='YAML',
-    help='which column is what, where a BAG is a text table (see import)',
+    help='columns, signals and units of BAGs that are text tables (see import)',
 )
 @click.option(
     '--out',
@@ -70,7 +70,7 @@ COMPARING, DRAWING = 0.96, 0.97
     help='of the propagated sensor noise',
 )  # fmt: skip
 @click.option(
-    '--without', multiple=True, metavar='EFFECT', help='leave an effect out of the library'
+    '--without', multiple=True, metavar='EFFECT', help='exclude an effect from the candidates'
 )
 @options.workers_options()
 @click.option('--json', 'as_json', is_flag=True, help='print diagnosis.json')
@@ -79,18 +79,18 @@ def diagnose(bags: Sequence[Path], out: Path, as_json: bool, quiet: bool, **sett
     """
     Find out what a model lacks, from measured bags.
 
-    Tells where model and measurement disagree by more than the noise, which missing effect or
-    wrong parameter explains it, adds that to the model, and judges it on bags that it was not
-    fitted to. Says so when nothing is missing, and when nothing it knows explains the gap.
+    Localises the residuals that exceed the noise, selects the missing effect or wrong parameter
+    that explains them, adds it to the model, and validates that on held-out bags. The verdict may
+    also be that nothing is missing, or that no cause in the library explains the gap.
 
-    The model may be a rig's configuration, or have only the sections that are known of a test
-    stand: what can be compared follows from these and from the signals recorded.
+    The model may be a rig's configuration, or only the known sections of a test stand's: these
+    and the recorded signals determine which balances can be compared.
     """
     from pneu_rig_ros.executor import executor
     from pneu_rig_ros.model import effects
 
     for name in settings['without']:
-        if name not in effects.names():  # a description is no candidate: nothing to leave out
+        if name not in effects.names():  # empirical terms are no candidates
             effects.cause(name, '--without')
     with (
         _directory(out),
@@ -188,11 +188,11 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[str, Table]]:
 
     tables: list[tuple[str, Sequence[str], Sequence[Sequence[str]]]] = [
         ('Balances', BALANCES, rows.balance_rows(data, MOST_MISSING)),
-        ('Where the given model disagrees', WHERE, rows.where_rows(data)),
-        ('What may explain it', RANKING, rows.ranking_texts(data, MOST_RANKED)),
-        ('What was changed and added', ADDED, rows.added_rows(data)),
+        ('Significant residuals of the given model', WHERE, rows.where_rows(data)),
+        ('Candidate explanations', RANKING, rows.ranking_texts(data, MOST_RANKED)),
+        ('Changed and added parameters', ADDED, rows.added_rows(data)),
         (_compared(data), SHRUNK, rows.gap_rows(data)),
-        ('Events on the same recordings', EVENTS, rows.event_rows(data)),
+        ('Events in the same recordings', EVENTS, rows.event_rows(data)),
     ]
     yield from ((title, output.table(heads, cells)) for title, heads, cells in tables if cells)
 
@@ -210,7 +210,7 @@ def _values(data: dict[str, Any], out: Path) -> dict[str, str]:
     if remains := rows.remaining_text(data):
         values['remains'] = remains
     if alike := data['indistinguishable']:
-        values['not told apart'] = '; '.join(' or '.join(names) for names in alike)
+        values['indistinguishable'] = '; '.join(' or '.join(names) for names in alike)
     if lines := list(rows.next_lines(data)):
         values['measure next'] = f'\n{"":<{output.NAME_WIDTH}}'.join(lines)
     values['took'] = f'{data["seconds"]:.0f} s'

@@ -122,8 +122,8 @@ def _best(samples: Sequence[Samples], title: str, bins: int) -> Dependence | Non
     known = {one: row for one, row in rows.items() if row.middle.size}
     values = np.concatenate([one.variables[name] for one in samples])
     wide = name == 'dwell' and values.max() > DECADES * values.min() > 0.0
-    told = bins > 0 and shares[name] >= 0.01
-    share = f'\n{shares[name]:.0%} of the variance' if told else ''
+    shown = bins > 0 and shares[name] >= 0.01
+    share = f'\n{shares[name]:.0%} of the variance' if shown else ''
     return Dependence(title + share, name, known, unit, scale, bins > 0, bool(wide))
 
 

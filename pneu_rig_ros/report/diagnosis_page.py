@@ -45,7 +45,7 @@ class Drawing(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """A recording for people: what it was used for, and its conditions."""
+    """A recording with its use and its conditions, as texts."""
 
     name: str
     used: str
@@ -58,7 +58,7 @@ TITLES = {
     'gas_2': 'Gas in chamber 2',
     'force': 'Forces on the piston',
 }
-PLACES = ('where', 'added', 'left', 'shrink', 'free', 'next')
+PLACES = ('where', 'added', 'left', 'validation', 'free', 'next')
 HEADS = ('Supply, absolute', 'Load', 'Rest before')
 """Conditions of a rig's recordings."""
 
@@ -71,7 +71,7 @@ def write_page(
     Write the page.
 
     :param answer: of the diagnosis, as plain data
-    :param progress: told the share of the pictures drawn [-]
+    :param progress: callback(fraction of the pictures drawn)
     :raises RigError: when the file cannot be written
     """
     drawings = list(_drawings(diagnosis, answer))
@@ -99,6 +99,7 @@ def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:
         'sources': {one['name']: library.load(one['name']).source for one in answer['effects']},
         'tables': {compared: rows.gap_rows(answer), 'Free run': rows.gap_rows(answer, 'free_run')},
         'events': rows.event_rows(answer),
+        'gap_unit': rows.gap_unit(answer),
         'gap_before': rows.number(answer['gap']['before'], 2),
         'gap_after': rows.number(answer['gap']['after'], 2),
         'cut': rows.cut_text(answer),
@@ -110,32 +111,32 @@ def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:
 
 
 def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
-    """Yield the recordings, those of the fits first."""
-    for used, dataset in (('fit', diagnosis.training), ('left out', diagnosis.held_out)):
+    """Yield the recordings, training data first."""
+    for used, dataset in (('fit', diagnosis.training), ('held-out', diagnosis.held_out)):
         for one in dataset.comparisons:
             run, operation = one.run, one.run.operation
             conditions = (
                 f'{operation.supply_pressure * 1e-5:g} bar', f'{operation.load_mass:g} kg',
                 f'{operation.rest_time:g} s',
             )  # fmt: skip
-            told = conditions if diagnosis.system.rig is not None else ()
-            yield Recorded(run.name, used, f'{run.size * run.interval:.1f} s', told)
+            shown = conditions if diagnosis.system.rig is not None else ()
+            yield Recorded(run.name, used, f'{run.size * run.interval:.1f} s', shown)
 
 
 def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
     yield from _latent_drawings(diagnosis, answer)
     for one in answer['effects']:
         if one['shape'] is not None:
-            yield Drawing('added', f'Form of {one["name"]}', 'The formula of the effect is to be '
-                          'multiplied with this factor, linear between the points.',
+            yield Drawing('added', f'Form of {one["name"]}', 'Factor on the formula of the '
+                          'effect, linear between the points.',
                           partial(draw_shape, one['name'], one['shape']))  # fmt: skip
     for comparison in diagnosis.held_out.comparisons:
-        yield from _shrink_drawings(diagnosis, comparison)
+        yield from _validation_drawings(diagnosis, comparison)
     plan = diagnosis.next_experiment
     if plan is not None:
         yield Drawing(
             'next',
-            'What each would show',
+            'Prediction of each explanation',
             'Simulated: u held for two thirds of the time, then the valves shut.',
             partial(
                 draw_next, plan, rivals(diagnosis.search), diagnosis.training.comparisons[0].run
@@ -144,10 +145,10 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
 
 
 LATENT = {
-    'gas': 'What must be added to the gas that the model lets flow into the chamber, so that the '
-    'measured pressure follows: a flow of mass, or of heat that raises the pressure as much.',
-    'force': 'What must be added to the force along the outstroke, so that the piston moves as '
-    'measured; at each breakaway, by how much more the seal held than the model lets it.',
+    'gas': 'Missing mass flow into the chamber for the measured pressure, or the flow of heat '
+    'that raises the pressure as much.',
+    'force': 'Missing force along the outstroke for the measured motion; at each breakaway, the '
+    'force by which the seal held more than in the model.',
 }
 
 
@@ -185,25 +186,25 @@ def spans_of(
 
 
 def _improved(diagnosis: Diagnosis) -> Any:
-    """Return the hypothesis with what was found, None where nothing was."""
+    """Return the improved hypothesis, None where it is the given one."""
     if diagnosis.verdict == CONSISTENT or diagnosis.improved == diagnosis.given:
         return None
     return diagnosis.improved
 
 
-def _shrink_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[Drawing]:
+def _validation_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[Drawing]:
     def draw(free: bool) -> Figure:
         known = diagnosis.held_out.aligned(diagnosis.improved, comparison)
         return draw_improvement(runs_of(known, diagnosis.given, _improved(diagnosis), free))
 
     name = comparison.run.name
     if not comparison.free:
-        yield Drawing('shrink', f'{name}, along the measured motion',
+        yield Drawing('validation', f'{name}, along the measured motion',
                       'The motion is the measured one; the simulation has only the first readings '
                       'of the pressures.', partial(draw, False))  # fmt: skip
         return
     yield Drawing(
-        'shrink',
+        'validation',
         f'{name}, from rest to rest',
         'The simulation starts again from the readings at every rest.',
         partial(draw, False),
@@ -211,8 +212,8 @@ def _shrink_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[D
     yield Drawing(
         'free',
         f'{name}, free run',
-        'The simulation has the first readings and the valve voltages, nothing else. A slip that '
-        'comes at another time sets it off for the rest of the run.',
+        'The simulation has only the first readings and the valve voltages. A slip at another '
+        'time displaces it for the rest of the run.',
         partial(draw, True),
     )
 

@@ -1,4 +1,4 @@
-"""The answer of a diagnosis as rows of text, for the terminal and for the page."""
+"""The answer of a diagnosis as rows of text, for the terminal and the page."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ UNITS = {
     'Pa': ('kPa', 1e-3),
     'kg/s': ('mg/s', 1e6),
 }
-"""SI unit -> unit for people, units of it in one SI unit."""
+"""SI unit -> display unit, and how many make one SI unit."""
 
 VARIABLE_UNITS = {
     'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa', 'dwell': 's',
     'time': 's',
 }  # fmt: skip
-"""What bounds a disagreement -> SI unit."""
+"""Variable that bounds a significant residual -> SI unit."""
 SHORT = {'position': 'x', 'velocity': 'v', 'pressure_1': 'p1', 'pressure_2': 'p2', 'time': 't'}
 
 EVENTS = {'cycles': 'stick-slip cycles', 'dwell': 'mean dwell', 'stroke_time': 'stroke time'}
@@ -34,7 +34,7 @@ PLAIN_BELOW = 10_000
 
 
 class Balance(NamedTuple):
-    """What a balance says, or what is missing for it."""
+    """Agreement of a balance, or what is missing to compare it."""
 
     name: str
     state: str
@@ -42,7 +42,7 @@ class Balance(NamedTuple):
 
 
 class Where(NamedTuple):
-    """Where a balance disagrees."""
+    """A significant residual."""
 
     balance: str
     regime: str
@@ -55,7 +55,7 @@ class Where(NamedTuple):
 
 
 class Ranked(NamedTuple):
-    """A possible explanation; ``left`` is the share of the misfit that it leaves, 0 to 1."""
+    """A possible explanation; ``left`` is the remaining share of the excess, 0 to 1."""
 
     name: str
     kind: str
@@ -76,7 +76,7 @@ class Added(NamedTuple):
 
 
 class RmseChange(NamedTuple):
-    """The gap of one signal, in its unit and in multiples of its noise."""
+    """The RMSE of a signal, in its unit and in multiples of its noise."""
 
     signal: str
     before: str
@@ -88,7 +88,7 @@ class RmseChange(NamedTuple):
 
 
 class Event(NamedTuple):
-    """What happened in the measured runs and in both simulations."""
+    """Events in the measured runs and in both simulations."""
 
     what: str
     measured: str
@@ -108,9 +108,9 @@ def number(value: float, digits: int = 3) -> str:
 
 def balance_rows(answer: Answer, most: int = 100) -> list[Balance]:
     """
-    Return the balances, open or not, and what the answer leaves of what exceeds the noise.
+    Return the balances, open or not, with the share of the excess that the answer leaves.
 
-    :param most: so many missing keys and signals are told
+    :param most: of the missing keys and signals that are listed
     """
     rows = []
     for one in answer['balances']:
@@ -194,7 +194,7 @@ def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
 def added_rows(answer: Answer) -> list[Added]:
     """Return the parameters that were changed, and those of the effects that were added."""
     rows = [_added(one['name'], number(one['was'], 4), one) for one in answer['parameters']]
-    rows += [_added(f'{one["name"]}, times what is stated', '1', one)
+    rows += [_added(f'{one["name"]}, ratio to the stated value', '1', one)
              for one in answer['conditions']]  # fmt: skip
     for effect in answer['effects']:
         for name, value in effect['parameters'].items():
@@ -214,10 +214,10 @@ def gap_rows(answer: Answer, which: str = 'signals') -> list[RmseChange]:
 
     :param which: 'signals' or 'free_run'
     """
-    return [_shrunk(name, one) for name, one in answer['gap'].get(which, {}).items()]
+    return [_rmse_change(name, one) for name, one in answer['gap'].get(which, {}).items()]
 
 
-def _shrunk(name: str, one: Mapping[str, Any]) -> RmseChange:
+def _rmse_change(name: str, one: Mapping[str, Any]) -> RmseChange:
     unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
     values = [one[key] for key in ('before', 'after', 'noise')]
     before, after, noise = (
@@ -232,7 +232,7 @@ def _multiple(value: float | None, noise: float | None) -> str:
 
 
 def event_rows(answer: Answer) -> list[Event]:
-    """Return what happened in the runs left out of the fit, and in both simulations."""
+    """Return the events in the held-out recordings, and in both simulations."""
     keys = ('measured', 'before', 'after')
     rows = []
     for name, what in EVENTS.items():
@@ -248,36 +248,43 @@ def _event(value: float | None, unit: str) -> str:
     return f'{value:g}' if unit == '-' else f'{value:.3g} {unit}'
 
 
+def gap_unit(answer: Answer) -> str:
+    """Return the unit of the gap, which is in the residuals or in simulated cycles."""
+    of_residuals = answer['gap']['of'] == 'residuals'
+    return 'standard deviations' if of_residuals else 'units of log density a cycle'
+
+
 def cut_text(answer: Answer) -> str:
-    """Return in a sentence how far the gap shrank on the runs left out of the fit."""
+    """Return in a sentence how far the gap on held-out data is closed."""
     gap = answer['gap']
     if gap['before'] <= 0.0:
-        return 'nothing exceeds the noise'
+        return 'no residual exceeds the noise'
     before, after = (number(gap[key], 2) for key in ('before', 'after'))
-    means = ' by the slopes of the sensors' if answer['verdict'] == 'uncalibrated' else ''
-    unit = 'standard deviations' if gap['of'] == 'residuals' else 'units of log density a cycle'
-    return (f'{before} {unit} above the noise before, {after} after: '
+    means = ' by the gains of the sensors' if answer['verdict'] == 'uncalibrated' else ''
+    return (f'{before} {gap_unit(answer)} above the noise before, {after} after: '
             f'{gap["cut"]:.0%} of the gap is closed{means}')  # fmt: skip
 
 
 def remaining_text(answer: Answer) -> str:
-    """Return in a sentence what no cause in the library explains, '' if that is nothing."""
+    """Return in a sentence what no cause in the library explains, '' without such a rest."""
     unknown = answer['unknown']
     if unknown is None:
         return ''
     place = f'{unknown["balance"]}, {unknown["regime"]}'
     if not unknown['term']:
-        return f'{place}; no simple term describes it'
-    return (f'{place}; described, which is no cause, by {unknown["term"]}: '
-            f'{unknown["gap_left"]:.0%} of the gap left')  # fmt: skip
+        return f'{place}; no empirical term describes it'
+    return (
+        f'{place}; empirical term, not a physical cause: {unknown["term"]}; '
+        f'{unknown["gap_left"]:.0%} of the gap remains'
+    )
 
 
-TOLD_APART = 1.0
-"""RMS difference of simulations from which on an experiment tells them apart [noises]."""
+SEPARABLE = 1.0
+"""RMS difference from which on an experiment separates explanations [standard deviations]."""
 
 
 def next_lines(answer: Answer) -> Iterator[str]:
-    """Yield what to measure next, nothing if nothing is left to be told apart."""
+    """Yield the next experiment, no line if no explanations compete."""
     plan = answer['next_experiment']
     if plan is None:
         return
@@ -287,8 +294,8 @@ def next_lines(answer: Answer) -> Iterator[str]:
         start = 1e3 * plan['initial_position']
         yield (f'u = {plan["u"]:g} V, supply {plan["supply_pressure"] * 1e-5:g} bar absolute, '
                f'load {plan["load_mass"]:g} kg, from {start:.0f} mm')  # fmt: skip
-    if plan['by'] < TOLD_APART:
-        yield 'which shows the greatest difference, within the noise; nothing tells apart:'
+    if plan['by'] < SEPARABLE:
+        yield 'the largest difference, but within the noise; not separable:'
     else:
-        yield f'which sets these at least {plan["by"]:.1f} times the noise apart:'
+        yield f'separates these by at least {plan["by"]:.1f} standard deviations:'
     yield ', '.join(plan['separates'])

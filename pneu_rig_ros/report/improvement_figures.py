@@ -1,4 +1,4 @@
-"""Pictures of runs that were not fitted: measured, and simulated before and after."""
+"""Figures of held-out runs: measured, and simulated before and after."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def runs_of(
     comparison: Comparison, given: Hypothesis, improved: Hypothesis | None, free: bool = False
 ) -> dict[str, Traces]:
     """
-    Return the measured run and those of the models that do not break down.
+    Return the measured run and those of the models whose simulation succeeds.
 
     :param improved: None where the given model is not improved
     :param free: whether the simulation of a rig is started once only
@@ -72,14 +72,14 @@ def runs_of(
     measured = dict(zip((*SIGNALS, 'force'), columns, strict=False))
     signals = {MEASURED: {name: measured[name][1:] for name in names}}
     for name, hypothesis in ((GIVEN, given), (IMPROVED, improved)):
-        with contextlib.suppress(RigError):  # it breaks down
+        with contextlib.suppress(RigError):  # a simulation that fails
             signals |= {} if hypothesis is None else {name: simulate(comparison, hypothesis)}
     time: Floats = run.begin + run.interval * np.arange(1.0, run.size)
     return {name: Traces(time, run.position[1:], one) for name, one in signals.items()}
 
 
 def open_signals(run: Run) -> tuple[str, ...]:
-    """Return the signals that the open balances of a part tell."""
+    """Return the signals of the open balances."""
     pressures = [f'pressure_{i}' for i in (1, 2) if f'gas_{i}' in run.balances]
     return (*pressures, *(['force'] if run.force is not None else []))
 

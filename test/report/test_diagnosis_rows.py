@@ -40,12 +40,12 @@ def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
             '100% of the gap is closed')  # fmt: skip
     assert cut_text(answer) == text
     found = cut_text(answer | {'verdict': 'uncalibrated'})
-    assert found == text + ' by the slopes of the sensors'
+    assert found == text + ' by the gains of the sensors'
     agrees = {
         'verdict': 'consistent',
         'gap': {'of': 'residuals', 'before': 0.0, 'after': 0.0, 'cut': 0.0},
     }
-    assert cut_text(agrees) == 'nothing exceeds the noise'
+    assert cut_text(agrees) == 'no residual exceeds the noise'
 
 
 def test_disagreement_is_told_with_its_place() -> None:
@@ -91,14 +91,14 @@ def test_what_to_measure_next_may_be_a_recording_like_another() -> None:
     plan = {'like': 'run_1', 'by': 3.04, 'separates': ['a', 'b']}
     first, second, third = next_lines({'next_experiment': plan})
     assert first == 'a longer recording like run_1'
-    assert '3.0 times' in second
+    assert '3.0 standard deviations' in second
     assert third == 'a, b'
 
 
 def test_what_no_experiment_tells_apart_is_said_so() -> None:
     plan = {'like': 'run_1', 'by': 0.02, 'separates': ['a', 'b']}
     _, second, third = next_lines({'next_experiment': plan})
-    assert 'nothing tells apart' in second
+    assert 'not separable' in second
     assert third == 'a, b'
 
 
