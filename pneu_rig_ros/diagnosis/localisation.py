@@ -179,10 +179,7 @@ def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
             if each.variable == 'time'
         ]
         names = dict.fromkeys(g.recording for each, _ in significant for g, _ in each.members)
-        residuals.append(
-            SignificantResidual(
-                *place, UNITS[place[0]], *result, cell.variable, cell.low, cell.high,
-                tuple(names), tuple(spans),
-            )
-        )  # fmt: skip
+        bounds, unit = (cell.variable, cell.low, cell.high), UNITS[place[0]]
+        row = SignificantResidual(*place, unit, *result, *bounds, tuple(names), tuple(spans))
+        residuals.append(row)
     return sorted(residuals, key=lambda residual: residual.p_value)

@@ -151,6 +151,8 @@ def estimate_nuisances(
     """
     Return the nuisance parameters of a run under a hypothesis, each within its allowed range.
 
+    They are those of generalised least squares with a prior, by Gauss-Newton steps.
+
     :param noise: without them
     """
     run = comparison.run
@@ -162,37 +164,27 @@ def estimate_nuisances(
     for _ in range(GAUSS_NEWTON_STEPS):
         theta = np.array([estimate.delay, *estimate.temperatures])
         corrected = Comparison(estimate.correct(run))
-        step, deviations = _gauss_newton_step(hypothesis, corrected, noise, theta - prior, scale)
-        delay, first, second = (prior + np.clip(theta + step - prior, -limit, limit)).tolist()
+        residuals = corrected.residuals(hypothesis)
+        clock = clock_column(hypothesis, corrected)
+        temperatures = temperature_columns(hypothesis, corrected, residuals)
+        slopes = [np.hstack(pair) for pair in zip(clock, temperatures, strict=True)]
+        columns = [Residuals(*(slope[:, index] for slope in slopes)) for index in range(3)]
+        residual = np.concatenate(noise.whiten(residuals))
+        matrix = np.column_stack([np.concatenate(noise.whiten(column)) for column in columns])
+        # in standard deviations the covariance of the prior is a unit matrix
+        covariance = np.linalg.inv(matrix.T @ matrix + np.eye(3))
+        scaled = np.divide(theta - prior, scale, out=np.zeros(3), where=scale > 0.0)
+        step = -covariance @ (matrix.T @ residual + scaled)
+        left = residual + matrix @ step
+        excess = max(float(left @ left) / max(left.size, 1), 1.0)
+        deviations = np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * scale
+        change = step * scale
+        inside = np.clip(theta + change - prior, -limit, limit)
+        delay, first, second = (prior + inside).tolist()
         estimate = RunNuisances(delay, (first, second), deviations)
-        if np.all(np.abs(step) <= CONVERGED * scale):
+        if np.all(np.abs(change) <= CONVERGED * scale):
             break
     return estimate
-
-
-def _gauss_newton_step(
-    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel, offset: Floats,
-    scale: Floats,
-) -> tuple[Floats, Floats]:  # fmt: skip
-    """
-    Return the step of the nuisance parameters, and their standard deviations [SI], shape (3,).
-
-    :param offset: of their values from the prior mean [SI]
-    """
-    residuals = comparison.residuals(hypothesis)
-    clock = clock_column(hypothesis, comparison)
-    temperatures = temperature_columns(hypothesis, comparison, residuals)
-    slopes = [np.hstack(pair) for pair in zip(clock, temperatures, strict=True)]
-    columns = [Residuals(*(slope[:, index] for slope in slopes)) for index in range(3)]
-    residual = np.concatenate(noise.whiten(residuals))
-    matrix = np.column_stack([np.concatenate(noise.whiten(column)) for column in columns])
-    # parameters in standard deviations: the prior is a unit matrix
-    covariance = np.linalg.inv(matrix.T @ matrix + np.eye(3))
-    offset = np.divide(offset, scale, out=np.zeros(3), where=scale > 0.0)
-    step = -covariance @ (matrix.T @ residual + offset)
-    left = residual + matrix @ step
-    excess = max(float(left @ left) / max(left.size, 1), 1.0)
-    return step * scale, np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * scale
 
 
 def without_delay(
