@@ -8,6 +8,7 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
@@ -61,7 +62,7 @@ class Dataset:
 
     @classmethod
     def of(
-        cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
+        cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
     ) -> Dataset:
         """Return the runs with the noise that they have if the hypothesis is true."""
         count = len(comparisons)
@@ -73,7 +74,7 @@ class Dataset:
         clocks = map_runs(partial(clock_column, hypothesis), runs)
         return cls(runs, biased, inflation, tuple(clocks))
 
-    def with_cycles(self, hypothesis: Hypothesis, rng: np.random.Generator) -> Dataset:
+    def with_cycles(self, hypothesis: Hypothesis, rng: Generator) -> Dataset:
         """Return the dataset with simulated cycles, spread as if the hypothesis were true."""
         return replace(self, cycles=Cycles.of(hypothesis, self.comparisons, rng))
 

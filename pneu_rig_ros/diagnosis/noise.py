@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 from scipy.ndimage import uniform_filter1d
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals, chamber_volume, driving_force
@@ -64,9 +65,7 @@ class NoiseModel(NamedTuple):
         return NoiseModel(*(whiten.with_shared(column) for whiten, column in pairs))
 
 
-def noise_model(
-    hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Generator
-) -> NoiseModel:
+def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> NoiseModel:
     """
     Return the noise of the residuals of a run if the hypothesis is true.
 
@@ -170,9 +169,7 @@ def breakaway_noise(
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 
 
-def reading_errors(
-    hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Generator
-) -> Residuals:
+def reading_errors(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Residuals:
     """Return the errors of the residuals of simulated readings, shape (COPIES, m) each."""
     run, noise = comparison.run, comparison.run.noise
     travelled = np.concatenate([[0.0], np.cumsum(run.velocity)]) * run.interval

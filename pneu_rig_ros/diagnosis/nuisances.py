@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
@@ -187,9 +188,7 @@ def estimate_nuisances(
     return estimate
 
 
-def without_delay(
-    hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Generator
-) -> Comparison:
+def without_delay(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Comparison:
     """
     Return a run with its pressures shifted by their delay under a hypothesis.
 

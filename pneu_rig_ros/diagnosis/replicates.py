@@ -13,6 +13,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
@@ -60,7 +61,7 @@ class Inflation(NamedTuple):
         return Residuals(gas_1, gas_2, by_speed, breakaway)
 
 
-def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: np.random.Generator) -> Run:
+def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     """Return a run with the same commands and conditions, simulated freely."""
     plant = hypothesis.plant_of(run)
     start = plant.state
@@ -81,7 +82,7 @@ def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: np.random.Generato
 
 
 def estimate_inflation(
-    hypothesis: Hypothesis, comparisons: tuple[Comparison, ...], rng: np.random.Generator
+    hypothesis: Hypothesis, comparisons: tuple[Comparison, ...], rng: Generator
 ) -> Inflation:
     """
     Return the inflation of the noise over one replicate of each run.
@@ -105,7 +106,7 @@ def estimate_inflation(
 
 
 def _replicate(
-    hypothesis: Hypothesis, comparison: Comparison, rng: np.random.Generator
+    hypothesis: Hypothesis, comparison: Comparison, rng: Generator
 ) -> tuple[Comparison, NoiseModel, Residuals]:
     """Return a replicate of a run with its noise and its residuals."""
     replicate = Comparison(simulate_replicate(hypothesis, comparison.run, rng))

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.random import Generator
 
 from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
@@ -77,7 +78,7 @@ class Search:
     training: Dataset
     held_out: Dataset
     pool: Sequence[Candidate]
-    rng: np.random.Generator
+    rng: Generator
     progress: Callable[[str], None] = lambda text: None
     executor: Executor = field(default_factory=Here)
     base: Explanation = field(default_factory=Explanation)

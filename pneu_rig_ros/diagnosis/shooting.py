@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.stats import mannwhitneyu
@@ -196,7 +197,7 @@ class Cycles:
 
     @classmethod
     def of(
-        cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
+        cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
     ) -> Cycles:
         """Return the runs with the spread that they have if the hypothesis is true."""
         runs = tuple(MultipleShooting(comparison) for comparison in comparisons)
@@ -236,9 +237,7 @@ def scaled_gap(hypothesis: Hypothesis, run: MultipleShooting, spread: Floats) ->
     return np.clip(finite, -BROKEN_DOWN, BROKEN_DOWN)
 
 
-def spread_of_gap(
-    hypothesis: Hypothesis, shooting: MultipleShooting, rng: np.random.Generator
-) -> Floats:
+def spread_of_gap(hypothesis: Hypothesis, shooting: MultipleShooting, rng: Generator) -> Floats:
     """Return the standard deviation of the gap if a hypothesis is true, shape (blocks, 3)."""
     run = shooting.run
     noise = run.noise.readings
@@ -272,7 +271,7 @@ class CycleTest:
 
 
 def compare_cycles(
-    hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: np.random.Generator
+    hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
 ) -> CycleTest:
     """Return the test of simulated cycles against those of replicates (Mann-Whitney)."""
     losses = Cycles.of(hypothesis, comparisons, rng).losses(hypothesis)
