@@ -13,7 +13,7 @@ from pneu_rig_ros.diagnosis.whitening import Source, whitener
 
 from .runs import configured, measured, system_of
 
-TWINS = 4
+REPLICATES = 4
 SUPPLIES = (5e5, 6e5)
 
 
@@ -21,16 +21,16 @@ SUPPLIES = (5e5, 6e5)
 def whitened(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, Residuals]:
-    """Return the whitened residuals of twins of two runs."""
+    """Return the whitened residuals of replicates of two runs."""
     name = request.param
     system = system_of(tmp_path_factory.mktemp(name), configured(name))
     runs = [measured(system, f'run_{i}', configured(name, seed=i, supply_pressure=supply))
             for i, supply in enumerate(SUPPLIES)]  # fmt: skip
     every = []
-    for seed in range(TWINS):
+    for seed in range(REPLICATES):
         rng = np.random.default_rng(seed)
-        twins = [Comparison(simulate_replicate(system.hypothesis, run, rng)) for run in runs]
-        every += Dataset.of(system.hypothesis, twins, rng).residuals_by_run(system.hypothesis)
+        replicates = [Comparison(simulate_replicate(system.hypothesis, run, rng)) for run in runs]
+        every += Dataset.of(system.hypothesis, replicates, rng).residuals_by_run(system.hypothesis)
     return name, Residuals(*(np.concatenate(column) for column in zip(*every, strict=True)))
 
 
