@@ -171,11 +171,11 @@ def show(data: dict[str, Any], out: Path) -> None:
     output.print_values(_values(data, out))
 
 
-BALANCES = ('balance', 'model and measurement', '>left')
+BALANCES = ('balance', 'model and measurement', '>remaining excess')
 WHERE = (
     'balance', 'regime', 'most in', '>mean', '>noise', 'unit', '>significance', 'longest'
 )  # fmt: skip
-RANKING = ('candidate', 'kind', 'stage', '>excess left', '')
+RANKING = ('candidate', 'kind', 'stage', '>remaining excess', '')
 ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
 SHRUNK = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
 EVENTS = ('', '>measured', '>before', '>after')
@@ -212,7 +212,7 @@ def _values(data: dict[str, Any], out: Path) -> dict[str, str]:
     if alike := data['indistinguishable']:
         values['indistinguishable'] = '; '.join(' or '.join(names) for names in alike)
     if lines := list(rows.next_lines(data)):
-        values['measure next'] = f'\n{"":<{output.NAME_WIDTH}}'.join(lines)
+        values['next experiment'] = f'\n{"":<{output.NAME_WIDTH}}'.join(lines)
     values['took'] = f'{data["seconds"]:.0f} s'
     files = {'data': 'diagnosis.json', 'model': 'improved.yaml', 'report': 'report.html'}
     return values | {name: str(out / file) for name, file in files.items()}
