@@ -223,11 +223,11 @@ class Search:
             if part.is_effect and part.name not in shaped
             for family in families(part, runs, temperature)
         ]
-        # simulated cycles show forces; else the balances with significant residuals decide
-        groups = {SENSOR, FORCE}
-        if self.training.cycles is None:
-            balances = {residual.balance for residual in self.significant()}
-            groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
+        # what residuals hardly see, and simulated cycles do, are causes of the force
+        balances = {residual.balance for residual in self.significant()}
+        groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
+        if self.training.cycles is not None:
+            groups.add(FORCE)
         names = {part.name for part in base.parts}
         candidates = [
             candidate
