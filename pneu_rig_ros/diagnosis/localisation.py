@@ -105,6 +105,14 @@ class Cell:
         p_spread = float(chi2.sf(squares / NOISE_ERROR**2, count))
         return mean / bottom, 1.0 / np.sqrt(bottom), min(2.0 * min(p_mean, p_spread), 1.0)
 
+    @property
+    def excess(self) -> float:
+        """The sum of squares beyond that of noise: of all windows, or of their mean [-]."""
+        whitened = np.concatenate([group.whitened[flags] for group, flags in self.members])
+        spread = float(np.sum(whitened**2)) - whitened.size * NOISE_ERROR**2
+        mean, deviation, _ = self.test()
+        return max(spread, (mean / deviation) ** 2 - NOISE_ERROR**2, 0.0)
+
 
 def cells(groups: Sequence[Windows]) -> Iterator[Cell]:
     """Yield the cells of all regimes: the whole, parts of each signal's range, stretches."""
@@ -160,16 +168,21 @@ def _stretches(place: tuple[str, str, str], members: Members) -> Iterator[Cell]:
             yield Cell(place, 'time', begin, end, [(group, inside)])
 
 
-def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
-    """Return the regimes with significant residuals, the most significant first."""
+def significant_cells(groups: Sequence[Windows]) -> list[tuple[Cell, tuple[float, float, float]]]:
+    """Return the significant cells with their mean, its standard deviation and the p-value."""
     tested = [(cell, cell.test()) for cell in cells(groups)]
     if not tested:
         return []
     adjusted = false_discovery_control([p_value for _, (_, _, p_value) in tested])
+    pairs = zip(tested, adjusted, strict=True)
+    return [pair for pair, rate in pairs if rate < FALSE_DISCOVERY_RATE]
+
+
+def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
+    """Return the regimes with significant residuals, the most significant first."""
     regimes: dict[tuple[str, str, str], list[tuple[Cell, tuple[float, float, float]]]] = {}
-    for (cell, result), rate in zip(tested, adjusted, strict=True):
-        if rate < FALSE_DISCOVERY_RATE:
-            regimes.setdefault(cell.place, []).append((cell, result))
+    for cell, result in significant_cells(groups):
+        regimes.setdefault(cell.place, []).append((cell, result))
     residuals = []
     for place, significant in regimes.items():
         cell, result = min(significant, key=lambda pair: pair[1][2])

@@ -17,8 +17,9 @@ from pneu_rig_ros.diagnosis.candidates import FORCE, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.fitting import Fit
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import NOISE_ERROR
+from pneu_rig_ros.diagnosis.localisation import NOISE_ERROR, significant_cells
 from pneu_rig_ros.diagnosis.weak_form import Floats
+from pneu_rig_ros.diagnosis.windows import windows_of
 
 STANDARD_ERRORS = 2.0
 """Two explanations whose difference is smaller are indistinguishable."""
@@ -122,9 +123,15 @@ def excess_rms(whitened: Floats) -> float:
 
 
 def excess(dataset: Dataset, hypothesis: Hypothesis) -> float:
-    """Return the misfit beyond the noise [-]: of the cycles if simulated, else of residuals."""
+    """
+    Return the misfit beyond the noise [-]: of the cycles if simulated, else of residuals.
+
+    That of residuals is the root of the sum of squares in the cells in which they are significant:
+    a local one does not drown in the noise of all others.
+    """
     if dataset.cycles is None:
-        return excess_rms(dataset.whitened(hypothesis))
+        significant = significant_cells(windows_of(dataset, hypothesis))
+        return float(np.sqrt(sum(cell.excess for cell, _ in significant)))
     losses = dataset.cycles.losses(hypothesis) - TRUE_LOSS
     return max(float(losses.mean()), 0.0)
 

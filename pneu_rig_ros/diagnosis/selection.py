@@ -191,10 +191,10 @@ class Search:
     def _needs_a_cause(self) -> bool:
         """Return whether significant residuals or cycles are left; adds cycles where needed."""
         self.progress('testing the residuals that are left')
+        explained = self.best is not None and self.remaining(simulated=False) < NEGLIGIBLE
+        if not explained and self.significant():
+            return True
         if self.training.cycles is None:
-            negligible = self.best is not None and self.remaining() < NEGLIGIBLE
-            if self.significant() and not negligible:
-                return True
             if not self.cycles_differ():
                 return False
             self._add_cycles()

@@ -19,7 +19,7 @@ import numpy as np
 from pneu_rig_ros.diagnosis.alternatives import rivals
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Explanation
-from pneu_rig_ros.diagnosis.dataset import Dataset
+from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.empirical import Description, describe
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
@@ -27,7 +27,7 @@ from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experime
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
 from pneu_rig_ros.diagnosis.scoring import ScoredFit
-from pneu_rig_ros.diagnosis.selection import Search
+from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.windows import Windows, windows_of
 from pneu_rig_ros.executor import Executor, Here
@@ -38,9 +38,9 @@ Progress = Callable[[str, float], None]
 CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'
 PARAMETER, EFFECT, UNKNOWN = 'parameter', 'effect', 'unknown'
 """Verdicts."""
-MOST_LEFT = 0.9
+MOST_LEFT = 0.2
 """Largest share of the excess that a named cause may leave [-]."""
-MUCH_BETTER = 0.7
+MUCH_BETTER = 0.5
 """Empirical terms take the place of a name that leaves more than their excess by this factor."""
 SEARCH_STEPS = 25.0
 """Usual steps of a search, for its progress [-]."""
@@ -188,16 +188,19 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
     """
     Return empirical terms in place of the best explanation; None where that is as good.
 
-    A cause with a name has to leave about as little as a formula without one.
+    A cause with a name has to leave little, and about as little as a formula without one.
     """
     named = search.best
     share = search.remaining(simulated=not search.residuals_significant)
+    # the noise of the sensors is no measure of what a cause may leave where all models are far off
+    discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
     data = search.training, search.held_out
     search.restart()
     description = describe(search, (where or search.cycle_residuals())[0])
     if named is None or named is search.calibrated:
         return description
-    if share > MOST_LEFT or description.gap_left < MUCH_BETTER * share:
+    inadequate = share > MOST_LEFT and not discrepant
+    if inadequate or description.gap_left < MUCH_BETTER * share:
         return description
     search.best, (search.training, search.held_out) = named, data
     return None
