@@ -83,7 +83,9 @@ Residuals where nothing is hidden, each in its own standard deviation, before an
 {misses}"""
 COMPARED = """## Against earlier code
 
-On the same trials. Times are not compared: the load of the machine differed.
+On the same trials. Times are not compared: the load of the machine differed. Nor is
+`heldout_gap_cut`: the present code measures it in the significant cells, the earlier one over all
+windows.
 
 {table}
 """
