@@ -9,6 +9,8 @@ more noise, or fewer samples, gets windows so much longer that they leave as lit
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import savgol_filter
@@ -20,6 +22,9 @@ WINDOW = 0.046
 
 WIDENING = (1.0, 2.0**0.5, 2.0, 2.0**1.5)
 """Lengths of the line fits that are tried in this order, in shortest ones [-]."""
+
+IMPOSED_FITS = (2, 4, 6, 8, 12)
+"""Samples of the line fits to an imposed motion, that are tried in this order."""
 
 FEED_WINDOW = 0.3
 """Length of the line fits that give the mean speed [s], whose noise must not add up."""
@@ -79,12 +84,45 @@ def adaptive_velocity(
     :param noise: standard deviation of a measured position [m]
     """
     shortest = shortest or window_for(interval, noise)
-    velocity = velocity_of(position, interval, shortest)
+    windows = [factor * shortest for factor in WIDENING]
+    return _longest_consistent(
+        [velocity_of(position, interval, window) for window in windows],
+        [speed_noise(window, interval, noise) for window in windows],
+    )
+
+
+def imposed_velocity(position: Floats, interval: float, noise: float) -> Floats:
+    """
+    Return the velocity [m/s] between samples of an imposed motion, shape (n - 1,).
+
+    By line fits like ``adaptive_velocity``, but of two samples at first, so that a turn is kept.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]
+    """
+    fits, deviations = [], []
+    for samples in IMPOSED_FITS:
+        place = (np.arange(samples) - 0.5 * (samples - 1)) * interval
+        weights = place / (place @ place)
+        padded = np.pad(position, samples // 2 - 1, mode='reflect', reflect_type='odd')
+        fits.append(np.convolve(padded, weights[::-1], 'valid'))
+        deviations.append(noise * float(np.sqrt(weights @ weights)))
+    return _longest_consistent(fits, deviations)
+
+
+def _longest_consistent(fits: Sequence[Floats], deviations: Sequence[float]) -> Floats:
+    """
+    Return at each place the longest fit that agrees with all shorter ones, shape (n,).
+
+    :param fits: shortest first, shape (n,) each
+    :param deviations: their standard deviations
+    """
+    velocity = fits[0]
     low, high = np.full_like(velocity, -np.inf), np.full_like(velocity, np.inf)
     agrees = np.ones(velocity.size, dtype=np.bool_)
-    for factor in WIDENING:
-        slope = velocity_of(position, interval, factor * shortest)
-        margin = CONSISTENT * speed_noise(factor * shortest, interval, noise)
+    for slope, deviation in zip(fits, deviations, strict=True):
+        margin = CONSISTENT * deviation
         agrees &= (slope >= low) & (slope <= high)
         velocity = np.where(agrees, slope, velocity)
         low, high = np.maximum(low, slope - margin), np.minimum(high, slope + margin)

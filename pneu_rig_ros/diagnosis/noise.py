@@ -90,8 +90,10 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
     variance = sources[0].variance + sources[1].variance
     excess = np.where(kept, excess_variance(errors.force, variance), 0.0)
     offset = np.full((motion.starts.size, 1), run.force_offset)
-    shared = np.hstack([clipped_thrust(hypothesis, comparison), offset])
-    force = whitener(kept, sources, excess).with_shared(shared)
+    columns = [clipped_thrust(hypothesis, comparison), offset]
+    if run.force is not None:  # noise of a slow motion lets go of the bristle: all windows alike
+        columns.append(np.nan_to_num(errors.force.mean(axis=0))[:, np.newaxis])
+    force = whitener(kept, sources, excess).with_shared(np.hstack(columns))
     breakaway = breakaway_noise(hypothesis, comparison, errors.breakaway, residuals.breakaway)
     return NoiseModel(chambers[0], chambers[1], force, breakaway)
 
@@ -175,10 +177,10 @@ def reading_errors(hypothesis: Hypothesis, comparison: Comparison, rng: Generato
     travelled = np.concatenate([[0.0], np.cumsum(run.velocity)]) * run.interval
     base = run.with_readings(run.smooth[0, 0] + travelled, run.smooth[:, 1:])
     truth = Comparison(run, base).residuals(hypothesis)
-    scale = np.array(noise.pressures)
+    scale, place = np.array(noise.pressures), np.hypot(noise.position, run.missed_turn)
     copies = []
     for _ in range(COPIES):
-        position = base.position + noise.position * rng.standard_normal(base.size)
+        position = base.position + place * rng.standard_normal(base.size)
         pressures = base.pressures + scale * rng.standard_normal((base.size, 2))
         force = base.force
         if force is not None:

@@ -18,7 +18,7 @@ from scipy.signal import savgol_filter
 from scipy.special import ndtr
 
 from pneu_rig_ros.analysis.motion import Rest, find_rests
-from pneu_rig_ros.analysis.velocity import adaptive_velocity, window_for
+from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
 from pneu_rig_ros.diagnosis.weak_form import Flags, Floats
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Gas, Operation
@@ -152,13 +152,31 @@ class Run:
 
     @cached_property
     def velocity(self) -> Floats:
-        """Velocity in each interval [m/s], 0 at rest, shape (n - 1,)."""
+        """Velocity in each interval [m/s], 0 where a free piston rests, shape (n - 1,)."""
         noise = self.noise.position
         if noise <= 0.0:
             return np.zeros(self.size - 1)
+        if self.force is not None:  # however slow a bench is, it deflects the seal
+            return imposed_velocity(self.position, self.interval, noise)
         finest = FINEST_FIT * window_for(self.interval, noise)
         velocity = adaptive_velocity(self.position, self.interval, finest, noise)
         return np.where(self.resting, 0.0, 0.5 * (velocity[1:] + velocity[:-1]))
+
+    @cached_property
+    def missed_turn(self) -> Floats:
+        """
+        How far a bench that turned near a sample went on unseen [m], shape (n,).
+
+        At constant speeds that is half the smaller of the second differences of the samples before
+        and after the turn. 0 where it is noise.
+        """
+        bend = np.zeros(self.size)
+        if self.force is not None:
+            bend[1:-1] = np.abs(np.diff(self.position, 2))
+        missed = 0.5 * np.minimum(bend[1:], bend[:-1])
+        missed[missed < CLIPPED * self.noise.position] = 0.0
+        largest: Floats = np.maximum(np.append(missed, 0.0), np.append(0.0, missed))
+        return largest
 
     @cached_property
     def smooth(self) -> Floats:
@@ -167,7 +185,7 @@ class Run:
         columns = np.column_stack([self.position, self.pressures])
         if size >= 5:
             columns = savgol_filter(columns, size, 2, axis=0)
-        for rest in self.rests:
+        for rest in self.rests if self.force is None else ():
             columns[rest.first : rest.end, 0] = self.position[rest.first : rest.end].mean()
         for column, noise in enumerate(self.noise.pressures, start=1):
             columns[:, column] = unclipped(columns[:, column], self.span.low, noise)

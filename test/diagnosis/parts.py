@@ -148,21 +148,30 @@ def vessel_run(seed: int, fill: float, warm: float, leak: float, conductance: fl
     return {'pressure_1': run.y[0] + rng.normal(0.0, PRESSURE_NOISE, time.size)}
 
 
-def bench_run(seed: int, gauge: float, slope: float, coulomb: float = 6.0) -> dict[str, Floats]:
-    """Return a seal driven to and fro against a pressure [Pa gauge], every 10 ms, by Dahl."""
-    interval, speed, period = 0.01, 0.01, 6.0
-    time = np.arange(0.0, 12.0, interval)
-    phase = (time / period) % 1.0
-    x = 0.03 + speed * period * np.where(phase < 0.5, phase, 1.0 - phase)
+def bench_run(
+    seed: int, gauge: float, slope: float, coulomb: float = 6.0, way: float = 0.03,
+    speed: float = 0.01, noise: float = POSITION_NOISE / 10.0,
+) -> dict[str, Floats]:  # fmt: skip
+    """
+    Return a seal driven to and fro against a pressure [Pa gauge], every 10 ms, by Dahl.
+
+    :param way, speed: of the strokes [m, m/s]
+    :param noise: of the position [m]
+    """
+    interval, parts, stroke = 0.01, 20, way / speed
+    fine = np.arange(0.0, 12.0, interval / parts)
+    phase = (fine / (2.0 * stroke)) % 1.0
+    x = 0.03 + 2.0 * way * np.where(phase < 0.5, phase, 1.0 - phase)
     level, bristle = coulomb + slope * gauge, 0.0
-    friction = np.empty(time.size)
+    friction = np.empty(fine.size)
     for index, step in enumerate(np.diff(x, prepend=x[0])):
         direction = np.sign(step)
         decay = np.exp(-5e4 / level * abs(step))
         bristle = direction * level + (bristle - direction * level) * decay
         friction[index] = bristle
+    x, friction = x[::parts], friction[::parts]
     rng = np.random.default_rng(seed)
-    force = friction + 5e-4 * gauge + 2.0 + rng.normal(0.0, FORCE_NOISE, time.size)
-    pressure = 1e5 + gauge + rng.normal(0.0, PRESSURE_NOISE, time.size)
-    return {'position': x + rng.normal(0.0, 1e-5, time.size), 'pressure_2': pressure,
+    force = friction + 5e-4 * gauge + 2.0 + rng.normal(0.0, FORCE_NOISE, x.size)
+    pressure = 1e5 + gauge + rng.normal(0.0, PRESSURE_NOISE, x.size)
+    return {'position': x + rng.normal(0.0, noise, x.size), 'pressure_2': pressure,
             'force': force}  # fmt: skip

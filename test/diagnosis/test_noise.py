@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.dataset import Dataset, loss, pseudo_huber
+from pneu_rig_ros.diagnosis.read_runs import read_runs
 from pneu_rig_ros.diagnosis.replicates import inflation, simulate_replicate
 from pneu_rig_ros.diagnosis.run import positive_mean, unclipped
+from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.whitening import Source, whitener
 
+from .parts import BENCH, bench_run, mapping, system_file, table
 from .runs import configured, measured, system_of
 
 REPLICATES = 4
@@ -54,6 +59,24 @@ def test_force_residuals_of_a_true_model_are_noise(whitened: tuple[str, Residual
     if name == 'cylinder_2':
         pytest.xfail('0.5 N of friction: at 10 to 30 mm/s errors of the speed make some 1.3')
     assert 0.8 < z.std() < 1.15
+
+
+@pytest.mark.parametrize(('way', 'speed'), [(2e-4, 4.7e-4), (3e-4, 1.9e-3), (2e-2, 1.3e-2)])
+def test_force_residuals_of_a_bench_are_noise_however_slow_it_is(
+    tmp_path: Path, way: float, speed: float
+) -> None:
+    system = load_system(str(system_file(tmp_path, BENCH)))
+    paths = [table(tmp_path / f'{seed}.csv', 0.01,
+                   bench_run(seed, 3e5, 0.0, way=way, speed=speed, noise=3e-6))
+             for seed in range(2)]  # fmt: skip
+    columns = mapping(tmp_path / 'mapping.yaml', 'position', 'pressure_2', 'force')
+    runs = read_runs(paths, system, columns)
+    rng = np.random.default_rng(0)
+    dataset = Dataset.of(system.hypothesis, [Comparison(run) for run in runs], rng)
+    z = np.concatenate([r.force for r in dataset.residuals_by_run(system.hypothesis)])
+    assert z.size > 250
+    assert abs(z.mean()) < 0.2
+    assert 0.8 < z.std() < 1.3
 
 
 def test_breakaways_of_a_true_model_are_within_the_noise(whitened: tuple[str, Residuals]) -> None:
