@@ -3,7 +3,8 @@
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -74,6 +75,12 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     ),
 }
 
+# imports that close a cycle, and why that is accepted
+ACCEPTED_CYCLES = {
+    # Dask is loaded on request only
+    (f'{PACKAGE}.executor.tasks', f'{PACKAGE}.executor.distributed'),
+}
+
 
 def imports(tree: ast.AST) -> Iterator[str]:
     """Yield the full name of everything imported anywhere in a module."""
@@ -82,11 +89,35 @@ def imports(tree: ast.AST) -> Iterator[str]:
             yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f'line {node.lineno}: relative import; name it in full'
-            assert node.module is not None
-            if node.module == PACKAGE:
-                yield from (f'{PACKAGE}.{name.name}' for name in node.names)
-            else:
-                yield node.module
+            yield from (f'{node.module}.{name.name}' for name in node.names)
+
+
+class WithoutTypeChecking(ast.NodeTransformer):
+    """Removes what is imported for annotations only."""
+
+    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
+        if ast.unparse(node.test) in ('TYPE_CHECKING', 'typing.TYPE_CHECKING'):
+            return node.orelse
+        return self.generic_visit(node)
+
+
+def import_graph(modules: Mapping[str, str]) -> dict[str, set[str]]:
+    """Return module -> modules that it imports when it runs, also within functions."""
+    graph = {}
+    for module, source in modules.items():
+        tree = WithoutTypeChecking().visit(ast.parse(source))
+        names = {name if name in modules else name.rpartition('.')[0] for name in imports(tree)}
+        graph[module] = names & modules.keys()
+    return graph
+
+
+def import_cycle(graph: Mapping[str, set[str]]) -> list[str]:
+    """Return modules of which each is imported by the next one, the first by itself; or none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
 
 
 def room(module: Path) -> str:
@@ -129,3 +160,23 @@ def test_works_without_ros(module: str) -> None:
     )
     run = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
     assert run.stdout.split() == []
+
+
+def test_no_import_cycles() -> None:
+    modules = {
+        '.'.join(path.relative_to(ROOT.parent).with_suffix('').parts).removesuffix(
+            '.__init__'
+        ): path.read_text()
+        for path in ROOT.rglob('*.py')
+    }
+    graph = import_graph(modules)
+    for importer, imported in ACCEPTED_CYCLES:
+        graph.get(importer, set()).discard(imported)
+    assert import_cycle(graph) == []
+
+
+def test_finds_cycles_within_functions_but_not_for_types() -> None:
+    lazy = {'a.b': 'def f(): from a import c', 'a.c': 'import a.b'}
+    assert set(import_cycle(import_graph(lazy))) == {'a.b', 'a.c'}
+    typed = {'a.b': 'if TYPE_CHECKING:\n    from a.c import C', 'a.c': 'from a.b import B'}
+    assert import_cycle(import_graph(typed)) == []
