@@ -22,17 +22,19 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
-        (f'share/{package}/config', sorted(glob('config/*.*'))),
-        (f'share/{package}/config/excitations', sorted(glob('config/excitations/*.yaml'))),
-        (f'share/{package}/config/readings', sorted(glob('config/readings/*.yaml'))),
-        (f'share/{package}/config/systems', sorted(glob('config/systems/*.yaml'))),
+        *(
+            (f'share/{package}/{folder}', sorted(glob(f'{folder}/*.*')))
+            for folder in sorted(glob('config/**/', recursive=True))
+        ),
         (f'share/{package}/launch', sorted(glob('launch/*.py'))),
     ],
     python_requires='>=3.10,<3.14',
     install_requires=[
         'aiohttp>=3.9',
+        'backports.zstd',
         'click',
         'jinja2',
+        'lz4',
         'matplotlib',
         'mcap',
         'numba',
@@ -59,6 +61,7 @@ setup(
             'jsonschema',
             'mcap-ros2-support',
             'mypy',
+            'packaging',
             'playwright',  # drives the Chromium of the system
             'psutil',
             'pytest<9.2',  # from there pytest-xdist 3.8 loses its groups (its issue 1386)
@@ -72,7 +75,7 @@ setup(
         # For other units than SI, and Parquet. An extra, as rosdep knows neither.
         'tables': ['pint', 'pyarrow'],
         # For more than one process or machine. An extra for the same reason.
-        'scale': ['distributed'],
+        'scale': ['dask', 'distributed'],
         'bench': ['cma', 'scikit-sundae'],
         'fuzz': ['atheris; python_version >= "3.11" and sys_platform == "linux"'],
         'docs': ['furo', 'myst-parser', 'sphinx'],

@@ -5,10 +5,13 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
+from importlib.metadata import packages_distributions
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[1] / PACKAGE
@@ -88,8 +91,8 @@ def imports(tree: ast.AST) -> Iterator[str]:
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f'line {node.lineno}: relative import; name it in full'
-            yield from (f'{node.module}.{name.name}' for name in node.names)
+            module = '.' * node.level + (node.module or '')
+            yield from (f'{module}.{name.name}' for name in node.names)
 
 
 class WithoutTypeChecking(ast.NodeTransformer):
@@ -138,6 +141,41 @@ def test_imports_only_what_its_room_may(module: Path) -> None:
             assert '.'.join(name.split('.')[:2]) in allowed, f'{here} takes {name}'
         elif first not in sys.stdlib_module_names:
             assert first in outside, f'{here} takes {name}'
+
+
+def declared(*extras: str) -> set[str]:
+    """Return what setup.py requires, as pip spells it."""
+    setup = ast.parse((ROOT.parent / 'setup.py').read_text()).body[-1]
+    assert isinstance(setup, ast.Expr)
+    assert isinstance(setup.value, ast.Call)
+    values = {argument.arg: argument.value for argument in setup.value.keywords}
+    optional = ast.literal_eval(values['extras_require'])
+    required = ast.literal_eval(values['install_requires'])
+    required += [text for extra in extras for text in optional[extra]]
+    return {canonicalize_name(Requirement(text).name) for text in required}
+
+
+@pytest.mark.parametrize(
+    ('folder', 'extras'),
+    [
+        (PACKAGE, ('tables', 'scale')),
+        ('examples', ()),
+        ('benchmarks', ('tables', 'scale', 'test', 'bench')),
+        ('reliability', ('tables', 'scale', 'test', 'fuzz')),
+        ('test', ('tables', 'scale', 'test')),
+    ],
+)
+def test_every_package_imported_is_declared(folder: str, extras: tuple[str, ...]) -> None:
+    names = {
+        name.split('.')[0]
+        for module in (ROOT.parent / folder).rglob('*.py')
+        for name in imports(ast.parse(module.read_text()))
+    }
+    own = {path.stem for path in (*ROOT.parent.glob('*'), *ROOT.parent.glob('test/*'))} | {''}
+    known, providers = declared(*extras), packages_distributions()
+    for name in sorted(names - sys.stdlib_module_names - ROS - own):
+        candidates = {canonicalize_name(provider) for provider in providers.get(name, [name])}
+        assert candidates & known, f'{folder} imports {name}, setup.py lacks it'
 
 
 @pytest.mark.parametrize(
