@@ -6,16 +6,22 @@ import contextlib
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bag_file import UnindexedReader
 from pneu_rig_ros.records.description import bag_metadata
-from pneu_rig_ros.records.integrity import check_metadata, check_storage
+from pneu_rig_ros.records.integrity import check_bag, check_file
+from pneu_rig_ros.records.mcap_index import IndexedFile
+from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import DERIVED
 from pneu_rig_ros.records.wire import unpack_string
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import RPath
 
 ATTEMPTS = 8
 PAUSE = 0.01
@@ -70,9 +76,8 @@ def _opened(directory: Path) -> Iterator[Reader]:
     """Open a bag by its metadata, or by its only file when these are not written yet."""
     files = storage_files(directory)
     if (directory / 'metadata.yaml').exists() or len(files) > 1:
-        check_metadata(directory)
+        check_bag(directory)
         with Reader(directory) as reader:
-            check_storage(reader)
             yield reader
         return
     with contextlib.closing(_growing(files[0])) as reader:
@@ -80,41 +85,35 @@ def _opened(directory: Path) -> Iterator[Reader]:
 
 
 def _growing(file: Path) -> Reader:
-    """Open a file without metadata; again where it was looked at while the recorder appended."""
+    """Open a file without metadata; again where it was read while the recorder appended."""
     for attempt in range(ATTEMPTS - 1):
-        with contextlib.suppress(Exception):  # rosbags stumbles anyhow over half a piece
-            return _unindexed(file)
+        with contextlib.suppress(Exception):  # readers fail in any way on half a chunk
+            return _without_metadata(file)
         time.sleep(PAUSE * 2.0**attempt)
-    return _unindexed(file)
+    return _without_metadata(file)
 
 
-def _unindexed(file: Path) -> Reader:
-    reader = Reader(file)
-    reader.storage = UnindexedReader(file)
-    try:
-        reader.open()
-        check_storage(reader)
-    except Exception:
-        if reader.is_open:
-            reader.close()
-        raise
+def _without_metadata(file: Path) -> Reader:
+    check_file(file)
+    reader = Reader(cast('RPath', IndexedFile(file)))
+    reader.open()
     return reader
 
 
-def custom_data(reader: Reader) -> dict[str, str]:
+def custom_data(reader: Reader | AnyReader, directory: Path) -> dict[str, str]:
     """
     Return the custom data of an open bag, see `pneu_rig_ros.records.description`.
 
     `ros2 bag record` keeps none, and a bag that is being recorded has none yet: the topic says it.
     """
-    kept = reader.storage.metadata.custom
+    kept = read_metadata(directory).get('custom_data')
     if kept:
-        return dict(kept)
+        return {str(key): str(value) for key, value in kept.items()}
     text = last_text(reader, 'rig_description')
     return bag_metadata(text) if text else {}
 
 
-def last_text(reader: Reader, topic: str) -> str:
+def last_text(reader: Reader | AnyReader, topic: str) -> str:
     """Return what a topic said last, in whatever namespace; empty if it said nothing."""
     spoken = [
         c for c in reader.connections

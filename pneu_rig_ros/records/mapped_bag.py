@@ -8,7 +8,7 @@ held. What lies before the first or after the last message of any signal is left
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,14 +16,14 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
-from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.bag import custom_data, find_namespace, first_line
+from pneu_rig_ros.records.decompression import check_ros1_chunks
 from pneu_rig_ros.records.grid import HELD, Columns, resample
-from pneu_rig_ros.records.integrity import check_metadata, check_storage, unprotected_messages
+from pneu_rig_ros.records.integrity import check_bag, unprotected_messages
 from pneu_rig_ros.records.mapping import Source, TableMapping
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats, Stamps
 from pneu_rig_ros.records.scaling import in_si, unit_of
@@ -92,14 +92,15 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Ma
     if mapping is not None and not mapping.of_bag:
         raise RigError(f'{mapping.origin}: maps columns, but {path} is a bag; write topics: ...')
     directory = path if path.is_dir() or path.suffix == '.bag' else path.parent
-    if directory.is_dir():
-        check_metadata(directory)
     try:
+        if directory.is_dir():
+            check_bag(directory)
         with AnyReader([directory], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            protected = not any(map(_unprotected, reader.readers))
+            _check_ros1(reader)
             sources = dict(mapping.signals) if mapping else _own(reader.connections)
             streams, gauge = _streams(reader, sources, mapping.origin if mapping else path, zero)
-            custom = _custom(reader.readers)
+            custom = custom_data(reader, directory) if directory.is_dir() else {}
+        protected = directory.is_dir() and not unprotected_messages(directory)
     except RigError:
         raise
     except Exception as error:
@@ -108,17 +109,11 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Ma
     return MappedBag(_columns(path, streams, gauge), custom, protected)
 
 
-def _unprotected(reader: Reader | Reader1) -> bool:
-    """Check the index of a bag; return whether its messages lack checksums."""
-    if isinstance(reader, Reader1):
-        return True
-    check_storage(reader)
-    return unprotected_messages(reader)
-
-
-def _custom(readers: Sequence[Reader | Reader1]) -> dict[str, str]:
-    """Return the custom data of a bag; a bag of ROS 1 has none."""
-    return {} if isinstance(readers[0], Reader1) else custom_data(readers[0])
+def _check_ros1(reader: AnyReader) -> None:
+    """Raise RigError for a bag of ROS 1 with a chunk that would fill the memory."""
+    for bag in reader.readers:
+        if isinstance(bag, Reader1):
+            check_ros1_chunks(Path(str(bag.path)), [chunk.pos for chunk in bag.chunk_infos])
 
 
 def _own(connections: list[Connection]) -> dict[str, Source]:

@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import wire
-from pneu_rig_ros.records.bag import custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.bag import bag_directory, custom_data, find_namespace, open_bag
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps
 from pneu_rig_ros.records.integrity import unprotected_messages
@@ -116,10 +116,11 @@ def read_own_bag(path: Path) -> OwnBag:
     :param path: the bag's directory, or a file in it
     :raises RigError: when it is no bag, is cut off, or holds no rig's signals
     """
+    directory = bag_directory(path)
     with open_bag(path) as reader:
         namespace = find_namespace(reader.connections)
-        metadata = custom_data(reader)
-        protected = not unprotected_messages(reader)
+        metadata = custom_data(reader, directory)
+        protected = not unprotected_messages(directory)
         counts = _counts(reader, namespace)
         try:
             streams = _streams(reader, namespace)

@@ -14,20 +14,21 @@ import os
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
+from zlib import crc32
 
+from mcap.exceptions import EndOfFile
 from mcap.records import Channel, Chunk, McapRecord, Message, MessageIndex, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
-from rosbags.rosbag2.storage_mcap import decompress
-from yaml import YAMLError
+from mcap.stream_reader import StreamReader
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import wire
 from pneu_rig_ros.records.bag import bag_directory, custom_data, open_bag, storage_files
+from pneu_rig_ros.records.decompression import decompress
 from pneu_rig_ros.records.description import bag_metadata
-from pneu_rig_ros.records.integrity import LARGEST_METADATA, check_metadata
+from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.writer import BagWriter
-from pneu_rig_ros.rig.yaml_file import parse_yaml
 
 CUT_SUFFIX = '.cut'
 """Appended to the name of the file that was repaired."""
@@ -87,7 +88,7 @@ def _healthy(directory: Path) -> RepairReport:
         count = sum(1 for _ in reader.messages())
         if count != reader.message_count:
             raise RigError(f'{directory}: index says {reader.message_count}, found {count}')
-        metadata = custom_data(reader)
+        metadata = custom_data(reader, directory)
         duration = max(0, reader.duration) * 1e-9 if count else 0.0
     return RepairReport(directory, False, count, duration, 'configuration' in metadata, None)
 
@@ -122,13 +123,10 @@ def _make_room(workshop: Path) -> None:
 def _kept(directory: Path) -> dict[str, str]:
     """Return the custom data of the old metadata.yaml, none where it is missing or damaged."""
     try:
-        check_metadata(directory)
-        text = (directory / 'metadata.yaml').read_text(encoding='utf-8')
-        whole = parse_yaml(text, 'metadata.yaml', LARGEST_METADATA, LARGEST_METADATA)
-        information = whole['rosbag2_bagfile_information']
-        information['version']  # comes last as rosbags writes it: a file cut off lacks it
+        information = read_metadata(directory)
+        information['version']  # the last key that is written: a file cut off lacks it
         return {str(key): str(value) for key, value in information['custom_data'].items()}
-    except (RigError, OSError, YAMLError, LookupError, TypeError, AttributeError):
+    except (RigError, OSError, LookupError, AttributeError):
         return {}
 
 
@@ -195,14 +193,19 @@ def _note(record: McapRecord, schemas: dict[int, Schema], channels: dict[int, Ch
 
 
 def _content(chunk: Chunk) -> list[McapRecord] | None:
-    """Return the records in a chunk, None when the checksum does not fit or they make no sense."""
+    """Return the records in a chunk, None if damaged."""
     try:
-        content = decompress(
-            chunk.data, chunk.compression, chunk.uncompressed_size, chunk.uncompressed_crc
-        )
-        return breakup_chunk(replace(chunk, compression='', data=content))
-    except Exception:
+        content = decompress(chunk.data, chunk.compression, chunk.uncompressed_size)
+        if chunk.uncompressed_crc not in (0, crc32(content)):
+            return None
+        return list(_until_end(StreamReader(BytesIO(content), skip_magic=True)))
+    except Exception:  # parsers fail in any way on damaged data
         return None
+
+
+def _until_end(reader: StreamReader) -> Iterator[McapRecord]:
+    with contextlib.suppress(EndOfFile):
+        yield from reader.records
 
 
 def _swap(new: Path, directory: Path, file: Path) -> Path:

@@ -1,77 +1,46 @@
 """
-Writes rosbag2 directories with MCAP storage, through `rosbags`, raw CDR in, raw CDR out.
+Writes rosbag2 directories with MCAP storage through `mcap`: raw CDR in, raw CDR out.
 
-What a killed recorder loses is the chunk it was filling. Left alone, rosbags closes a chunk at
-1 MiB, i.e. every 2 s; here a chunk is also closed and handed to the operating system after
-``FLUSH_PERIOD``, in a file that can be read from then on, see `bag_file`.
-
-Messages are appended to rosbags' pending chunk directly: ``Writer.write`` keeps statistics for
-each message, which costs five times as much. Here index and statistics are made of the file's
-chunks when the bag is complete, so that the memory of a recorder does not grow with its bag.
+A killed recorder loses the chunk that it was filling, so a chunk is closed and handed to the
+operating system every `FLUSH_PERIOD`, into a file that is readable from then on (`growing_file`).
+The index is made from the chunks in the file when the bag is closed: it covers exactly what was
+written even after an error, and the memory of a recorder does not grow with its bag.
 """
 
 from __future__ import annotations
 
 import contextlib
-import struct
+import sys
 import time
-from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from io import BytesIO
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, cast
-from zlib import crc32
+from typing import IO, Any, Literal, cast
 
-from rosbags.interfaces import (
-    Connection,
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
-from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-from rosbags.rosbag2.storage_mcap import McapWriter, PendingChunk
-from rosbags.typesys import Stores, get_typestore
+import yaml
+from mcap.records import Channel, MetadataIndex, Schema
+from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
+from mcap.writer import CompressionType, Writer
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bag_file import MAGIC, BagFile, chunks, index_record, totals
-from pneu_rig_ros.records.integrity import CHECKSUM_PLACE, seal_index, seal_metadata
-from pneu_rig_ros.records.topics import DEPTH, topic_named
+from pneu_rig_ros.records.growing_file import GrowingFile
+from pneu_rig_ros.records.mcap_index import index_bytes, scan_chunks
+from pneu_rig_ros.records.rosbag2_metadata import (
+    TYPE_HASH,
+    format_metadata,
+    offered_qos,
+    write_metadata,
+)
+from pneu_rig_ros.records.wire import typestore
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
 
 CHUNK_SIZE = 2**20
-"""Largest chunk [byte]."""
+"""Messages that close a chunk [byte]."""
 
-_MESSAGE = struct.Struct('<BQHIQQ')
-"""Opcode, length, channel, sequence, log time [ns], publish time [ns] of an MCAP message."""
-
-_FIXED_SIZE = 22
-"""Bytes of a message record between its length and its data."""
-
-
-_FOREVER = QosTime(9_223_372_036, 854_775_807)
-
-
-def offered(topic: str) -> Qos:
-    """Return the quality of service that `ros2 bag play` gives a topic, as the live one has."""
-    known = topic_named(topic)
-    latched = known is not None and known.latched
-    return Qos(
-        history=QosHistory.KEEP_LAST,
-        depth=1 if latched else DEPTH,
-        reliability=QosReliability.RELIABLE,
-        durability=QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
-        deadline=_FOREVER,
-        lifespan=_FOREVER,
-        liveliness=QosLiveliness.AUTOMATIC,
-        liveliness_lease_duration=_FOREVER,
-        avoid_ros_namespace_conventions=False,
-    )
+CHUNKS_PER_WRITER = 256
+"""After them a new `mcap` writer takes over, as one remembers each chunk that it has written."""
 
 
 class BagWriter:
@@ -90,30 +59,64 @@ class BagWriter:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.message_count = 0
-        self._typestore = get_typestore(Stores.ROS2_JAZZY)
-        self._connections: dict[str, Connection] = {}
-        with self._explained():
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+        self._channel_ids: dict[str, int] = {}
+        self._chunks, self._unflushed, self._flushed = 0, 0, time.monotonic()
+        self._storage = self.path / f'{self.path.name}.mcap'
+        with self._one_line_errors():
             if self.path.exists():
                 raise RigError(f'{self.path} exists; name a bag that does not, or remove it')
-            self._writer = Writer(self.path, version=9, storage_plugin=StoragePlugin.MCAP)
-            self._writer.open()
-        storage = self._writer.storage
-        assert isinstance(storage, McapWriter)
-        self._storage = storage
-        storage.bio.close()
-        self._file = BagFile(storage.path)
-        storage.bio = cast('Any', self._file)
-        self._flushed = time.monotonic()
+            self.path.mkdir(parents=True)
+            self._file = GrowingFile(self._storage)
+            self._writer = self._new_writer()
+            self._writer.start(Profile.ROS2)
+            self._file.flush()
+
+    def _new_writer(self) -> Writer:
+        """Return an `mcap` writer that has the topics under the same numbers."""
+        writer = Writer(
+            cast('IO[Any]', self._file),
+            chunk_size=sys.maxsize,  # `flush` closes the chunks
+            compression=CompressionType.NONE,
+        )
+        for schema in self._schemas.values():
+            writer.register_schema(schema.name, schema.encoding, schema.data)
+        for c in self._channels.values():
+            writer.register_channel(c.topic, c.message_encoding, c.schema_id, c.metadata)
+        return writer
 
     def add_topic(self, topic: str, type_name: str) -> None:
         """Announce a topic, so that the bag lists it even if no message comes."""
-        if topic in self._connections:
+        if topic in self._channel_ids:
             return
-        if type_name not in self._typestore.fielddefs:
+        if type_name not in typestore().fielddefs:
             raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
-        self._connections[topic] = self._writer.add_connection(
-            topic, type_name, typestore=self._typestore, offered_qos_profiles=[offered(topic)]
+        schema_id = self._schema_id(type_name)
+        metadata = {
+            'offered_qos_profiles': yaml.safe_dump([offered_qos(topic)]).strip(),
+            TYPE_HASH: typestore().hash_rihs01(type_name),
+        }
+        number = self._writer.register_channel(topic, MessageEncoding.CDR, schema_id, metadata)
+        self._channel_ids[topic] = number
+        self._channels[number] = Channel(
+            id=number,
+            topic=topic,
+            message_encoding=MessageEncoding.CDR,
+            metadata=metadata,
+            schema_id=schema_id,
         )
+
+    def _schema_id(self, type_name: str) -> int:
+        for schema in self._schemas.values():
+            if schema.name == type_name:
+                return schema.id
+        definition = typestore().generate_msgdef(type_name, ros_version=2)[0].encode()
+        number: int = self._writer.register_schema(type_name, SchemaEncoding.ROS2, definition)
+        self._schemas[number] = Schema(
+            id=number, data=definition, encoding=SchemaEncoding.ROS2, name=type_name
+        )
+        return number
 
     def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:
         """
@@ -125,48 +128,27 @@ class BagWriter:
         :param cdr: the serialised message, encapsulation header included
         :raises RigError: when the disk is full or the type unknown
         """
-        connection = self._connections.get(topic)
-        if connection is None:
+        channel = self._channel_ids.get(topic)
+        if channel is None:
             self.add_topic(topic, type_name)
-            connection = self._connections[topic]
-        chunk = self._storage.chunk
-        channel = connection.id
-        chunk.msgs[channel].append((log_time_ns, chunk.bio.tell()))
-        length = _FIXED_SIZE + len(cdr)
-        head = _MESSAGE.pack(0x05, length, channel, 0, log_time_ns, log_time_ns)
-        chunk.bio.write(head + cdr)  # in one, so that an interrupt leaves no half of it
+            channel = self._channel_ids[topic]
+        self._writer.add_message(channel, log_time_ns, cdr, log_time_ns)
         self.message_count += 1
-        if time.monotonic() - self._flushed > FLUSH_PERIOD or chunk.bio.tell() > CHUNK_SIZE:
+        self._unflushed += len(cdr)
+        if self._unflushed > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
             self.flush()
 
     def flush(self) -> None:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
         self._flushed = time.monotonic()
-        chunk, start = self._storage.chunk, self._file.tell()
-        try:
-            with self._explained():
-                if chunk.msgs:
-                    self._close_chunk(chunk, start)
-                self._file.commit()
-        except KeyboardInterrupt:
-            # The chunk is in the file or not at all, and then it is written by the next call.
-            self._file.drop()
-            if self._file.tell() == start:
-                self._storage.chunk = chunk
-            raise
-
-    def _close_chunk(self, chunk: PendingChunk, start: int) -> None:
-        for entries in chunk.msgs.values():
-            if entries and entries[-1][1] >= chunk.bio.tell():
-                entries.pop()  # of a message before which there was an interrupt
-        times = [time_ns for entries in chunk.msgs.values() for time_ns, _ in entries]
-        if not times:
+        if not self._unflushed:
             return
-        chunk.message_start_time, chunk.message_end_time = min(times), max(times)
-        checksum = crc32(chunk.bio.getbuffer())
-        self._storage.close_chunk()  # rosbags leaves its place for a checksum empty
-        self._file.replace(start + CHECKSUM_PLACE, struct.pack('<I', checksum))
-        self._storage.chunks.clear()
+        self._unflushed = 0
+        with self._one_line_errors():
+            self._writer.flush()
+        self._chunks += 1
+        if self._chunks % CHUNKS_PER_WRITER == 0:
+            self._writer = self._new_writer()
 
     def close(self, metadata: Mapping[str, str]) -> None:
         """
@@ -174,37 +156,31 @@ class BagWriter:
 
         :param metadata: custom data, see `pneu_rig_ros.records.description`
         """
-        for key, value in metadata.items():
-            self._writer.set_custom_data(key, value)
         try:
             self.flush()
         finally:
-            # What could not be written is not counted; what could be gets its index.
-            with self._explained():
-                self._take_stock()
-                self._writer.close()
-                seal_index(self._storage.path)
-                seal_metadata(self.path / 'metadata.yaml')
+            with self._one_line_errors():
+                self._write_index(metadata)
 
-    def _take_stock(self) -> None:
-        """Give rosbags the chunks and statistics that belong into the index."""
-        storage, writer = self._storage, self._writer
-        storage.chunk = PendingChunk(0, 0, BytesIO(), defaultdict(list))
-        with storage.path.open('rb') as stream:
-            found = list(chunks(stream, len(MAGIC), self._file.tell()))
-        counted = totals(found)
-        storage.chunks = [index_record(chunk) for chunk in found]
-        # An empty bag would start at 2^63 - 1 ns otherwise, which no reader likes.
-        writer.min_timestamp = storage.message_start_time = counted.start_time
-        writer.max_timestamp = storage.message_end_time = counted.end_time
-        for channel in writer.counts:
-            count = counted.channel_message_counts.get(channel, 0)
-            writer.counts[channel] = storage.channel_stats[channel] = count
+    def _write_index(self, custom_data: Mapping[str, str]) -> None:
+        """Write index and metadata.yaml for the messages that are in the file."""
+        try:
+            with self._storage.open('rb') as stream:
+                summary, start = scan_chunks(stream)
+            summary.schemas, summary.channels = self._schemas, self._channels
+            text = format_metadata(self._storage.name, summary, custom_data)
+            # rosbag2 finds the text in the file too, should metadata.yaml be lost
+            self._writer.add_metadata('rosbag2', {'serialized_metadata': text})
+            end = self._file.tell()
+            summary.metadata_indexes = [MetadataIndex(start, end - start, 'rosbag2')]
+            self._file.flush(index_bytes(summary, end))
+        finally:
+            self.abort()
+        write_metadata(self.path, text)
 
     def abort(self) -> None:
         """Stop without index, as a crash would; `pneu_rig_ros.records.repair` reads the rest."""
-        self._file.drop()
-        self._writer.abort()
+        self._file.close()
 
     def __enter__(self) -> BagWriter:
         return self
@@ -215,7 +191,7 @@ class BagWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> Literal[False]:
-        if self._writer.storage is not None:
+        if not self._file.closed:
             if kind is None:
                 self.close({})
             else:
@@ -223,13 +199,9 @@ class BagWriter:
         return False
 
     @contextlib.contextmanager
-    def _explained(self) -> Iterator[None]:
-        """Turn what the file system says into one line."""
+    def _one_line_errors(self) -> Iterator[None]:
         try:
             yield
-        except (OSError, WriterError) as error:
-            raise self._explain(error) from error
-
-    def _explain(self, error: OSError | WriterError) -> RigError:
-        cause = error.strerror if isinstance(error, OSError) else None
-        return RigError(f'cannot write the bag {self.path}: {cause or error}')
+        except OSError as error:
+            cause = error.strerror or error
+            raise RigError(f'cannot write the bag {self.path}: {cause}') from error

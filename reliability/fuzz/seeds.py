@@ -15,7 +15,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 
 from pneu_rig_ros.records import Recording, read_recording, wire
-from pneu_rig_ros.records.integrity import CHECKSUM_PLACE
+from pneu_rig_ros.records.mcap_index import CHUNK_CRC_OFFSET
 
 DURATION = 0.015
 """Of the stroke in the bags [s]: small, so that many are tried."""
@@ -120,7 +120,7 @@ def unprotected_bag() -> bytes:
     while place + 9 <= len(data):
         opcode, length = struct.unpack_from('<BQ', data, place)
         if opcode == 0x06:
-            data[place + CHECKSUM_PLACE : place + CHECKSUM_PLACE + 4] = bytes(4)
+            data[place + CHUNK_CRC_OFFSET : place + CHUNK_CRC_OFFSET + 4] = bytes(4)
         place += 9 + length
         if opcode == 0x02:
             data[place - 4 : place] = bytes(4)

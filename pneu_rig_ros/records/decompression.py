@@ -1,0 +1,95 @@
+"""Decompression with a bound: a few kB in a hostile bag could otherwise fill the memory."""
+
+from __future__ import annotations
+
+import struct
+from bz2 import BZ2Decompressor
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from backports import zstd
+from lz4.frame import LZ4FrameDecompressor
+from mcap.records import ChunkIndex
+
+from pneu_rig_ros.errors import RigError
+
+LARGEST_CHUNK = 2**27
+"""Of a bag's chunk, decompressed [byte]; recorders write some MB."""
+
+_DECOMPRESSORS: dict[str, Callable[[], Any]] = {
+    'zstd': zstd.ZstdDecompressor,
+    'lz4': LZ4FrameDecompressor,
+    'bz2': BZ2Decompressor,
+}
+
+
+def decompress(data: bytes, compression: str, size: int) -> bytes:
+    """
+    Return decompressed data.
+
+    :param compression: 'zstd', 'lz4', 'bz2', or '' for none
+    :param size: that the data are to have, at most `LARGEST_CHUNK` [byte]
+    :raises RigError: when they have another
+    """
+    if compression in ('', 'none'):
+        content = data
+    elif compression not in _DECOMPRESSORS:
+        raise RigError(f'chunk compressed by {compression!r}, allowed: zstd, lz4')
+    else:
+        content = _at_most(_DECOMPRESSORS[compression], data, min(size, LARGEST_CHUNK) + 1)
+    if len(content) != size:
+        raise RigError(f'a chunk does not have the {size} bytes that it claims')
+    return content
+
+
+def _at_most(new: Callable[[], Any], data: bytes, limit: int) -> bytes:
+    """Return the decompressed data, or the first `limit` bytes of them; any number of frames."""
+    content = bytearray()
+    while data and len(content) < limit:
+        decompressor = new()
+        while len(content) < limit and not decompressor.eof:
+            part = decompressor.decompress(data, max_length=limit - len(content))
+            content += part
+            data = b''
+            if not part and not decompressor.eof:
+                return bytes(content)  # cut off
+        data = decompressor.unused_data if decompressor.eof else b''
+    return bytes(content)
+
+
+def chunk_content(stream: BinaryIO, chunk: ChunkIndex) -> bytes:
+    """Return the decompressed content of a chunk of an MCAP file."""
+    stream.seek(chunk.chunk_start_offset + 49 + len(chunk.compression.encode()))
+    data = stream.read(chunk.compressed_size)
+    return decompress(data, chunk.compression, chunk.uncompressed_size)
+
+
+def check_ros1_chunks(path: Path, offsets: Iterable[int]) -> None:
+    """
+    Decompress the chunks of a ROS 1 bag once, within the bound.
+
+    :param offsets: of the chunk records in the file [byte]
+    :raises RigError: when a chunk does not have the size that it claims
+    """
+    with path.open('rb') as stream:
+        for offset in offsets:
+            stream.seek(offset)
+            fields = _ros1_fields(_ros1_block(stream))
+            (size,) = struct.unpack('<I', fields[b'size'])
+            decompress(_ros1_block(stream), fields[b'compression'].decode(), size)
+
+
+def _ros1_block(stream: BinaryIO) -> bytes:
+    (length,) = struct.unpack('<I', stream.read(4))
+    return stream.read(length)
+
+
+def _ros1_fields(header: bytes) -> dict[bytes, bytes]:
+    fields = {}
+    while header:
+        (length,) = struct.unpack_from('<I', header)
+        name, _, value = header[4 : 4 + length].partition(b'=')
+        fields[name] = value
+        header = header[4 + length :]
+    return fields
