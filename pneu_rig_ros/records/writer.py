@@ -37,7 +37,10 @@ FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
 
 CHUNK_SIZE = 2**20
-"""Messages that close a chunk [byte]."""
+"""Largest chunk [byte]."""
+
+RECORD_HEAD = 31
+"""What MCAP puts before the data of a message [byte]."""
 
 CHUNKS_PER_WRITER = 256
 """After them a new `mcap` writer takes over, as one remembers each chunk that it has written."""
@@ -134,7 +137,7 @@ class BagWriter:
             channel = self._channel_ids[topic]
         self._writer.add_message(channel, log_time_ns, cdr, log_time_ns)
         self.message_count += 1
-        self._unflushed += len(cdr)
+        self._unflushed += RECORD_HEAD + len(cdr)
         if self._unflushed > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
             self.flush()
 
