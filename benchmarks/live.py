@@ -28,7 +28,7 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.nodes.drive import drive
 from pneu_rig_ros.nodes.pacing import claim_realtime_priority
 from pneu_rig_ros.nodes.wiring import Inlet
-from pneu_rig_ros.records.wire import typestore, unpack_stamp
+from pneu_rig_ros.records.cdr import typestore, unpack_stamp
 
 SEPARATE = ('recorder', 'friction_estimator', 'valve_command', 'plant')
 COMPOSED = ('rig',)

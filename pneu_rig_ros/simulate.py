@@ -14,15 +14,15 @@ from pathlib import Path
 from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter
-from pneu_rig_ros.records.description import bag_metadata, describe
-from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.records.wire import (
+from pneu_rig_ros.records.cdr import (
     FrictionMessage,
     PlantMessages,
     pack_float64,
     pack_string,
     pack_valve_voltages,
 )
+from pneu_rig_ros.records.description import bag_metadata, describe
+from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Rig, RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages

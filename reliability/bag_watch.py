@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.records.bag import open_bag, storage_files
-from pneu_rig_ros.records.wire import unpack_stamp
+from pneu_rig_ros.records.cdr import unpack_stamp
 
 PERIOD = 2.0
 """Between two looks [s]."""

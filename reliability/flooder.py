@@ -6,7 +6,7 @@ import time
 import rclpy
 from std_msgs.msg import Float64
 
-from pneu_rig_ros.records.wire import pack_float64
+from pneu_rig_ros.records.cdr import pack_float64
 
 
 def main() -> None:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from pneu_rig_ros.nodes.twins import PROCESS
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.bag import open_bag
+from pneu_rig_ros.records.cdr import typestore
 from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
-from pneu_rig_ros.records.wire import typestore
 from reliability.witness import Received
 
 LAST_WORDS_NS, LATE_NS = 1_000_000_000, 100_000_000

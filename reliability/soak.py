@@ -32,7 +32,7 @@ from pneu_rig_ros.cli import output
 from pneu_rig_ros.nodes import wiring
 from pneu_rig_ros.nodes.gathering import await_first_sample
 from pneu_rig_ros.nodes.pacing import Metronome
-from pneu_rig_ros.records.wire import pack_float64
+from pneu_rig_ros.records.cdr import pack_float64
 from reliability import figures
 from reliability.live_rig import ORDER, ProcessRig, own_domain
 from reliability.soak_bag import Content, read_content

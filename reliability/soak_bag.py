@@ -10,7 +10,7 @@ from typing import Any
 
 from rosbags.rosbag2 import Reader
 
-from pneu_rig_ros.records.wire import typestore, unpack_stamp
+from pneu_rig_ros.records.cdr import typestore, unpack_stamp
 
 STAMPED = ('/joint_states', '/chamber_1/pressure', '/chamber_2/pressure', '/friction')
 PUBLISHED = {

@@ -17,8 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import wiring
+from pneu_rig_ros.records.cdr import pack_float64
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
-from pneu_rig_ros.records.wire import pack_float64
 from reliability.live_rig import PATIENCE
 
 U = 0.34

@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from pneu_rig_ros.records.cdr import typestore
 from pneu_rig_ros.records.topics import PISTON, TOPICS, topic_named
-from pneu_rig_ros.records.wire import typestore
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
 FOXGLOVE = json.loads((CONFIG / 'foxglove_layout.json').read_text())

@@ -13,7 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import wiring
 from pneu_rig_ros.nodes.pacing import Metronome
-from pneu_rig_ros.records.wire import pack_float64
+from pneu_rig_ros.records.cdr import pack_float64
 
 PERIOD_NS = 20_000_000
 """Commands come at 50 Hz, often enough for any sensible `command_timeout`."""

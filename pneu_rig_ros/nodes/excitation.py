@@ -11,7 +11,7 @@ from pneu_rig_ros.nodes import parameters, runner
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
-from pneu_rig_ros.records.wire import pack_float64, unpack_stamp
+from pneu_rig_ros.records.cdr import pack_float64, unpack_stamp
 
 
 class ExcitationNode(RigNode):

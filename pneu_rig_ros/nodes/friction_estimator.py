@@ -14,7 +14,7 @@ from pneu_rig_ros.nodes.joining import Joiner, position_reading, pressure_readin
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
-from pneu_rig_ros.records.wire import FrictionMessage, unpack_string
+from pneu_rig_ros.records.cdr import FrictionMessage, unpack_string
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml, load_configuration
 
 

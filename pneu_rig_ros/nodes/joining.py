@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.wire import unpack_fluid_pressure, unpack_joint_state
+from pneu_rig_ros.records.cdr import unpack_fluid_pressure, unpack_joint_state
 
 Reading = tuple[int, float]
 """Stamp [ns] and value."""

@@ -24,7 +24,7 @@ from pneu_rig_ros.nodes.live_history import History
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.records.wire import (
+from pneu_rig_ros.records.cdr import (
     pack_float64,
     unpack_float64,
     unpack_fluid_pressure,

@@ -18,8 +18,8 @@ from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
 from pneu_rig_ros.nodes.setup import SET_AT_RUN_TIME, declare_setup, read_setup
 from pneu_rig_ros.nodes.wall_clock import WallClock
+from pneu_rig_ros.records.cdr import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.records.description import describe
-from pneu_rig_ros.records.wire import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.rig import Rig
 from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages

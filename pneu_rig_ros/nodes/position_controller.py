@@ -16,7 +16,7 @@ from pneu_rig_ros.nodes import parameters, runner
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
-from pneu_rig_ros.records.wire import (
+from pneu_rig_ros.records.cdr import (
     JointReading,
     pack_float64,
     unpack_float64,

@@ -21,10 +21,10 @@ from pneu_rig_ros.nodes.wall_clock import WallClock
 from pneu_rig_ros.nodes.wiring import Arrival, Inlet
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
+from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.repair import CUT_SUFFIX
 from pneu_rig_ros.records.topics import CLOCK, TOPICS
-from pneu_rig_ros.records.wire import unpack_stamp, unpack_string
 
 SAMPLES = 'joint_states'
 DESCRIPTION = 'rig_description'

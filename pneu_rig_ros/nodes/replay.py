@@ -20,9 +20,9 @@ from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
 from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.records.cdr import NANOSECONDS
 from pneu_rig_ros.records.playback import Message, Playback
 from pneu_rig_ros.records.topics import CLOCK
-from pneu_rig_ros.records.wire import NANOSECONDS
 
 LONGEST_PAUSE_NS = 20_000_000
 """Longest sleep between two turns, so that services are served [ns]."""

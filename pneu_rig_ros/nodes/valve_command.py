@@ -13,7 +13,7 @@ from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rates import Rate
 from pneu_rig_ros.nodes.rig_node import Report, RigNode
 from pneu_rig_ros.nodes.senders import Senders
-from pneu_rig_ros.records.wire import pack_valve_voltages, unpack_float64, unpack_stamp
+from pneu_rig_ros.records.cdr import pack_valve_voltages, unpack_float64, unpack_stamp
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 LEAST_GAP_NS = 500_000

@@ -13,12 +13,12 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.cdr import unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.integrity import check_bag, check_file
 from pneu_rig_ros.records.mcap_index import IndexedFile
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import DERIVED
-from pneu_rig_ros.records.wire import unpack_string
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import RPath

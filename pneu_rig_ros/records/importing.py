@@ -17,6 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.cdr import (
+    FrictionMessage,
+    PlantMessages,
+    pack_float64,
+    pack_string,
+    pack_valve_voltages,
+)
 from pneu_rig_ros.records.conditions import (
     FILE_NAME,
     apply_conditions,
@@ -32,13 +39,6 @@ from pneu_rig_ros.records.description import (
 from pneu_rig_ros.records.plausible import check_plausible
 from pneu_rig_ros.records.recording import Floats, Recording
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.records.wire import (
-    FrictionMessage,
-    PlantMessages,
-    pack_float64,
-    pack_string,
-    pack_valve_voltages,
-)
 from pneu_rig_ros.records.writer import BagWriter
 from pneu_rig_ros.rig import RigConfiguration, Sample
 from pneu_rig_ros.rig.urdf import robot_description

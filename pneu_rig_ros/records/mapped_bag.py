@@ -21,13 +21,13 @@ from rosbags.typesys import Stores, get_typestore
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.bag import custom_data, find_namespace, first_line
+from pneu_rig_ros.records.cdr import NANOSECONDS
 from pneu_rig_ros.records.decompression import check_ros1_chunks
 from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.integrity import check_bag, unprotected_messages
 from pneu_rig_ros.records.mapping import Source, TableMapping
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats, Stamps
 from pneu_rig_ros.records.scaling import in_si, unit_of
-from pneu_rig_ros.records.wire import NANOSECONDS
 
 USUAL_FIELDS = {
     'std_msgs/msg/Float64': 'data',

@@ -11,8 +11,13 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import wire
 from pneu_rig_ros.records.bag import bag_directory, custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.cdr import (
+    unpack_float64,
+    unpack_fluid_pressure,
+    unpack_joint_state,
+    unpack_valve_voltages,
+)
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps
 from pneu_rig_ros.records.integrity import unprotected_messages
@@ -39,34 +44,19 @@ class Stream(NamedTuple):
     """Shape (m,); empty for messages without a stamp."""
 
 
-def _joint_state(cdr: bytes) -> tuple[int, float, float]:
-    reading = wire.unpack_joint_state(cdr)
-    return reading.stamp_ns, reading.position, reading.velocity
-
-
-def _effort(cdr: bytes) -> tuple[int, float]:
-    reading = wire.unpack_joint_state(cdr)
-    return reading.stamp_ns, reading.effort
-
-
-def _pressure(cdr: bytes) -> tuple[int, float]:
-    reading = wire.unpack_fluid_pressure(cdr)
-    return reading.stamp_ns, reading.pressure
-
-
-def _command(cdr: bytes) -> tuple[int, float]:
-    return 0, wire.unpack_float64(cdr)
-
-
 _DECODERS: dict[str, Callable[[bytes], tuple[Any, ...]]] = {
-    'joint_states': _joint_state,
-    'chamber_1/pressure': _pressure,
-    'chamber_2/pressure': _pressure,
-    'friction': _effort,
-    'force': _effort,
-    'u': _command,
-    'valve_voltages': lambda cdr: (0, *wire.unpack_valve_voltages(cdr)),
+    'joint_states': unpack_joint_state,
+    'chamber_1/pressure': unpack_fluid_pressure,
+    'chamber_2/pressure': unpack_fluid_pressure,
+    'friction': unpack_joint_state,
+    'force': unpack_joint_state,
+    'u': lambda data: (0, unpack_float64(data)),
+    'valve_voltages': lambda data: (0, *unpack_valve_voltages(data)),
 }
+"""Topic -> function that returns stamp (0 for none) and values of a message."""
+
+EFFORT = 2
+"""Column of the force in the values of a JointState."""
 
 
 class OwnBag(NamedTuple):
@@ -214,9 +204,9 @@ def _sampled(streams: dict[str, Stream], grid: Stamps, interval: int) -> dict[st
         'pressure_2': _fill(rod, 0, grid),
     }
     if streams['force'].stamps.size:
-        signals['force'] = _fill(streams['force'], 0, grid)
+        signals['force'] = _fill(streams['force'], EFFORT, grid)
     if streams['friction'].stamps.size:
-        signals['friction'] = _place(streams['friction'], grid, interval)
+        signals['friction'] = _place(streams['friction'], EFFORT, grid, interval)
     return signals
 
 
@@ -249,12 +239,12 @@ def _fill(stream: Stream, column: int, grid: Stamps) -> Floats:
     return filled
 
 
-def _place(stream: Stream, grid: Stamps, interval: int) -> Floats:
-    """Return the stream's values on the grid, NaN where it has none."""
+def _place(stream: Stream, column: int, grid: Stamps, interval: int) -> Floats:
+    """Return a column of the stream on the grid, NaN where it has no value."""
     values = np.full(grid.size, np.nan)
     index = (stream.stamps - grid[0]) // interval
     inside = (index >= 0) & (index < grid.size)
-    values[index[inside]] = stream.values[inside, 0]
+    values[index[inside]] = stream.values[inside, column]
     return values
 
 

@@ -23,7 +23,7 @@ from mcap.records import Channel, Chunk, McapRecord, Message, MessageIndex, Sche
 from mcap.stream_reader import StreamReader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import wire
+from pneu_rig_ros.records import cdr
 from pneu_rig_ros.records.bag import bag_directory, custom_data, open_bag, storage_files
 from pneu_rig_ros.records.decompression import decompress
 from pneu_rig_ros.records.description import bag_metadata
@@ -143,7 +143,7 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
             writer.write(topic, type_name, message.log_time, message.data)
             if topic.endswith(DESCRIPTION):
                 with contextlib.suppress(RigError):  # nobody could read it either
-                    metadata = bag_metadata(wire.unpack_string(message.data))
+                    metadata = bag_metadata(cdr.unpack_string(message.data))
         writer.close(metadata | kept)
     return damaged
 

@@ -23,6 +23,7 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.cdr import typestore
 from pneu_rig_ros.records.growing_file import GrowingFile
 from pneu_rig_ros.records.mcap_index import index_bytes, scan_chunks
 from pneu_rig_ros.records.rosbag2_metadata import (
@@ -31,7 +32,6 @@ from pneu_rig_ros.records.rosbag2_metadata import (
     offered_qos,
     write_metadata,
 )
-from pneu_rig_ros.records.wire import typestore
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""

@@ -13,7 +13,7 @@ from rclpy.publisher import Publisher
 
 from pneu_rig_ros.nodes import wiring
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.wire import pack_float64, unpack_valve_voltages
+from pneu_rig_ros.records.cdr import pack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 from reliability.faults.finding import Finding, Scene
 from reliability.proof import missing_samples

@@ -24,7 +24,7 @@ SHARES: dict[str, dict[str, float]] = {
     'cut bag': {DAMAGE: 4},
     'metadata': {RANDOM: 1, DAMAGE: 2},
     'foreign bag': {RANDOM: 1, GUIDED: 2, DAMAGE: 4},
-    'wire': {RANDOM: 1, GUIDED: 1},
+    'cdr': {RANDOM: 1, GUIDED: 1},
 }
 """Reader -> method -> its share of the time."""
 

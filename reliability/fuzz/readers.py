@@ -23,7 +23,7 @@ from pneu_rig_ros.control.excitation import load_excitation, shipped_excitations
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import bag as bags
-from pneu_rig_ros.records import read_recording, repair, wire
+from pneu_rig_ros.records import cdr, read_recording, repair
 from pneu_rig_ros.records.conditions import format_conditions, parse_conditions
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mapping import read_mapping
@@ -163,16 +163,16 @@ def _foreign_bag(data: bytes, folder: Path) -> None:
 
 
 DECODERS: dict[str, tuple[str, Callable[[bytes], Any], Callable[[Any], Any]]] = {
-    'float64': ('std_msgs/msg/Float64', wire.unpack_float64, lambda m: m.data),
-    'string': ('std_msgs/msg/String', wire.unpack_string, lambda m: m.data),
+    'float64': ('std_msgs/msg/Float64', cdr.unpack_float64, lambda m: m.data),
+    'string': ('std_msgs/msg/String', cdr.unpack_string, lambda m: m.data),
     'voltages': (
         'std_msgs/msg/Float64MultiArray',
-        wire.unpack_valve_voltages,
+        cdr.unpack_valve_voltages,
         lambda m: tuple(m.data),
     ),
     'joint': (
         'sensor_msgs/msg/JointState',
-        wire.unpack_joint_state,
+        cdr.unpack_joint_state,
         lambda m: (
             _nanoseconds(m.header.stamp),
             *(f[0] if len(f) else math.nan for f in (m.position, m.velocity, m.effort)),
@@ -180,7 +180,7 @@ DECODERS: dict[str, tuple[str, Callable[[bytes], Any], Callable[[Any], Any]]] = 
     ),
     'pressure': (
         'sensor_msgs/msg/FluidPressure',
-        wire.unpack_fluid_pressure,
+        cdr.unpack_fluid_pressure,
         lambda m: (_nanoseconds(m.header.stamp), m.fluid_pressure, m.variance),
     ),
 }
@@ -188,15 +188,15 @@ DECODERS: dict[str, tuple[str, Callable[[bytes], Any], Callable[[Any], Any]]] = 
 
 
 def _nanoseconds(stamp: Any) -> int:
-    return int(stamp.sec) * wire.NANOSECONDS + int(stamp.nanosec)
+    return int(stamp.sec) * cdr.NANOSECONDS + int(stamp.nanosec)
 
 
-def _wire(data: bytes, _: Path) -> None:
+def _cdr(data: bytes, _: Path) -> None:
     """Decode CDR; the first byte says as which type. Rosbags must find the same numbers in it."""
     kind, decode, values = list(DECODERS.values())[data[0] % len(DECODERS) if data else 0]
     ours = decode(data[1:])
     try:
-        theirs = values(wire.typestore().deserialize_cdr(data[1:], kind))
+        theirs = values(cdr.typestore().deserialize_cdr(data[1:], kind))
     except SerdeError as error:
         if isinstance(error.__cause__, UnicodeDecodeError):
             return  # a name that nobody asks for, in another encoding
@@ -252,6 +252,6 @@ READERS: dict[str, Reader] = {
     'foreign bag': Reader(
         _foreign_bag, lambda: [seeds.foreign_bag(), seeds.compressed_bag()], seeds.BINARY
     ),
-    'wire': Reader(_wire, seeds.messages, seeds.BINARY),
+    'cdr': Reader(_cdr, seeds.messages, seeds.BINARY),
 }  # fmt: skip
 """Name -> reader."""

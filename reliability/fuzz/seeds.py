@@ -14,7 +14,7 @@ import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 
-from pneu_rig_ros.records import Recording, read_recording, wire
+from pneu_rig_ros.records import Recording, cdr, read_recording
 from pneu_rig_ros.records.mcap_index import CHUNK_CRC_OFFSET
 
 DURATION = 0.015
@@ -131,7 +131,7 @@ def unprotected_bag() -> bytes:
 @cache
 def _foreign(mode: CompressionMode) -> tuple[bytes, bytes]:
     """Return file and metadata.yaml of a bag with topics and units of others."""
-    store = wire.typestore()
+    store = cdr.typestore()
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder, 'stroke')
         made = Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP)
@@ -166,7 +166,7 @@ def foreign_metadata() -> bytes:
 
 
 def _header(k: int) -> Any:
-    types = wire.typestore().types
+    types = cdr.typestore().types
     stamp = types['builtin_interfaces/msg/Time'](sec=1, nanosec=k * 10**7)
     return types['std_msgs/msg/Header'](stamp=stamp, frame_id='axis')
 
@@ -184,11 +184,11 @@ def _pressure(k: int) -> dict[str, Any]:
 @cache
 def messages() -> tuple[bytes, ...]:
     """Return messages on the wire, each behind the number of its decoder."""
-    sample = wire.SampleMessages('', True).pack(10**9 + 5, (0.1, 0.2, 3.0), (2e5, 3e5))
+    sample = cdr.SampleMessages('', True).pack(10**9 + 5, (0.1, 0.2, 3.0), (2e5, 3e5))
     made = [
-        wire.pack_float64(0.34),
-        wire.pack_string('name: rig'),
-        wire.pack_valve_voltages(2.8, 2.2),
+        cdr.pack_float64(0.34),
+        cdr.pack_string('name: rig'),
+        cdr.pack_valve_voltages(2.8, 2.2),
         sample['joint_states'],
         sample['chamber_1/pressure'],
     ]

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.records import BagWriter
+from pneu_rig_ros.records.cdr import PlantMessages, pack_float64, pack_valve_voltages
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.records.wire import PlantMessages, pack_float64, pack_valve_voltages
 from pneu_rig_ros.rig import Sample
 
 from .sensors import Readings

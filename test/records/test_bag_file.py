@@ -11,7 +11,7 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, bag, repair
 from pneu_rig_ros.records.bag import open_bag
-from pneu_rig_ros.records.wire import pack_float64
+from pneu_rig_ros.records.cdr import pack_float64
 
 FLOAT64 = 'std_msgs/msg/Float64'
 Row = tuple[str, int, bytes]

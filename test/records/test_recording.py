@@ -11,9 +11,9 @@ import yaml
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, Recording, read_recording
 from pneu_rig_ros.records.bag import last_text, open_bag
+from pneu_rig_ros.records.cdr import PlantMessages, pack_valve_voltages
 from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.records.wire import PlantMessages, pack_valve_voltages
 from pneu_rig_ros.rig import Rig, Sample, load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
 from pneu_rig_ros.rig.valve_drive import valve_voltages

@@ -101,7 +101,7 @@ def test_failures_are_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     def read(data: bytes, _: Path) -> None:
         raise {b'a': ValueError('x'), b'b': RigError('one line')}[data]
 
-    monkeypatch.setitem(READERS, 'broken', READERS['wire']._replace(read=read))
+    monkeypatch.setitem(READERS, 'broken', READERS['cdr']._replace(read=read))
     tally = Tally()
     attempt('broken', b'a', tmp_path, tally)
     attempt('broken', b'b', tmp_path, tally)
@@ -127,9 +127,9 @@ def test_campaign_runs_every_reader_by_random_or_damage() -> None:
 
 
 def test_campaign_in_short() -> None:
-    runs = [campaign.Run('wire', 'guided', 1.0)]
+    runs = [campaign.Run('cdr', 'guided', 1.0)]
     tallies = list(campaign.carry_out(runs, 1, lambda _: None))
     readers = campaign.summary(tallies)
-    assert readers['wire']['failures'] == []
-    assert readers['wire']['tried'] > 200
-    assert '| wire |' in campaign.text(readers, 1.0)
+    assert readers['cdr']['failures'] == []
+    assert readers['cdr']['tried'] > 200
+    assert '| cdr |' in campaign.text(readers, 1.0)

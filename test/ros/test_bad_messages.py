@@ -18,7 +18,7 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.wire import (
+from pneu_rig_ros.records.cdr import (
     SampleMessages,
     pack_float64,
     pack_string,

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from pneu_rig_ros.cli import main
-from pneu_rig_ros.records.wire import (
+from pneu_rig_ros.records.cdr import (
     pack_float64,
     unpack_float64,
     unpack_joint_state,

@@ -17,8 +17,7 @@ from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
-from pneu_rig_ros.records.topics import CLOCK
-from pneu_rig_ros.records.wire import (
+from pneu_rig_ros.records.cdr import (
     pack_valve_voltages,
     unpack_float64,
     unpack_fluid_pressure,
@@ -26,6 +25,7 @@ from pneu_rig_ros.records.wire import (
     unpack_stamp,
     unpack_string,
 )
+from pneu_rig_ros.records.topics import CLOCK
 from pneu_rig_ros.rig import configuration_from_yaml
 
 from .bystander import Bystander, gather, until

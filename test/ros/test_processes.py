@@ -16,7 +16,7 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.drive import drive
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.wire import unpack_stamp
+from pneu_rig_ros.records.cdr import unpack_stamp
 
 from .bystander import Bystander, until
 

@@ -7,7 +7,7 @@ import pytest
 
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.wire import (
+from pneu_rig_ros.records.cdr import (
     FrictionMessage,
     pack_float64,
     unpack_valve_voltages,

@@ -8,7 +8,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import wire
+from pneu_rig_ros.records import cdr
 from pneu_rig_ros.records.topics import CLOCK, TOPICS
 from pneu_rig_ros.rig import Sample
 
@@ -45,7 +45,7 @@ def joint_state(stamp_ns, position=(), velocity=(), effort=(), frame_id='', name
 @pytest.mark.parametrize('stamp_ns', STAMPS)
 @pytest.mark.parametrize('value', VALUES)
 def test_plant_messages_equal_the_typestore(value, stamp_ns, frame_id):
-    messages = wire.PlantMessages(pressure_variance=2.5, frame_id=frame_id)
+    messages = cdr.PlantMessages(pressure_variance=2.5, frame_id=frame_id)
     messages.pack(Sample(7, value, -value, 6e5 + 1, value), stamp_ns)
     stamped = {'header': header(stamp_ns, frame_id), 'variance': 2.5}
     pressure = 'sensor_msgs/msg/FluidPressure'
@@ -63,46 +63,46 @@ def test_plant_messages_equal_the_typestore(value, stamp_ns, frame_id):
 @pytest.mark.parametrize('stamp_ns', STAMPS)
 @pytest.mark.parametrize('value', VALUES)
 def test_friction_equals_the_typestore(value, stamp_ns):
-    packed = wire.FrictionMessage().pack(value, stamp_ns)
+    packed = cdr.FrictionMessage().pack(value, stamp_ns)
     assert packed == joint_state(stamp_ns, effort=[value])
-    reading = wire.unpack_joint_state(packed)
+    reading = cdr.unpack_joint_state(packed)
     assert (reading.stamp_ns, reading.effort) == (stamp_ns, value)
     assert all(map(math.isnan, (reading.position, reading.velocity)))
 
 
 def test_an_earlier_message_is_not_changed_by_a_later_one():
-    messages = wire.PlantMessages(1.0)
+    messages = cdr.PlantMessages(1.0)
     messages.pack(Sample(0, 1.0, 2.0, 3.0, 4.0), 1)
     before = messages.joint_states
     messages.pack(Sample(1, 5.0, 6.0, 7.0, 8.0), 2)
-    assert wire.unpack_joint_state(before)[:3] == (1, 1.0, 2.0)
+    assert cdr.unpack_joint_state(before)[:3] == (1, 1.0, 2.0)
 
 
 @pytest.mark.parametrize('value', VALUES)
 def test_plain_messages_round_trip(value):
-    assert wire.unpack_float64(wire.pack_float64(value)) == value
-    assert wire.unpack_valve_voltages(wire.pack_valve_voltages(value, 2.5)) == (value, 2.5)
+    assert cdr.unpack_float64(cdr.pack_float64(value)) == value
+    assert cdr.unpack_valve_voltages(cdr.pack_valve_voltages(value, 2.5)) == (value, 2.5)
 
 
 @pytest.mark.parametrize('text', ['', 'a', 'name: cylinder_2  # 1 µm\n'])
 def test_string_round_trip(text):
-    assert wire.pack_string(text) == serialize('std_msgs/msg/String', data=text)
-    assert wire.unpack_string(wire.pack_string(text)) == text
+    assert cdr.pack_string(text) == serialize('std_msgs/msg/String', data=text)
+    assert cdr.unpack_string(cdr.pack_string(text)) == text
 
 
 @pytest.mark.parametrize('frame_id', ['', 'a', 'ab', 'abc', 'abcd', 'abcdefgh'])
 @pytest.mark.parametrize('names', [(), ('x',), ('piston', 'load'), ('ab', 'abc', 'abcd')])
 def test_joint_states_of_others_are_read(frame_id, names):
     message = joint_state(5, [1.0, 2.0], [3.0], [4.0, 5.0, 6.0], frame_id, names)
-    assert wire.unpack_joint_state(message) == (5, 1.0, 3.0, 4.0)
-    assert wire.unpack_stamp(message) == 5
+    assert cdr.unpack_joint_state(message) == (5, 1.0, 3.0, 4.0)
+    assert cdr.unpack_stamp(message) == 5
 
 
 @pytest.mark.parametrize('frame_id', ['', 'a', 'ab', 'abc', 'abcd', 'abcdefgh'])
 def test_pressures_of_others_are_read(frame_id):
     fields = {'header': header(6, frame_id), 'fluid_pressure': 1.0, 'variance': 2.0}
     message = serialize('sensor_msgs/msg/FluidPressure', **fields)
-    assert wire.unpack_fluid_pressure(message) == (6, 1.0, 2.0)
+    assert cdr.unpack_fluid_pressure(message) == (6, 1.0, 2.0)
 
 
 def voltages(labels, data):
@@ -116,22 +116,22 @@ def voltages(labels, data):
 
 @pytest.mark.parametrize('labels', [(), ('',), ('valve',), ('a', 'bc')])
 def test_voltages_with_any_layout_are_read(labels):
-    assert wire.unpack_valve_voltages(voltages(labels, [1.0, 2.0])) == (1.0, 2.0)
+    assert cdr.unpack_valve_voltages(voltages(labels, [1.0, 2.0])) == (1.0, 2.0)
 
 
 @pytest.mark.parametrize('data', [[], [1.0], [1.0, 2.0, 3.0]])
 def test_other_than_two_voltages_are_refused(data):
     with pytest.raises(RigError, match=f'{len(data)} values, allowed 2'):
-        wire.unpack_valve_voltages(voltages(('v',), data))
+        cdr.unpack_valve_voltages(voltages(('v',), data))
 
 
 @pytest.mark.parametrize(
     ('unpack', 'cdr'),
     [
-        (wire.unpack_float64, wire.pack_float64(1.0)),
-        (wire.unpack_valve_voltages, wire.pack_valve_voltages(1.0, 2.0)),
-        (wire.unpack_joint_state, wire.FrictionMessage().pack(1.0, 2)),
-        (wire.unpack_string, wire.pack_string('abcdefg')),
+        (cdr.unpack_float64, cdr.pack_float64(1.0)),
+        (cdr.unpack_valve_voltages, cdr.pack_valve_voltages(1.0, 2.0)),
+        (cdr.unpack_joint_state, cdr.FrictionMessage().pack(1.0, 2)),
+        (cdr.unpack_string, cdr.pack_string('abcdefg')),
     ],
 )
 def test_cut_messages_are_refused(unpack, cdr):
@@ -142,7 +142,7 @@ def test_cut_messages_are_refused(unpack, cdr):
 
 def test_big_endian_is_refused():
     with pytest.raises(RigError, match='little-endian'):
-        wire.unpack_float64(b'\x00\x00\x00\x00' + struct.pack('>d', 1.0))
+        cdr.unpack_float64(b'\x00\x00\x00\x00' + struct.pack('>d', 1.0))
 
 
 def test_rclpy_reads_every_message_back():
@@ -151,7 +151,7 @@ def test_rclpy_reads_every_message_back():
     from sensor_msgs.msg import FluidPressure, JointState
     from std_msgs.msg import Float64, Float64MultiArray
 
-    messages = wire.PlantMessages(2.5)
+    messages = cdr.PlantMessages(2.5)
     messages.pack(Sample(0, 0.1, -0.2, 6e5, 1e5), STAMPS[-1])
     read = serialization.deserialize_message
     joint = read(messages.joint_states, JointState)
@@ -166,10 +166,10 @@ def test_rclpy_reads_every_message_back():
     assert (pressure.fluid_pressure, pressure.variance) == (6e5, 2.5)
     assert read(messages.position, Float64).data == 0.1
     assert read(messages.clock, Clock).clock.nanosec == STAMPS[-1] % 10**9
-    voltage = read(wire.pack_valve_voltages(1.5, 3.5), Float64MultiArray)
+    voltage = read(cdr.pack_valve_voltages(1.5, 3.5), Float64MultiArray)
     assert list(voltage.data) == [1.5, 3.5]
     assert voltage.layout.dim[0].size == 2
-    assert list(read(wire.FrictionMessage().pack(9.0, 1), JointState).effort) == [9.0]
+    assert list(read(cdr.FrictionMessage().pack(9.0, 1), JointState).effort) == [9.0]
 
 
 def test_what_rclpy_writes_is_read():
@@ -178,12 +178,12 @@ def test_what_rclpy_writes_is_read():
     from std_msgs.msg import Float64, Float64MultiArray
 
     joint = JointState(name=['piston'], position=[1.0], velocity=[2.0], effort=[3.0])
-    assert wire.unpack_joint_state(serialize_message(joint)) == (0, 1.0, 2.0, 3.0)
+    assert cdr.unpack_joint_state(serialize_message(joint)) == (0, 1.0, 2.0, 3.0)
     pressure = FluidPressure(fluid_pressure=4.0, variance=5.0)
-    assert wire.unpack_fluid_pressure(serialize_message(pressure)) == (0, 4.0, 5.0)
-    assert serialize_message(Float64(data=0.34)) == wire.pack_float64(0.34)
+    assert cdr.unpack_fluid_pressure(serialize_message(pressure)) == (0, 4.0, 5.0)
+    assert serialize_message(Float64(data=0.34)) == cdr.pack_float64(0.34)
     both = Float64MultiArray(data=[1.0, 2.0])
-    assert wire.unpack_valve_voltages(serialize_message(both)) == (1.0, 2.0)
+    assert cdr.unpack_valve_voltages(serialize_message(both)) == (1.0, 2.0)
 
 
 def test_the_table_names_known_types():
