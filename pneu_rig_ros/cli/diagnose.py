@@ -137,12 +137,12 @@ def write_files(
     out: Path, diagnosis: Diagnosis, data: dict[str, Any], progress: Callable[[float], None]
 ) -> None:
     """Write diagnosis.json, report.html and improved.yaml, each as a whole or not at all."""
+    from pneu_rig_ros.records.atomic_write import atomic_write
     from pneu_rig_ros.report.diagnosis_page import write_page
-    from pneu_rig_ros.report.writing import write_whole
 
-    write_whole(out / 'diagnosis.json', json.dumps(data, indent=2, allow_nan=False) + '\n')
+    atomic_write(out / 'diagnosis.json', json.dumps(data, indent=2, allow_nan=False) + '\n')
     write_page(out / 'report.html', diagnosis, data, progress)
-    write_whole(out / 'improved.yaml', improved_yaml(diagnosis))
+    atomic_write(out / 'improved.yaml', improved_yaml(diagnosis))
 
 
 def improved_yaml(diagnosis: Diagnosis) -> str:

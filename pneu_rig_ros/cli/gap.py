@@ -117,14 +117,14 @@ def play(folder: Path, secret: HiddenEffect, seed: int, tell: Tell) -> Outcome:
     :raises RigError: when a node fails
     """
     from pneu_rig_ros.demo import prepare_environment
-    from pneu_rig_ros.report.writing import write_whole
+    from pneu_rig_ros.records.atomic_write import atomic_write
     from pneu_rig_ros.scenarios.demonstration import CYLINDER
     from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY
     from pneu_rig_ros.scenarios.recording import Run, record
 
     prepare_environment()
-    model = write_whole(folder / 'model.yaml', secret.model.to_yaml())
-    truth = write_whole(folder / 'hidden.yaml', secret.truth.to_yaml())
+    model = atomic_write(folder / 'model.yaml', secret.model.to_yaml())
+    truth = atomic_write(folder / 'hidden.yaml', secret.truth.to_yaml())
     measured = [
         Run(one, CYLINDER, truth, folder / 'measured' / name, _noise_seed(seed, index))
         for index, (name, one) in enumerate(zip(NAMES, (*FIT, *VERIFY), strict=True))

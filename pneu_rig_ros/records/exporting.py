@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import format_conditions
 from pneu_rig_ros.records.reader import read_recording
 from pneu_rig_ros.records.recording import SIGNALS, Recording
@@ -69,25 +69,12 @@ def _columns(recording: Recording) -> list[Column]:
 
 def write_csv(signals: Signals, path: Path) -> Path:
     """Write a CSV file with a header; a value that is not there is an empty cell."""
-    return _whole(path, lambda file: _write_csv(signals.columns, file))
+    return atomic_write(path, lambda file: _write_csv(signals.columns, file))
 
 
 def write_parquet(signals: Signals, path: Path) -> Path:
     """Write a Parquet file; units stand in the fields' metadata, the bag's in the schema's."""
-    return _whole(path, lambda file: _write_parquet(signals, file))
-
-
-def _whole(path: Path, write: Callable[[Path], None]) -> Path:
-    """Write beside and put it in place, so that the file is there as a whole or not at all."""
-    unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        write(unfinished)
-        unfinished.replace(path)
-    except OSError as error:
-        raise RigError(f'cannot write {path}: {error.strerror}') from error
-    finally:
-        unfinished.unlink(missing_ok=True)
-    return path
+    return atomic_write(path, lambda file: _write_parquet(signals, file))
 
 
 def _write_csv(columns: Sequence[Column], path: Path) -> None:

@@ -12,6 +12,7 @@ import yaml
 from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.topics import DEPTH, topic_named
 from pneu_rig_ros.rig.yaml_file import parse_yaml
 
@@ -96,10 +97,8 @@ def format_metadata(file_name: str, summary: Summary, custom_data: Mapping[str, 
 
 
 def write_metadata(directory: Path, text: str) -> None:
-    """Write metadata.yaml, as a whole or not at all, a comment with its checksum at its end."""
-    unfinished = directory / f'{FILE_NAME}.unfinished'
-    unfinished.write_text(text + _CHECKSUM.format(crc32(text.encode())), encoding='utf-8')
-    unfinished.replace(directory / FILE_NAME)
+    """Write metadata.yaml with a comment at its end that has its checksum."""
+    atomic_write(directory / FILE_NAME, text + _CHECKSUM.format(crc32(text.encode())))
 
 
 def read_metadata(directory: Path) -> dict[str, Any]:

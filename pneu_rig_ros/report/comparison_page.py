@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
@@ -15,7 +14,7 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.analysis.comparison import Compared
 from pneu_rig_ros.analysis.side_by_side import Comparison
 from pneu_rig_ros.analysis.stick_slip import Cycle
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import CONDITIONS
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report.claims_page import data_address
@@ -140,15 +139,7 @@ def write_page(
         version=version('pneu_rig_ros'),
         revision=git_revision(),
     )
-    unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        unfinished.write_text(text, encoding='utf-8')
-        unfinished.replace(path)
-    except OSError as error:
-        raise RigError(f'cannot write the page {path}: {error.strerror}') from error
-    finally:
-        unfinished.unlink(missing_ok=True)
-    return path
+    return atomic_write(path, text)
 
 
 Picture = tuple[str, str, Callable[[], Figure | None]]

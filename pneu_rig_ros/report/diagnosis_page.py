@@ -15,13 +15,13 @@ from pneu_rig_ros.diagnosis.alternatives import rivals
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report import diagnosis_rows as rows
 from pneu_rig_ros.report.claims_page import data_address
 from pneu_rig_ros.report.improvement_figures import draw_improvement, draw_next, runs_of
 from pneu_rig_ros.report.latent_figures import Track, draw_latent, tracks_of
 from pneu_rig_ros.report.shape_figure import draw_shape
-from pneu_rig_ros.report.writing import write_whole
 
 MOST_RANKED = 12
 """Candidates on the page."""
@@ -81,7 +81,7 @@ def write_page(
         if figure is not None:
             pictures[one.place].append(Picture(one.title, one.caption, data_address(figure)))
         progress(number / len(drawings))
-    return write_whole(path, _template().render(**_content(diagnosis, answer), pictures=pictures))
+    return atomic_write(path, _template().render(**_content(diagnosis, answer), pictures=pictures))
 
 
 def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report.view_data import page_data, span_of
-from pneu_rig_ros.report.writing import write_whole
 from pneu_rig_ros.web.page import render
 
 BAR = 1e5
@@ -48,7 +48,7 @@ def write_view(
         version=version('pneu_rig_ros'),
         revision=git_revision(),
     )
-    return write_whole(path, text)
+    return atomic_write(path, text)
 
 
 def _nothing_there(start: float, stop: float | None, end: float) -> str:

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import yaml
 
 from pneu_rig_ros.demo import NodeProcess, Value, uninterrupted
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
-from pneu_rig_ros.report.writing import write_whole
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.scenarios.experiments import Experiment, profile, set_up
 
@@ -83,7 +83,7 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
 
 def _start(run: Run, index: int, folder: Path) -> NodeProcess:
     shape = profile(run.experiment, run.cylinder)
-    written = write_whole(folder / f'{index}.yaml', yaml.safe_dump(shape, sort_keys=False))
+    written = atomic_write(folder / f'{index}.yaml', yaml.safe_dump(shape, sort_keys=False))
     parameters: dict[str, Value] = {
         'use_sim_time': True,
         'plant:speed': 0.0,
@@ -117,4 +117,4 @@ def _note_conditions(run: Run) -> None:
     known = {name: value for name, value in run.setup(configuration).items()
              if name != 'initial_position'}  # fmt: skip
     known['atmospheric_pressure'] = configuration.model.gas.atmospheric_pressure
-    write_whole(run.bag / FILE_NAME, format_conditions(known))
+    atomic_write(run.bag / FILE_NAME, format_conditions(known))
