@@ -12,25 +12,26 @@ import os
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
-from mcap.records import DataEnd, Footer
+from mcap.records import DataEnd, Footer, McapRecord
 
 MAGIC = b'\x89MCAP0\r\n'
 
 
-def _ending() -> bytes:
+def encode(*records: McapRecord) -> bytes:
+    """Return records as they are in a file."""
     builder = RecordBuilder()
-    DataEnd(data_section_crc=0).write(builder)
-    Footer(summary_start=0, summary_offset_start=0, summary_crc=0).write(builder)
-    return bytes(builder.end()) + MAGIC
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())
 
 
-ENDING = _ending()
+ENDING = encode(DataEnd(0), Footer(0, 0, 0)) + MAGIC
 """End of the data section, footer without a summary, magic."""
 
 
 class GrowingFile:
     """
-    The output stream of an `mcap.writer.Writer`; data are buffered until `flush`.
+    A file to append to.
 
     :param path: the file to create
     """
@@ -39,30 +40,19 @@ class GrowingFile:
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
         self._size = 0
         self.closed = False
-        self._pending = bytearray()
 
-    def write(self, data: bytes) -> int:
-        """Append to the buffer."""
-        self._pending += data
-        return len(data)
-
-    def tell(self) -> int:
-        """Return the offset of the next byte."""
-        return self._size + len(self._pending)
-
-    def flush(self, ending: bytes = ENDING) -> None:
+    def append(self, piece: bytes, ending: bytes = ENDING) -> None:
         """
-        Hand the buffer to the operating system: it survives the end of this process.
+        Hand data to the operating system: they survive the end of this process.
 
-        :param ending: what follows the data until the next flush
-        :raises OSError: e.g. when the disk is full; the buffer is lost, the file is as before
+        :param ending: what follows them until the next call
+        :raises OSError: e.g. when the disk is full; the file is then as before
         """
-        if not self._pending and ending is ENDING:
-            return
-        piece = bytes(self._pending)
-        self._pending.clear()
+        data = piece + ending
         try:
-            self._put(piece + ending)
+            done = 0
+            while done < len(data):
+                done += os.pwrite(self._descriptor, data[done:], self._size + done)
         except OSError:
             # The blocks of the previous ending are still allocated, so this needs no space.
             os.ftruncate(self._descriptor, self._size + len(ENDING))
@@ -71,12 +61,7 @@ class GrowingFile:
         self._size += len(piece)
 
     def close(self) -> None:
-        """Close the file; what was not flushed is lost."""
+        """Close the file."""
         if not self.closed:
             self.closed = True
             os.close(self._descriptor)
-
-    def _put(self, data: bytes) -> None:
-        done = 0
-        while done < len(data):
-            done += os.pwrite(self._descriptor, data[done:], self._size + done)

@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 from zlib import crc32
 
-from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, ChunkIndex, DataEnd, Footer, McapRecord, Schema, Statistics
 from mcap.summary import Summary
 
 from pneu_rig_ros.records.decompression import chunk_content
-from pneu_rig_ros.records.growing_file import MAGIC
+from pneu_rig_ros.records.growing_file import MAGIC, encode
 
 CHUNK_CRC_OFFSET = 33
 """From the start of a chunk record to its checksum [byte]: after opcode, length, times, size."""
@@ -139,18 +139,13 @@ def index_bytes(summary: Summary, end: int) -> bytes:
     """Return what follows the data section of a file that ends at an offset: its index."""
     assert summary.statistics is not None
     summary.statistics.metadata_count = len(summary.metadata_indexes)
-    builder = RecordBuilder()
-    DataEnd(data_section_crc=0).write(builder)
-    start = builder.count
     records: list[McapRecord] = [*summary.schemas.values(), *summary.channels.values()]
     records += [summary.statistics, *summary.chunk_indexes, *summary.metadata_indexes]
-    for record in records:
-        record.write(builder)
-    data = bytes(builder.end())
+    data_end, content = encode(DataEnd(0)), encode(*records)
+    start = end + len(data_end)
     # The checksum covers the summary and the footer up to the checksum itself.
-    head = struct.pack('<BQQQ', Opcode.FOOTER, 20, end + start, 0)
-    Footer(end + start, 0, crc32(data[start:] + head)).write(builder)
-    return data + bytes(builder.end()) + MAGIC
+    head = struct.pack('<BQQQ', Opcode.FOOTER, 20, start, 0)
+    return data_end + content + encode(Footer(start, 0, crc32(content + head))) + MAGIC
 
 
 class IndexedFile:

@@ -1,30 +1,43 @@
 """
-Writes rosbag2 directories with MCAP storage through `mcap`: raw CDR in, raw CDR out.
+Writes rosbag2 directories with MCAP storage from the records of `mcap`: raw CDR in, raw CDR out.
 
 A killed recorder loses the chunk that it was filling, so a chunk is closed and handed to the
 operating system every `FLUSH_PERIOD`, into a file that is readable from then on (`growing_file`).
 The index is made from the chunks in the file when the bag is closed: it covers exactly what was
-written even after an error, and the memory of a recorder does not grow with its bag.
+written even after an error.
+
+`mcap.writer.Writer` writes the same file, but takes twice the processor time, keeps 1 kB in memory
+of each chunk, and counts chunks in its index that the disk had no room for.
 """
 
 from __future__ import annotations
 
 import contextlib
-import sys
+import struct
 import time
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Literal, cast
+from typing import Literal
+from zlib import crc32
 
 import yaml
-from mcap.records import Channel, MetadataIndex, Schema
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    Header,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+)
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
-from mcap.writer import CompressionType, Writer
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import typestore
-from pneu_rig_ros.records.growing_file import GrowingFile
+from pneu_rig_ros.records.growing_file import MAGIC, GrowingFile, encode
 from pneu_rig_ros.records.mcap_index import index_bytes, scan_chunks
 from pneu_rig_ros.records.rosbag2_metadata import (
     TYPE_HASH,
@@ -37,13 +50,13 @@ FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
 
 CHUNK_SIZE = 2**20
-"""Largest chunk [byte]."""
+"""Size at which a chunk is closed [byte]."""
 
-RECORD_HEAD = 31
-"""What MCAP puts before the data of a message [byte]."""
+_MESSAGE = struct.Struct('<BQHIQQ')
+"""Opcode, length, channel, sequence, log time [ns], publish time [ns] of an MCAP message."""
 
-CHUNKS_PER_WRITER = 256
-"""After them a new `mcap` writer takes over, as one remembers each chunk that it has written."""
+_MESSAGE_HEAD = 22
+"""Bytes of a message record between its length and its data."""
 
 
 class BagWriter:
@@ -65,29 +78,16 @@ class BagWriter:
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self._channel_ids: dict[str, int] = {}
-        self._chunks, self._unflushed, self._flushed = 0, 0, time.monotonic()
+        self._content = bytearray()
+        self._entries: dict[int, list[tuple[int, int]]] = defaultdict(list)
+        self._flushed = time.monotonic()
         self._storage = self.path / f'{self.path.name}.mcap'
         with self._one_line_errors():
             if self.path.exists():
                 raise RigError(f'{self.path} exists; name a bag that does not, or remove it')
             self.path.mkdir(parents=True)
             self._file = GrowingFile(self._storage)
-            self._writer = self._new_writer()
-            self._writer.start(Profile.ROS2)
-            self._file.flush()
-
-    def _new_writer(self) -> Writer:
-        """Return an `mcap` writer that has the topics under the same numbers."""
-        writer = Writer(
-            cast('IO[Any]', self._file),
-            chunk_size=sys.maxsize,  # `flush` closes the chunks
-            compression=CompressionType.NONE,
-        )
-        for schema in self._schemas.values():
-            writer.register_schema(schema.name, schema.encoding, schema.data)
-        for c in self._channels.values():
-            writer.register_channel(c.topic, c.message_encoding, c.schema_id, c.metadata)
-        return writer
+            self._file.append(MAGIC + encode(Header(Profile.ROS2, 'pneu_rig_ros')))
 
     def add_topic(self, topic: str, type_name: str) -> None:
         """Announce a topic, so that the bag lists it even if no message comes."""
@@ -95,31 +95,35 @@ class BagWriter:
             return
         if type_name not in typestore().fielddefs:
             raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
-        schema_id = self._schema_id(type_name)
         metadata = {
             'offered_qos_profiles': yaml.safe_dump([offered_qos(topic)]).strip(),
             TYPE_HASH: typestore().hash_rihs01(type_name),
         }
-        number = self._writer.register_channel(topic, MessageEncoding.CDR, schema_id, metadata)
-        self._channel_ids[topic] = number
-        self._channels[number] = Channel(
-            id=number,
+        channel = Channel(
+            id=len(self._channels) + 1,
             topic=topic,
             message_encoding=MessageEncoding.CDR,
             metadata=metadata,
-            schema_id=schema_id,
+            schema_id=self._schema_id(type_name),
         )
+        self._channels[channel.id] = channel
+        self._channel_ids[topic] = channel.id
+        self._content += encode(channel)
 
     def _schema_id(self, type_name: str) -> int:
         for schema in self._schemas.values():
             if schema.name == type_name:
                 return schema.id
-        definition = typestore().generate_msgdef(type_name, ros_version=2)[0].encode()
-        number: int = self._writer.register_schema(type_name, SchemaEncoding.ROS2, definition)
-        self._schemas[number] = Schema(
-            id=number, data=definition, encoding=SchemaEncoding.ROS2, name=type_name
+        definition, _ = typestore().generate_msgdef(type_name, ros_version=2)
+        schema = Schema(
+            id=len(self._schemas) + 1,
+            data=definition.encode(),
+            encoding=SchemaEncoding.ROS2,
+            name=type_name,
         )
-        return number
+        self._schemas[schema.id] = schema
+        self._content += encode(schema)
+        return schema.id
 
     def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:
         """
@@ -135,23 +139,36 @@ class BagWriter:
         if channel is None:
             self.add_topic(topic, type_name)
             channel = self._channel_ids[topic]
-        self._writer.add_message(channel, log_time_ns, cdr, log_time_ns)
+        entry = log_time_ns, len(self._content)
+        # Packed here: a quarter of the time that mcap.records.Message takes.
+        length = _MESSAGE_HEAD + len(cdr)
+        self._content += (
+            _MESSAGE.pack(Opcode.MESSAGE, length, channel, 0, log_time_ns, log_time_ns) + cdr
+        )
+        self._entries[channel].append(entry)
         self.message_count += 1
-        self._unflushed += RECORD_HEAD + len(cdr)
-        if self._unflushed > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
+        if len(self._content) > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
             self.flush()
 
     def flush(self) -> None:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
         self._flushed = time.monotonic()
-        if not self._unflushed:
+        if not self._entries:
             return
-        self._unflushed = 0
+        content, entries = bytes(self._content), self._entries
+        self._content, self._entries = bytearray(), defaultdict(list)
+        times = [time_ns for records in entries.values() for time_ns, _ in records]
+        chunk = Chunk(
+            compression='',
+            data=content,
+            message_end_time=max(times),
+            message_start_time=min(times),
+            uncompressed_crc=crc32(content),
+            uncompressed_size=len(content),
+        )
+        indexes = (MessageIndex(channel, records) for channel, records in entries.items())
         with self._one_line_errors():
-            self._writer.flush()
-        self._chunks += 1
-        if self._chunks % CHUNKS_PER_WRITER == 0:
-            self._writer = self._new_writer()
+            self._file.append(encode(chunk, *indexes))
 
     def close(self, metadata: Mapping[str, str]) -> None:
         """
@@ -173,10 +190,9 @@ class BagWriter:
             summary.schemas, summary.channels = self._schemas, self._channels
             text = format_metadata(self._storage.name, summary, custom_data)
             # rosbag2 finds the text in the file too, should metadata.yaml be lost
-            self._writer.add_metadata('rosbag2', {'serialized_metadata': text})
-            end = self._file.tell()
-            summary.metadata_indexes = [MetadataIndex(start, end - start, 'rosbag2')]
-            self._file.flush(index_bytes(summary, end))
+            record = encode(Metadata('rosbag2', {'serialized_metadata': text}))
+            summary.metadata_indexes = [MetadataIndex(start, len(record), 'rosbag2')]
+            self._file.append(record, index_bytes(summary, start + len(record)))
         finally:
             self.abort()
         write_metadata(self.path, text)

@@ -11,7 +11,6 @@ from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, bag, repair
-from pneu_rig_ros.records import writer as bag_writer
 from pneu_rig_ros.records.bag import open_bag
 from pneu_rig_ros.records.cdr import pack_float64
 
@@ -132,24 +131,12 @@ def test_a_bag_appended_to_between_two_looks_is_looked_at_again(
     assert len(looks) == 2
 
 
-def test_writers_that_take_over_from_each_other_make_one_bag(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(bag_writer, 'CHUNKS_PER_WRITER', 2)
-    with BagWriter(tmp_path / 'bag') as writer:
-        writer.add_topic('/silent', FLOAT64)
-        rows = [row for k in range(7) for row in write(writer, '/a', range(9 * k, 9 * k + 9))]
-    assert ours(tmp_path / 'bag') == of_mcap(tmp_path / 'bag') == of_rosbags(tmp_path / 'bag')
-    assert of_mcap(tmp_path / 'bag') == rows
-
-
 def test_memory_of_a_writer_does_not_grow_with_its_bag(tmp_path: Path) -> None:
     with BagWriter(tmp_path / 'bag') as writer:
-        for k in range(300):  # more chunks than a writer of mcap gets
-            write(writer, '/a', range(k, k + 1))
+        write(writer, '/a', range(1))
         tracemalloc.start()
-        for k in range(300, 300 + 2 * bag_writer.CHUNKS_PER_WRITER):
+        for k in range(1, 500):
             write(writer, '/a', range(k, k + 1))
         growth, _ = tracemalloc.get_traced_memory()
         tracemalloc.stop()
-    assert growth < 100_000
+    assert growth < 20_000
