@@ -12,7 +12,7 @@ import click
 import numpy as np
 
 from pneu_rig_ros.cli import output
-from pneu_rig_ros.executor import executor, map_tasks
+from pneu_rig_ros.executor import map_tasks, open_executor
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
 from reliability import figures
@@ -163,8 +163,8 @@ each run: `test/reliability/hardest.json`."""
 def numerics(count: int, first: int, workers: int | None, keep: bool) -> None:
     """Simulate random rigs; exit code 1 if any does what cannot be."""
     seeds = range(first, first + count)
-    with output.step_bar('random rigs', count) as progress, executor(workers) as somewhere:
-        outcomes = map_tasks(somewhere, outcome, seeds, progress=progress)
+    with output.step_bar('random rigs', count) as progress, open_executor(workers) as executor:
+        outcomes = map_tasks(executor, outcome, seeds, progress=progress)
     data = summary(outcomes)
     rows = [(name.replace('_', ' '), str(value)) for name, value in data.items()]
     output.print_table(output.table(('figure', 'value'), rows))

@@ -107,10 +107,10 @@ def _measure(laboratory: Laboratory, quiet: bool) -> list[Row]:
 
 def _neighbour_shares(reading: Reading, quiet: bool) -> dict[int, float]:
     from pneu_rig_ros.claims.neighbours import failures, neighbours
-    from pneu_rig_ros.executor import executor
+    from pneu_rig_ros.executor import open_executor
 
     total = len(list(neighbours(reading)))
-    with executor(None) as processes, output.step_bar('neighbours', total, quiet) as progress:
+    with open_executor(None) as processes, output.step_bar('neighbours', total, quiet) as progress:
         fails = failures(reading, processes, progress)
     return {number: 1.0 - len(names) / total for number, names in fails.items()}
 

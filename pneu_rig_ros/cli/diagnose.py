@@ -86,7 +86,7 @@ def diagnose(bags: Sequence[Path], out: Path, as_json: bool, quiet: bool, **sett
     The model may be a rig's configuration, or only the known sections of a test stand's: these
     and the recorded signals determine which balances can be compared.
     """
-    from pneu_rig_ros.executor import executor
+    from pneu_rig_ros.executor import open_executor
     from pneu_rig_ros.model import effects
 
     for name in settings['without']:
@@ -94,7 +94,7 @@ def diagnose(bags: Sequence[Path], out: Path, as_json: bool, quiet: bool, **sett
             effects.cause(name, '--without')
     with (
         _directory(out),
-        executor(settings.pop('workers'), settings.pop('scheduler')) as settings['executor'],
+        open_executor(settings.pop('workers'), settings.pop('scheduler')) as settings['executor'],
     ):
         data = _diagnose(bags, settings, out, quiet)
     if as_json:

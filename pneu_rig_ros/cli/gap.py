@@ -159,13 +159,13 @@ def _diagnose(
     """Diagnose the bags; return diagnosis.json."""
     from pneu_rig_ros.diagnosis.result import answer
     from pneu_rig_ros.diagnosis.workflow import diagnose
-    from pneu_rig_ros.executor import executor
+    from pneu_rig_ros.executor import open_executor
 
     def within(text: str, share: float) -> None:
         tell(f'diagnosing - {text}', RECORDED + (DIAGNOSED - RECORDED) * share)
 
     out.mkdir()
-    with executor(None) as processes:
+    with open_executor(None) as processes:
         diagnosis = diagnose(fit, model, verify, seed=seed, executor=processes, progress=within)
     data = answer(diagnosis)
     write_files(out, diagnosis, data, lambda share: within('drawing the report', 0.96))

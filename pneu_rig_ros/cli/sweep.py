@@ -73,7 +73,7 @@ def sweep(
         raise RigError(f'--longest {longest:g}: must be above 0 and at most 86400 s')
     file = options.new_file(out, '--out') if out else None
 
-    from pneu_rig_ros.executor import executor
+    from pneu_rig_ros.executor import open_executor
     from pneu_rig_ros.sweep import axes as grid
     from pneu_rig_ros.sweep.run import sweep as run
 
@@ -82,8 +82,8 @@ def sweep(
     configuration = options.load(cylinder, {'friction': friction})
     start = time.perf_counter()
     bar = output.step_bar('strokes', size, quiet)
-    with executor(workers, scheduler) as somewhere, bar as progress:
-        rows = run(configuration, axes, longest, somewhere, progress)
+    with open_executor(workers, scheduler) as executor, bar as progress:
+        rows = run(configuration, axes, longest, executor, progress)
     _tell(axes, rows, file, time.perf_counter() - start, as_json, quiet)
 
 

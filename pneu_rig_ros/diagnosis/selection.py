@@ -32,7 +32,7 @@ from pneu_rig_ros.diagnosis.scoring import (
 )
 from pneu_rig_ros.diagnosis.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.windows import windows_of
-from pneu_rig_ros.executor import Executor, Here, map_tasks
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 
 MOST_CAUSES = 3
 """Causes of an explanation at most."""
@@ -80,7 +80,7 @@ class Search:
     pool: Sequence[Candidate]
     rng: Generator
     progress: Callable[[str], None] = lambda text: None
-    executor: Executor = field(default_factory=Here)
+    executor: Executor = field(default_factory=SerialExecutor)
     base: Explanation = field(default_factory=Explanation)
     best: ScoredFit | None = None
     calibrated: ScoredFit | None = None

@@ -30,7 +30,7 @@ from pneu_rig_ros.diagnosis.scoring import ScoredFit
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.windows import Windows, windows_of
-from pneu_rig_ros.executor import Executor, Here
+from pneu_rig_ros.executor import Executor, SerialExecutor
 
 Progress = Callable[[str, float], None]
 """Called with a stage and the fraction of the work done [-]."""
@@ -156,7 +156,7 @@ def diagnose(
         progress(stage, 0.1 + 0.75 * min(next(steps) / SEARCH_STEPS, 1.0))
 
     candidates, base = pool(system, runs, without)
-    workers = executor or Here()
+    workers = executor or SerialExecutor()
     search = Search(given, training, held_out, candidates, rng, report, workers, base)
     best = search.run()
     progress('testing what is left', 0.85)

@@ -1,93 +1,114 @@
 """
-Independent tasks on one processor, on many, or on many machines: one interface, on Dask.
+Independent tasks: the interface of executors, and the executor of this process.
 
-A task is a function that can be imported and one argument; it has to depend on nothing else. Its
-result is then the same wherever it is run, whatever the number of workers, and when it has to be
-run once more because its worker was killed.
+A task is a function that can be imported and one argument, and depends on nothing else. Its result
+is then the same wherever it runs, whatever the number of workers, and when it has to be repeated
+because its worker died.
 """
 
 from __future__ import annotations
 
-import contextlib
-import importlib.util
-import os
+import itertools
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from typing import Any, Protocol, TypeVar
 
 from pneu_rig_ros.errors import RigError
 
 Task = TypeVar('Task')
 Result = TypeVar('Result')
-Progress = Callable[[int], None]
-"""Told the number of tasks done."""
+POLL_INTERVAL = 1.0
+"""Of the number of workers, while no task completes [s]."""
+MOST_ATTEMPTS = 4
+"""A task whose worker has died so many times fails; as many as Dask allows."""
 
 
 class Executor(Protocol):
-    """Where tasks are run."""
+    """Runs tasks."""
 
     @property
     def workers(self) -> int:
-        """How many tasks are run at a time."""
+        """Number of tasks that run at a time; at least 1."""
 
-    def completed(
-        self, function: Callable[..., Result], tasks: Iterable[Task], *shared: Any
-    ) -> Iterator[tuple[int, Result]]:
+    def share(self, arguments: tuple[Any, ...]) -> Any:
+        """Return the arguments that tasks have in common as :meth:`submit` takes them."""
+
+    def submit(self, function: Callable[..., Result], task: Any, shared: Any) -> Future[Result]:
         """
-        Yield the number of each task and its result, in the order in which they are done.
+        Start a task; its future raises BrokenExecutor where its worker died.
 
-        What is not yet begun is given up when the iterator is closed.
-
-        :param function: of a task and of what they share; has to be found by its name
-        :param shared: sent to each worker once
-        :raises RigError: when the workers are lost
+        :param function: called with the task and the shared arguments; importable by name
         """
 
 
-def map_tasks(
-    executor: Executor, function: Callable[..., Result], tasks: Iterable[Task], *shared: Any,
-    progress: Progress = lambda _: None,
-) -> list[Result]:  # fmt: skip
-    """Return the results in the order of the tasks; see :class:`Executor`."""
-    results: dict[int, Result] = {}
-    for number, result in executor.completed(function, tasks, *shared):
-        results[number] = result
-        progress(len(results))
-    return [results[number] for number in range(len(results))]
-
-
-@contextlib.contextmanager
-def executor(workers: int | None = 1, scheduler: str | None = None) -> Iterator[Executor]:
-    """
-    Have somewhere to run tasks; leaving it gives up what is not done and ends the processes.
-
-    :param workers: processes on this machine; one is this process itself. None for one a
-        processor, or for this process where Dask is not installed
-    :param scheduler: address of a Dask scheduler, tcp://HOST:PORT, whose workers do it instead
-    :raises RigError: when Dask is needed and not installed, there is no scheduler at the address,
-        or it has no worker of the same version
-    """
-    with_dask = importlib.util.find_spec('distributed') is not None
-    workers = workers or (with_dask and os.cpu_count()) or 1
-    if not with_dask and (scheduler or workers > 1):
-        raise RigError("more than one process needs Dask: pip install 'pneu_rig_ros[scale]'")
-    if workers == 1 and scheduler is None:
-        yield Here()
-        return
-    from pneu_rig_ros.executor.clusters import joined, local_processes
-    from pneu_rig_ros.executor.distributed import Distributed
-
-    with joined(scheduler) if scheduler else local_processes(workers) as client:
-        yield Distributed(client)
-
-
-class Here:
-    """Runs tasks one after the other in this process."""
+class SerialExecutor:
+    """Runs tasks in this process."""
 
     workers = 1
 
-    def completed(
-        self, function: Callable[..., Result], tasks: Iterable[Task], *shared: Any
-    ) -> Iterator[tuple[int, Result]]:
-        """Yield the number and the result of each task."""
-        for number, task in enumerate(tasks):
-            yield number, function(task, *shared)
+    def share(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return the arguments."""
+        return arguments
+
+    def submit(
+        self, function: Callable[..., Result], task: Any, shared: tuple[Any, ...]
+    ) -> Future[Result]:
+        """Run a task at once."""
+        future: Future[Result] = Future()
+        future.set_result(function(task, *shared))
+        return future
+
+
+def completed(
+    executor: Executor, function: Callable[..., Result], tasks: Iterable[Task], *arguments: Any
+) -> Iterator[tuple[int, Result]]:
+    """
+    Yield index and result of each task, as they complete.
+
+    :param function: called with a task and the further arguments; importable by name
+    :raises RigError: if workers die again and again
+    """
+    waiting: Iterator[tuple[int, Task]] = enumerate(tasks)
+    running: dict[Future[Result], tuple[int, Task]] = {}
+    attempts: Counter[int] = Counter()
+    shared = executor.share(arguments)
+    while True:
+        # no more tasks than workers, as a worker that dies may cost all that are submitted
+        for index, task in itertools.islice(waiting, max(executor.workers - len(running), 0)):
+            attempts[index] += 1
+            running[executor.submit(function, task, shared)] = index, task
+        if not running:
+            return
+        for future in wait(running, POLL_INTERVAL, FIRST_COMPLETED).done:
+            index, task = running.pop(future)
+            try:
+                result = future.result()
+            except BrokenExecutor:
+                if attempts[index] == MOST_ATTEMPTS:
+                    raise RigError(
+                        f'the worker of task {index} died {MOST_ATTEMPTS} times in succession; '
+                        f'is there enough memory?'
+                    ) from None
+                waiting = itertools.chain([(index, task)], waiting)
+            else:
+                yield index, result
+
+
+def map_tasks(
+    executor: Executor,
+    function: Callable[..., Result],
+    tasks: Iterable[Task],
+    *arguments: Any,
+    progress: Callable[[int], None] = lambda _: None,
+) -> list[Result]:
+    """
+    Return the results in the order of the tasks; see :func:`completed`.
+
+    :param progress: called with the number of completed tasks
+    """
+    results: dict[int, Result] = {}
+    for index, result in completed(executor, function, tasks, *arguments):
+        results[index] = result
+        progress(len(results))
+    return [results[index] for index in range(len(results))]

@@ -10,7 +10,7 @@ import click
 
 from benchmarks.__main__ import machine
 from pneu_rig_ros.cli import output
-from pneu_rig_ros.executor import executor
+from pneu_rig_ros.executor import open_executor
 from reliability import figures
 from reliability.scale import costs
 from reliability.scale.projection import Cost, efficiency, most_cores, wall_time
@@ -34,13 +34,13 @@ def scale(tasks: int, pairs: int, trials: int) -> None:
     found: dict[str, Any] = {'machine': machine()}
     with output.step_bar('same bits', (len(WORKERS) + 1) * tasks) as progress:
         found['independence'] = independence(tasks, WORKERS, progress)
-    with output.step_bar('a worker is killed', tasks) as progress, executor(2) as two:
+    with output.step_bar('a worker is killed', tasks) as progress, open_executor(2) as two:
         found['killed_worker'] = killed_worker(tasks, two, progress)
     with output.step_bar('batch', pairs) as progress:
         found['batch'] = _ratios(_told(costs.batch_pairs(pairs), progress))
     found['start_up'] = costs.start_up()
     found['compile_s'] = costs.compilation()
-    with executor(2) as two:
+    with open_executor(2) as two:
         with output.step_bar('two processes', pairs) as progress:
             found['processes'] = _ratios(_told(costs.process_pairs(pairs, tasks, two), progress))
         found['machine_ratio'] = costs.machine_ratio(two)

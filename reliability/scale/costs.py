@@ -15,7 +15,7 @@ import numba
 import numpy as np
 
 from pneu_rig_ros.batch.together import run_together
-from pneu_rig_ros.executor import Executor, Here, executor, map_tasks
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -74,7 +74,7 @@ def process_pairs(count: int, tasks: int, two: Executor) -> Iterator[Pair]:
     map_tasks(two, strokes, range(4))
     numba.set_num_threads(1)
     for _ in range(count):
-        alone = seconds(lambda: map_tasks(Here(), strokes, range(tasks)))
+        alone = seconds(lambda: map_tasks(SerialExecutor(), strokes, range(tasks)))
         yield Pair(alone, seconds(lambda: map_tasks(two, strokes, range(tasks))))
 
 
@@ -87,7 +87,7 @@ def machine_ratio(two: Executor) -> float:
 def start_up() -> dict[str, float]:
     """Return how long two processes take to start, and to their first result [s]."""
     begin = time.perf_counter()
-    with executor(2) as two:
+    with open_executor(2) as two:
         started = time.perf_counter() - begin
         first = seconds(lambda: map_tasks(two, strokes, range(2)))
         again = seconds(lambda: map_tasks(two, strokes, range(2)))

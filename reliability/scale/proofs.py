@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from pneu_rig_ros.executor import Executor, Here, executor, map_tasks
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
 from reliability.scale.tasks import recorded_strokes, strokes
 
 Progress = Callable[[int], None]
@@ -15,11 +15,11 @@ Progress = Callable[[int], None]
 
 def independence(tasks: int, workers: Sequence[int], progress: Progress) -> dict[str, Any]:
     """Carry out the same tasks in this process and on several numbers of others."""
-    alone = [done.digest for done in map_tasks(Here(), strokes, range(tasks))]
+    alone = [done.digest for done in map_tasks(SerialExecutor(), strokes, range(tasks))]
     progress(tasks)
     same = {}
     for index, count in enumerate(workers, start=1):
-        with executor(count) as processes:
+        with open_executor(count) as processes:
             results = map_tasks(processes, strokes, range(tasks))
         same[str(count)] = [done.digest for done in results] == alone
         progress((index + 1) * tasks)
@@ -28,7 +28,7 @@ def independence(tasks: int, workers: Sequence[int], progress: Progress) -> dict
 
 def killed_worker(tasks: int, processes: Executor, progress: Progress) -> dict[str, Any]:
     """Have the worker of a task in the middle killed; count how often tasks are begun."""
-    alone = [done.digest for done in map_tasks(Here(), strokes, range(tasks))]
+    alone = [done.digest for done in map_tasks(SerialExecutor(), strokes, range(tasks))]
     fatal = tasks // 2
     with tempfile.TemporaryDirectory(prefix='pneu-rig-') as folder:
         journal = Path(folder) / 'journal'

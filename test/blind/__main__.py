@@ -21,7 +21,7 @@ from rich.progress import (
 )
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.executor import executor
+from pneu_rig_ros.executor import completed, open_executor
 from pneu_rig_ros.records.description import git_revision
 
 from . import page, scores
@@ -40,11 +40,11 @@ def answers_to(trials: list[Trial], workers: int, scheduler: str | None) -> Iter
     Here one trial comes after the other, and its diagnosis has all workers; on a cluster each
     worker has trials of its own.
     """
-    with executor(workers, scheduler) as somewhere:
+    with open_executor(workers, scheduler) as executor:
         if scheduler:
-            yield from (answer for _, answer in somewhere.completed(carry_out, trials))
+            yield from (answer for _, answer in completed(executor, carry_out, trials))
         else:
-            yield from (carry_out(trial, somewhere) for trial in trials)
+            yield from (carry_out(trial, executor) for trial in trials)
 
 
 def run(trials: list[Trial], answers: Iterator[Answer], console: Console, store: Path) -> None:

@@ -33,7 +33,7 @@ from pneu_rig_ros.claims.findings import (
 from pneu_rig_ros.claims.neighbours import STEP, failures, neighbours, varied
 from pneu_rig_ros.claims.readings import load_reading, printed_values_changed
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
-from pneu_rig_ros.executor import executor
+from pneu_rig_ros.executor import open_executor
 
 HOLD = {1, 2, 3, 4, 5, 6, 8, 10, 11, 12, 13, 14, 15, 16}
 """Statements that hold under the default reading; docs/decisions.md says why the others do not."""
@@ -63,7 +63,7 @@ def test_cylinders_truly_stop(laboratory: Laboratory) -> None:
 
 def test_statements_hold_under_neighbouring_settings() -> None:
     total = len(list(neighbours(Reading())))
-    with executor(None) as processes:
+    with open_executor(None) as processes:
         fails = failures(Reading(), processes)
     shares = {number: 1.0 - len(names) / total for number, names in fails.items()}
     for number in HOLD - WEAK:

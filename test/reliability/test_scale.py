@@ -17,7 +17,7 @@ from distributed import Client
 
 from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.executor import Executor, Here, executor, map_tasks
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
 from reliability.scale import tasks
 from reliability.scale.projection import Cost, efficiency, wall_time
 from reliability.scale.proofs import killed_worker
@@ -30,12 +30,12 @@ WORKED = 1.5  # s of processor time: a worker has done more than to start
 @pytest.fixture(scope='module')
 def processes() -> Iterator[Executor]:
     """Return two processes that tasks are shared out to."""
-    with executor(2) as two:
+    with open_executor(2) as two:
         yield two
 
 
 def test_same_bits_here_and_on_two_processes(processes: Executor) -> None:
-    runs = [map_tasks(one, tasks.strokes, range(4)) for one in (Here(), processes)]
+    runs = [map_tasks(one, tasks.strokes, range(4)) for one in (SerialExecutor(), processes)]
     alone, shared = ([done.digest for done in run] for run in runs)
     assert alone == shared
     assert len(set(alone)) == 4
@@ -50,7 +50,7 @@ def test_results_come_in_the_order_of_the_tasks_with_what_they_share(processes: 
 
 
 def test_error_of_a_task_is_raised_as_it_is_here(processes: Executor) -> None:
-    for place in (processes, Here()):
+    for place in (processes, SerialExecutor()):
         with pytest.raises(ValueError, match="could not convert string to float: 'x'"):
             map_tasks(place, float, ['1', 'x', '2'])
 

@@ -11,7 +11,7 @@ import pytest
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.executor import Here, executor
+from pneu_rig_ros.executor import SerialExecutor, open_executor
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -66,7 +66,7 @@ def test_a_grid_that_is_too_large_or_twice_the_same_is_refused() -> None:
 
 
 def test_numbers_are_those_of_a_single_run() -> None:
-    row = sweep(RIG, [axis('u', '0.5')], 60.0, Here())[0]
+    row = sweep(RIG, [axis('u', '0.5')], 60.0, SerialExecutor())[0]
     interval = RIG.interval_ns * 1e-9
     held = np.tile(valve_voltages(0.5), (round(row.stroke_time / interval), 1))
     run = Plant(RIG.model).run(held, interval)
@@ -79,9 +79,9 @@ def test_numbers_are_those_of_a_single_run() -> None:
 
 def test_same_table_bit_by_bit_whatever_the_workers() -> None:
     done: list[int] = []
-    alone = sweep(RIG, AXES, 10.0, Here(), done.append)
+    alone = sweep(RIG, AXES, 10.0, SerialExecutor(), done.append)
     assert done == [16, 32, 36]
-    with executor(2) as processes:
+    with open_executor(2) as processes:
         assert repr(sweep(RIG, AXES, 10.0, processes)) == repr(alone)
 
 
