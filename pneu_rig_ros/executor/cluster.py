@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import hashlib
 import logging
@@ -15,6 +16,7 @@ from typing import Any
 
 from distributed import Client, KilledWorker
 from distributed.comm.core import CommClosedError
+from distributed.comm.core import connect as open_connection
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor.tasks import POLL_INTERVAL, Result
@@ -40,8 +42,9 @@ def connect(address: str) -> Iterator[DaskExecutor]:
         if name.startswith(('distributed', 'tornado')):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
+        asyncio.run(_handshake(address))
         client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
-    except (OSError, ValueError, TimeoutError):
+    except (OSError, ValueError, asyncio.TimeoutError):
         raise RigError(
             f'--scheduler {address}: no Dask scheduler answers there; '
             f'expected tcp://HOST:PORT as dask scheduler prints it'
@@ -61,6 +64,12 @@ def connect(address: str) -> Iterator[DaskExecutor]:
             ) from None
         except (CommClosedError, CancelledError):
             raise RigError(f'--scheduler {address}: workers or connection are lost') from None
+
+
+async def _handshake(address: str) -> None:
+    """Connect once with a timeout; that of Client has none where something else listens."""
+    connection = await asyncio.wait_for(open_connection(address), CONNECT_TIMEOUT)
+    await connection.close()
 
 
 def _check_versions(client: Client, address: str) -> None:
