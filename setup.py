@@ -74,8 +74,8 @@ setup(
         ],
         # For other units than SI, and Parquet. An extra, as rosdep knows neither.
         'tables': ['pint', 'pyarrow'],
-        # For more than one process or machine. An extra for the same reason.
-        'scale': ['dask', 'distributed'],
+        # For --scheduler. An extra for the same reason.
+        'scale': ['distributed'],
         'bench': ['cma', 'scikit-sundae'],
         'fuzz': ['atheris; python_version >= "3.11" and sys_platform == "linux"'],
         'docs': ['furo', 'myst-parser', 'sphinx'],

@@ -23,7 +23,7 @@ TABLES = BAGS | {'pint', 'pyarrow'}
 FIGURES = BAGS | {'scipy', 'matplotlib', 'jinja2'}
 TERMINAL = {'click', 'rich'}
 WEB = {'aiohttp', 'jinja2'}
-CLUSTER = {'dask', 'distributed'}
+CLUSTER = {'distributed'}
 
 # room: the rooms of the package it may import from, the outside packages it may import
 RULES: dict[str, tuple[set[str], set[str]]] = {

@@ -121,7 +121,7 @@ def workers_options(
     scheduler = click.option(
         '--scheduler',
         metavar='ADDRESS',
-        help='of a Dask cluster that does it instead, tcp://HOST:PORT',
+        help='of a Dask cluster to use instead, tcp://HOST:PORT',
     )
     return lambda function: workers(scheduler(function))
 

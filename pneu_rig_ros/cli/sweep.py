@@ -46,7 +46,7 @@ CONDITIONS = ('supply_pressure', 'load_mass', 'initial_position', 'rest_time')
               help='section.key of the model, or effect.parameter; may be repeated')  # fmt: skip
 @click.option('--longest', type=float, default=100.0, show_default=True, metavar='SECOND',
               help='a stroke is given up after this time [s]')  # fmt: skip
-@options.workers_options(default=1, help='processes; 1 is this one, on all processors')
+@options.workers_options(default=1, help='processes; 1 is this one, with a thread per processor')
 @click.option('--out', type=click.Path(path_type=Path), metavar='FILE', help='write a CSV table')
 @click.option('--json', 'as_json', is_flag=True, help='print plain data for scripts')
 @options.quiet_option

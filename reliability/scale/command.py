@@ -39,12 +39,12 @@ def scale(tasks: int, pairs: int, trials: int) -> None:
     with output.step_bar('batch', pairs) as progress:
         found['batch'] = _ratios(_told(costs.batch_pairs(pairs), progress))
     found['start_up'] = costs.start_up()
+    found['way'] = costs.way()
     found['compile_s'] = costs.compilation()
     with open_executor(2) as two:
         with output.step_bar('two processes', pairs) as progress:
             found['processes'] = _ratios(_told(costs.process_pairs(pairs, tasks, two), progress))
         found['machine_ratio'] = costs.machine_ratio(two)
-        found['way'] = costs.way(two)
         with output.step_bar('trials', trials) as progress:
             found['trials'] = costs.trials(trials, two, progress)
     found['projection'] = _projection(found)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from distributed import LocalCluster
 
 from pneu_rig_ros.batch.together import run_together
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
@@ -94,13 +95,18 @@ def start_up() -> dict[str, float]:
     return {'start_s': started, 'load_s': max(first - again, 0.0)}
 
 
-def way(two: Executor) -> dict[str, float]:
-    """Return what a task costs a worker and the scheduler, and each MB of its result [s]."""
-    map_tasks(two, nothing, range(100))
-    busy = time.process_time()
-    empty = seconds(lambda: map_tasks(two, nothing, range(EMPTY))) / EMPTY
-    busy = (time.process_time() - busy) / EMPTY
-    large = seconds(lambda: map_tasks(two, megabytes, [MEGABYTES] * LARGE)) / LARGE
+def way() -> dict[str, float]:
+    """Return what a task costs a Dask worker and the scheduler, and each MB of its result [s]."""
+    # the scheduler runs in this process, so that its processor time is included
+    with (
+        LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
+        open_executor(scheduler=cluster.scheduler_address) as two,
+    ):
+        map_tasks(two, nothing, range(100))
+        busy = time.process_time()
+        empty = seconds(lambda: map_tasks(two, nothing, range(EMPTY))) / EMPTY
+        busy = (time.process_time() - busy) / EMPTY
+        large = seconds(lambda: map_tasks(two, megabytes, [MEGABYTES] * LARGE)) / LARGE
     return {
         'latency_s': 2 * empty,
         'overhead_s': busy,

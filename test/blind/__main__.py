@@ -89,7 +89,7 @@ def chosen(
 @click.option('--noise', multiple=True, type=float, help='multiple of the noise of the rig')
 @click.option('--limit', type=int, help='at most so many trials that are not yet answered')
 @click.option('--workers', default=2, show_default=True, help='of each diagnosis')
-@click.option('--scheduler', help='of a Dask cluster that does it instead, tcp://HOST:PORT')
+@click.option('--scheduler', help='of a Dask cluster to use instead, tcp://HOST:PORT')
 @click.option('--revision', default=git_revision, help='name of the answers  [default: of git]')
 @click.option('--docs', type=click.Path(path_type=Path), default=ROOT / 'docs')
 def main(
