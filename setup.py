@@ -36,7 +36,7 @@ setup(
         'jinja2',
         'lz4',
         'matplotlib',
-        'mcap>=1.6,<2',  # from there its writer can flush a chunk
+        'mcap>=1.6,<2',
         'numba',
         'numpy',
         'pyyaml',

@@ -1,4 +1,4 @@
-"""Opens a rosbag2 directory and says in one line why it cannot."""
+"""Opens rosbag2 directories; errors are one line."""
 
 from __future__ import annotations
 
@@ -32,13 +32,14 @@ appending takes less, unless the recorder has to wait for a processor.
 
 
 def bag_directory(path: Path | str) -> Path:
-    """Return the bag's directory; a file inside it stands for it. RigError if there is none."""
+    """Return the directory of a bag from its path or that of a file in it; RigError if none."""
     path = Path(path)
     if not path.exists():
         raise RigError(f'{path} does not exist; give the directory of a bag, e.g. under runs/')
     if path.is_file() and path.suffix != '.mcap' and path.name != 'metadata.yaml':
-        raise RigError(f'{path} is no bag; give its directory, or turn it into one: '
-                       'pneu-rig import')  # fmt: skip
+        raise RigError(
+            f'{path} is no bag; give its directory, or turn it into one: pneu-rig import'
+        )
     directory = path.parent if path.is_file() else path
     if not storage_files(directory):
         raise RigError(f'{directory} holds no .mcap file; give the directory of a bag')
@@ -55,7 +56,7 @@ def open_bag(path: Path | str) -> Iterator[Reader]:
     """
     Open a bag for reading, also one that is still being recorded.
 
-    :raises RigError: when it is none, or was cut off within a message
+    :raises RigError: when it is not a bag, or is cut off or damaged
     """
     directory = bag_directory(path)
     try:
@@ -64,7 +65,7 @@ def open_bag(path: Path | str) -> Iterator[Reader]:
     except RigError:
         raise
     except Exception as error:
-        # In damaged data rosbags, and the decompressors and parsers below it, stumble anyhow.
+        # rosbags, decompressors and parsers raise any exception on damaged data.
         raise RigError(
             f'{directory} is cut off or damaged ({first_line(error)}); '
             f'run: pneu-rig repair {directory}'
@@ -104,7 +105,7 @@ def custom_data(reader: Reader | AnyReader, directory: Path) -> dict[str, str]:
     """
     Return the custom data of an open bag, see `pneu_rig_ros.records.description`.
 
-    `ros2 bag record` keeps none, and a bag that is being recorded has none yet: the topic says it.
+    A bag of `ros2 bag record`, or one that is being recorded, has none: they follow from a topic.
     """
     kept = read_metadata(directory).get('custom_data')
     if kept:
@@ -114,19 +115,20 @@ def custom_data(reader: Reader | AnyReader, directory: Path) -> dict[str, str]:
 
 
 def last_text(reader: Reader | AnyReader, topic: str) -> str:
-    """Return what a topic said last, in whatever namespace; empty if it said nothing."""
-    spoken = [
-        c for c in reader.connections
+    """Return the last text on a topic in any namespace, empty if there was none."""
+    connections = [
+        c
+        for c in reader.connections
         if c.topic.endswith(f'/{topic}') and c.msgtype == 'std_msgs/msg/String'
-    ]  # fmt: skip
-    if not spoken:
+    ]
+    if not connections:
         return ''
-    texts = [unpack_string(bytes(cdr)) for _, _, cdr in reader.messages(spoken)]
+    texts = [unpack_string(bytes(cdr)) for _, _, cdr in reader.messages(connections)]
     return texts[-1] if texts else ''
 
 
 def first_line(error: BaseException) -> str:
-    """Return the first line of what an error says, without its full stop."""
+    """Return the first line of an error message, without its full stop."""
     text = str(error).strip() or type(error).__name__
     return text.splitlines()[0].rstrip('.')
 

@@ -33,7 +33,7 @@ _FLOAT64 = struct.Struct('<4sd')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _ENCAPSULATION = len(_LITTLE_ENDIAN)
 _MOST_PADDING = 3
-# Stand for the numbers in a new template, so that their places are found and not counted by hand.
+# Placeholders for the numbers in a new template, by which their offsets are found.
 _MARKS = (1.2345678e-101, 2.3456789e-102, 3.4567891e-103)
 
 
@@ -47,7 +47,7 @@ class JointReading(NamedTuple):
 
 
 class PressureReading(NamedTuple):
-    """What a FluidPressure says: stamp [ns], absolute pressure [Pa], variance [Pa^2]."""
+    """Content of a FluidPressure: stamp [ns], absolute pressure [Pa], variance [Pa^2]."""
 
     stamp_ns: int
     pressure: float
@@ -168,7 +168,7 @@ class SampleMessages:
     Position, velocity and pressures of one instant, predicted ones or residuals, by topic.
 
     :param prefix: of the topics, 'predicted/' or 'residual/'
-    :param effort: whether there is a friction force too
+    :param effort: whether they include the friction force
     """
 
     def __init__(self, prefix: str, effort: bool) -> None:
@@ -259,7 +259,7 @@ class _Reader:
         return values
 
     def end(self) -> None:
-        """Raise RigError unless all but the padding was read: else it is another type."""
+        """Raise RigError unless all but the padding was read: it would be another type."""
         if not 0 <= (left := len(self._cdr) - self._at) <= _MOST_PADDING:
             raise RigError(f'message of {len(self._cdr)} bytes: {left} bytes too many')
 
@@ -268,7 +268,7 @@ _Decoder = Callable[[bytes], _Value]
 
 
 def _decoder(decode: _Decoder[_Value]) -> _Decoder[_Value]:
-    """Turn bytes that end too early, and text that is none, into a RigError."""
+    """Raise a RigError for data that end too early and for text that is not UTF-8."""
 
     @wraps(decode)
     def guarded(cdr: bytes) -> _Value:

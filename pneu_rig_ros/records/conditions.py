@@ -4,7 +4,7 @@ The conditions under which a bag was recorded: what its signals do not say.
 Supply pressure, load, surroundings and rest before the start. They are looked up one by one,
 first in ``conditions.yaml`` beside the bag's data, then in the bag's metadata ``conditions``, then
 in the rig configuration that the bag holds. Those of a text table ``daq.csv`` are in
-``daq.conditions.yaml`` beside it. What none of them says is left to the model.
+``daq.conditions.yaml`` beside it. The model keeps its own values for all others.
 """
 
 from __future__ import annotations
@@ -71,17 +71,19 @@ def with_zero(conditions: Mapping[str, float], zero: float | None) -> dict[str, 
     Return the conditions of a run whose gauge pressures were counted from ``zero`` [Pa].
 
     :param zero: None where there were none
-    :raises RigError: when the conditions say other surroundings
+    :raises RigError: when the conditions have another atmospheric pressure
     """
     given = conditions.get(_ATMOSPHERE, zero)
     if zero is not None and given != zero:
-        raise RigError(f'the gauge pressures were counted from {zero:g} Pa, but the conditions '
-                       f'say atmospheric_pressure: {given:g} Pa; give one of them')  # fmt: skip
+        raise RigError(
+            f'the gauge pressures were counted from {zero:g} Pa, but the conditions '
+            f'say atmospheric_pressure: {given:g} Pa; give one of them'
+        )
     return dict(conditions) if zero is None else {**conditions, _ATMOSPHERE: zero}
 
 
 def _configured(configuration: RigConfiguration | None) -> dict[str, float]:
-    """Return the conditions that a rig's configuration says, {} without one."""
+    """Return the conditions in the configuration of a rig, {} without one."""
     if configuration is None:
         return {}
     model = configuration.model
@@ -95,11 +97,13 @@ def apply_conditions(
     """
     Return the configuration of a rig under other conditions.
 
-    :param conditions: name of :data:`CONDITIONS` -> value in SI units; what is not there stays
+    :param conditions: name of :data:`CONDITIONS` -> value in SI units; others stay
     :raises RigError: for another name, or a value out of range
     """
-    checked = {name: _known(name, 'conditions').check(value, f'conditions: {name}')
-               for name, value in conditions.items()}  # fmt: skip
+    checked = {
+        name: _known(name, 'conditions').check(value, f'conditions: {name}')
+        for name, value in conditions.items()
+    }
     model = configuration.model
     gas = model.gas
     if _ATMOSPHERE in checked:

@@ -2,7 +2,7 @@
 Reads text tables - CSV and its relatives - cell by cell, and knows the row of each in the file.
 
 Encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), separator, decimal
-sign and header are found out where the mapping does not say.
+sign and header are detected if the mapping omits them.
 """
 
 from __future__ import annotations
@@ -24,11 +24,14 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.mapping import Layout
 
-LOOKED_AT = 50
-"""So many lines of data tell the separator."""
+DETECTION_LINES = 50
+"""Lines of data from which the separator is detected."""
 
-_MARKS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'),
-          (codecs.BOM_UTF16_BE, 'utf-16'))  # fmt: skip
+_MARKS = (
+    (codecs.BOM_UTF8, 'utf-8-sig'),
+    (codecs.BOM_UTF16_LE, 'utf-16'),
+    (codecs.BOM_UTF16_BE, 'utf-16'),
+)
 _DECIMAL_COMMA = re.compile(r'\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*')
 _CANDIDATES = ('\t', ';', ',', ' ')
 
@@ -67,16 +70,19 @@ class Cells:
                 raise RigError(f'{where}: column {column}, {self.path} has {len(self.rows[0])}')
             return column - 1
         if not self.names:
-            raise RigError(f'{where}: column {column!r}, but {self.path} has no header; '
-                           f'give a number, 1 to {len(self.rows[0])}')  # fmt: skip
+            raise RigError(
+                f'{where}: column {column!r}, but {self.path} has no header; '
+                f'give a number, 1 to {len(self.rows[0])}'
+            )
         found = [i for i, name in enumerate(self.names) if name == column.strip()]
         if not found:
             shown = [name for name in self.names if name]
             raise RigError(f'{where}: column of {self.path}: {unknown(column, shown)}')
         if len(found) > 1:
             numbers = ', '.join(str(i + 1) for i in found)
-            raise RigError(f'{where}: {self.path} has several columns {column!r}; '
-                           f'give a number: {numbers}')  # fmt: skip
+            raise RigError(
+                f'{where}: {self.path} has several columns {column!r}; give a number: {numbers}'
+            )
         return found[0]
 
     def texts(self, index: int) -> list[str]:
@@ -84,7 +90,7 @@ class Cells:
         return [row[index] for row in self.rows]
 
     def values(self, index: int) -> NDArray[np.float64]:
-        """Return a column as numbers, shape (n,); RigError with row and column of what is none."""
+        """Return a column as numbers, shape (n,); RigError with row and column of other text."""
         texts = self.texts(index)
         if self.decimal == ',':
             texts = [text.replace('.', '#').replace(',', '.') for text in texts]
@@ -136,8 +142,10 @@ def read_cells(path: Path | str, layout: Layout) -> Cells:
     if not head and layout.header is None:
         head = _comment_head(comments, separator, len(rows[0]))
     if head and len(head) != len(rows[0]):
-        raise RigError(f'{path}: row {lines[0].number} has {len(rows[0])} cells, the header has '
-                       f'{len(head)}{_hint(separator)}')  # fmt: skip
+        raise RigError(
+            f'{path}: row {lines[0].number} has {len(rows[0])} cells, the header has '
+            f'{len(head)}{_hint(separator)}'
+        )
     decimal = layout.decimal or _decimal(rows[0], separator)
     numbers = [line.number for line in lines]
     return Cells(path, tuple(name.strip() for name in head), rows, numbers, separator, decimal)
@@ -174,14 +182,14 @@ def _text(path: Path) -> str:
 
 def _separator(lines: Sequence[Line], layout: Layout) -> str:
     """Return the separator that cuts all of the last looked-at lines into equally many cells."""
-    sample = [line.text for line in lines[1 : LOOKED_AT + 1] or lines]
+    sample = [line.text for line in lines[1 : DETECTION_LINES + 1] or lines]
     for candidate in _CANDIDATES:
         if candidate == ',' == layout.decimal:
             continue
         counts = {len(_split(text, candidate)) for text in sample}
         if len(counts) == 1 and counts.pop() > 1:
             return candidate
-    # A single column, or rows of different lengths, which are told with their numbers later.
+    # A single column, or rows of different lengths, which are reported later.
     return max(_CANDIDATES[:3], key=lambda sign: sum(text.count(sign) for text in sample))
 
 
@@ -204,8 +212,10 @@ def _rows(path: Path, lines: Sequence[Line], separator: str) -> list[list[str]]:
     width = len(rows[0])
     for line, row in zip(lines, rows, strict=True):
         if len(row) != width:
-            raise RigError(f'{path}: row {line.number} has {len(row)} cells, '
-                           f'row {lines[0].number} has {width}{_hint(separator)}')  # fmt: skip
+            raise RigError(
+                f'{path}: row {line.number} has {len(row)} cells, '
+                f'row {lines[0].number} has {width}{_hint(separator)}'
+            )
     return rows
 
 

@@ -1,5 +1,5 @@
 """
-What a rig is, in words: the text on `rig_description` and the custom data of a bag.
+The text on the topic `rig_description` and the custom data of a bag.
 
 The text is the configuration's YAML, headed by a comment with package version and git revision.
 The custom data follow from the text, so that a bag whose end is missing gets them back from the
@@ -34,8 +34,8 @@ def bag_metadata(description: str) -> dict[str, str]:
     """
     Return the custom data of a bag from the text of `rig_description`.
 
-    Keys: configuration, cylinder, friction_model, seed, package_version, git_revision; what the
-    text does not say is 'unknown'.
+    Keys: configuration, cylinder, friction_model, seed, package_version, git_revision; 'unknown'
+    for an entry that the text lacks.
     """
     head = _HEAD_PATTERN.match(description)
     try:

@@ -22,7 +22,7 @@ class Column(NamedTuple):
 
     :param name: of the signal
     :param unit: SI
-    :param values: shape (n,); NaN where there is none
+    :param values: shape (n,); NaN for a missing value
     """
 
     name: str
@@ -63,17 +63,18 @@ def read_signals(bag: Path | str) -> Signals:
 
 def _columns(recording: Recording) -> list[Column]:
     first = [Column('stamp', 'ns', recording.stamps), Column('time', 's', recording.time)]
-    return first + [Column(name, SIGNALS[name], recording[name])
-                    for name in SIGNALS if name in recording]  # fmt: skip
+    return first + [
+        Column(name, SIGNALS[name], recording[name]) for name in SIGNALS if name in recording
+    ]
 
 
 def write_csv(signals: Signals, path: Path) -> Path:
-    """Write a CSV file with a header; a value that is not there is an empty cell."""
+    """Write a CSV file with a header; a missing value is an empty cell."""
     return atomic_write(path, lambda file: _write_csv(signals.columns, file))
 
 
 def write_parquet(signals: Signals, path: Path) -> Path:
-    """Write a Parquet file; units stand in the fields' metadata, the bag's in the schema's."""
+    """Write a Parquet file: units in the metadata of fields, those of the bag in the schema."""
     return atomic_write(path, lambda file: _write_parquet(signals, file))
 
 

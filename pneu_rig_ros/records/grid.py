@@ -1,5 +1,5 @@
 """
-The uniform sampling grid under stamps that somebody else took.
+Fits a uniform sampling grid to the stamps of other recorders.
 
 A recording's samples lie at ``start + k * interval`` exactly. Stamps that do so but for their own
 rounding, or with samples missing, are put on that grid as they are. Stamps that jitter by more are
@@ -28,18 +28,18 @@ LONGEST = 4e9
 
 
 MOST_MISSING = 1_000_000
-"""So many samples may be missing beside ten for each that there is."""
+"""Samples that may be missing in addition to ten for each recorded one."""
 
 
 class Columns(NamedTuple):
     """
-    Signals as they were read, at instants that somebody else took.
+    Signals at the instants at which they were recorded.
 
     :param time: [s], shape (n,), increasing
     :param signals: name -> values, SI units, absolute pressures, shape (n,) each
-    :param epoch_ns: what the time counts from [ns since 1970], 0 where it is not known
-    :param gauge: whether there were gauge pressures among them
-    :param notes: what a person should know of the reading
+    :param epoch_ns: zero of the time [ns since 1970], 0 if unknown
+    :param gauge: whether some were gauge pressures
+    :param notes: remarks for the user
     """
 
     time: Floats
@@ -55,9 +55,9 @@ class Grid(NamedTuple):
 
     :param start_ns: stamp of sample 0 [ns]
     :param interval_ns: [ns]
-    :param sample: numbers of the samples that there are, shape (n,), increasing from 0
+    :param sample: numbers of the recorded samples, shape (n,), increasing from 0
     :param signals: name -> values, each of shape (n,)
-    :param note: what was done to get there, '' if nothing
+    :param note: what was changed, '' if nothing
     """
 
     start_ns: int
@@ -73,7 +73,7 @@ class Grid(NamedTuple):
 
     @property
     def missing(self) -> Stamps:
-        """Stamps of the samples that the grid has and the signals have not [ns]."""
+        """Stamps of the grid without a recorded sample [ns]."""
         numbers = np.setdiff1d(np.arange(self.size), self.sample, assume_unique=True)
         return np.asarray(self.start_ns + self.interval_ns * numbers, dtype=np.int64)
 
@@ -83,23 +83,25 @@ class Grid(NamedTuple):
         return {name: resample(wanted, known, v, name) for name, v in self.signals.items()}
 
 
-def check_gaps(wanted: int, there: int) -> None:
+def check_gaps(wanted: int, recorded: int) -> None:
     """
-    Raise RigError when far more samples are missing than there are: some stamp must be wrong.
+    Raise RigError when far more samples are missing than recorded: some stamp must be wrong.
 
     :param wanted: samples from the first stamp to the last
-    :param there: samples that there are
+    :param recorded: samples in the recording
     """
-    if wanted > 10 * there + MOST_MISSING:
-        raise RigError(f'{there} samples are stamped as if they were {wanted}: is a stamp wrong, '
-                       'or were two recordings put together?')  # fmt: skip
+    if wanted > 10 * recorded + MOST_MISSING:
+        raise RigError(
+            f'{recorded} samples are stamped as if they were {wanted}: is a stamp wrong, '
+            'or were two recordings put together?'
+        )
 
 
 def to_grid(columns: Columns) -> Grid:
     """
     Put signals on the uniform grid of their own sampling interval.
 
-    :raises RigError: when the stamps are so uneven that there is no such grid, or too few
+    :raises RigError: when the stamps are too uneven for such a grid, or too few
     """
     time, signals = columns.time, columns.signals
     if time.size < 2:
@@ -114,7 +116,7 @@ def to_grid(columns: Columns) -> Grid:
     notes = []
     if index is not None and off <= max(rounding, JITTER * interval):
         check_gaps(int(index[-1]) + 1, index.size)
-        interval_ns = round(_plain(interval, int(index[-1]), rounding) * 1e9)
+        interval_ns = round(_shortest_decimal(interval, int(index[-1]), rounding) * 1e9)
         kept = dict(signals)
         if missing := int(index[-1]) + 1 - index.size:
             notes.append(f'{missing} of {int(index[-1]) + 1} samples are missing')
@@ -163,7 +165,7 @@ def _resolution(time: Floats) -> float:
     return 1e-9
 
 
-def _plain(interval: float, last: int, rounding: float) -> float:
+def _shortest_decimal(interval: float, last: int, rounding: float) -> float:
     """Return the interval with as few digits as the stamps allow, 1.16 ms and not 1.160003."""
     for digits in range(1, 10):
         shorter = float(f'{interval:.{digits}g}')

@@ -1,8 +1,8 @@
 """
 Writes measured signals as a bag, in the form in which the recorder writes one.
 
-What there is is written: position and both pressures make a bag that every command reads; less is
-a part of a rig. A measured force goes on a topic `force`, in the form of `friction`.
+Position and both pressures make a bag that every command reads; fewer signals make one of a part
+of a rig. A measured force goes on a topic `force`, in the form of `friction`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from pneu_rig_ros.rig import RigConfiguration, Sample
 from pneu_rig_ros.rig.urdf import robot_description
 
 Progress = Callable[[int], None]
-"""Told the number of samples written now and then."""
+"""Callback with the number of samples written."""
 
 REPORT_EVERY = 512
 """Samples between two calls of the progress function."""
@@ -57,7 +57,7 @@ NEEDED_BY = {
     'pressure_1': ('chamber_1/pressure',),
     'pressure_2': ('chamber_2/pressure',),
 }
-"""Signal -> topics that are written if there is one."""
+"""Signal -> topics that are written for it."""
 
 SOURCES = {
     'joint_states': ('position',),
@@ -67,7 +67,7 @@ SOURCES = {
     'chamber_2/pressure': ('pressure_2',),
     'valve_voltages': ('u', 'voltage_1', 'voltage_2'),
 }
-"""Topic -> what else its samples are missing under."""
+"""Topic -> signals and topics whose missing samples it shares."""
 
 FORCE = 'force'
 """Topic and signal of a measured force; a JointState whose effort it is."""
@@ -84,7 +84,7 @@ def write_bag(
     Write a recording as a bag.
 
     The bag appears as a whole or not at all. Samples that are missing stay so. Without `voltage_1`
-    and `voltage_2` the valve voltages follow from `u` by Eq. 1, if there is one.
+    and `voltage_2` the valve voltages follow from `u` by Eq. 1, if it was recorded.
 
     :param recording: the signals
     :param out: the bag's directory, must not exist
@@ -97,20 +97,23 @@ def write_bag(
     out, source = Path(out), recording.metadata.get('source', recording.name)
     if out.exists():
         raise RigError(f'{out} exists; name a bag that does not, or remove it')
-    told = with_zero({**recording.conditions, **(conditions or {})},
-                     recording.atmospheric_pressure)  # fmt: skip
+    known = with_zero(
+        {**recording.conditions, **(conditions or {})}, recording.atmospheric_pressure
+    )
     if configuration is not None:
-        configuration = apply_conditions(configuration, told)
+        configuration = apply_conditions(configuration, known)
         check_plausible(source, recording.signals, configuration)
     if not LEAST_INTERVAL <= recording.interval_ns <= MOST_INTERVAL:
-        raise RigError(f'{source}: a sample every {recording.interval_ns * 1e-6:g} ms, allowed '
-                       'are 0.1 to 1000 ms; is the time in another unit?')  # fmt: skip
+        raise RigError(
+            f'{source}: a sample every {recording.interval_ns * 1e-6:g} ms, allowed '
+            'are 0.1 to 1000 ms; is the time in another unit?'
+        )
     folder = _folder_beside(out)
     try:
-        # Under its final name, which rosbags writes into the metadata.
+        # Under its final name, which is in the metadata.
         _write(folder / out.name, recording, configuration, progress or (lambda _: None))
-        if told:
-            (folder / out.name / FILE_NAME).write_text(format_conditions(told), encoding='utf-8')
+        if known:
+            (folder / out.name / FILE_NAME).write_text(format_conditions(known), encoding='utf-8')
         (folder / out.name).replace(out)
     except OSError as error:
         raise RigError(f'cannot write the bag {out}: {error.strerror}') from error
@@ -141,7 +144,7 @@ def _write(
             sampled = replace(configuration, interval_ns=recording.interval_ns)
             description = describe(sampled)
             metadata |= bag_metadata(description)
-            # A real rig has neither; those of the description are of the model it is told by.
+            # A real rig has neither; those in the description belong to its model.
             del metadata['friction_model'], metadata['seed']
             _put(writer, 'rig_description', start_ns, pack_string(description))
             _put(writer, 'robot_description', start_ns, pack_string(robot_description(sampled)))
@@ -166,24 +169,24 @@ def _messages(recording: Recording) -> Iterator[tuple[str, int, bytes]]:
     """Yield topic, stamp [ns] and message of everything, in the order of time."""
     parts = (_commands(recording), _samples(recording), _forces(recording))
     streams = [
-        (topic, message, _there(recording, topic).tolist())
+        (topic, message, _present(recording, topic).tolist())
         for part in parts
         for topic, message in part
     ]
     for k, stamp_ns in enumerate(recording.stamps.tolist()):
-        for topic, message, there in streams:
-            if there[k]:
+        for topic, message, present in streams:
+            if present[k]:
                 yield topic, stamp_ns, message(k, stamp_ns)
 
 
-def _there(recording: Recording, topic: str) -> NDArray[np.bool_]:
+def _present(recording: Recording, topic: str) -> NDArray[np.bool_]:
     """Return which samples of a topic are not missing, shape (n,)."""
-    there = np.ones(recording.size, dtype=np.bool_)
+    present = np.ones(recording.size, dtype=np.bool_)
     if topic == 'friction':
-        there = np.isfinite(recording.friction)
+        present = np.isfinite(recording.friction)
     for source in (topic, *SOURCES.get(topic, ())):
-        there &= ~np.isin(recording.stamps, recording.missing.get(source, ()))
-    return there
+        present &= ~np.isin(recording.stamps, recording.missing.get(source, ()))
+    return present
 
 
 def _commands(recording: Recording) -> Iterator[tuple[str, Message]]:
@@ -200,7 +203,7 @@ def _commands(recording: Recording) -> Iterator[tuple[str, Message]]:
 
 
 def _samples(recording: Recording) -> Iterator[tuple[str, Message]]:
-    """Yield the topics of the plant for which there is a signal."""
+    """Yield the topics of the plant whose signals were recorded."""
     topics = [topic for name in NEEDED_BY if name in recording for topic in NEEDED_BY[name]]
     nothing = np.full(recording.size, np.nan)
     columns: list[Floats] = [

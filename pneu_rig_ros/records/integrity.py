@@ -32,14 +32,18 @@ def check_bag(directory: Path) -> None:
     files = _files(directory, information)
     for file in files:
         indexed += check_file(file)
-    listed = Counter({
-        topic['topic_metadata']['name']: topic['message_count']
-        for topic in information.get('topics_with_message_count', [])
-    })  # fmt: skip
+    listed = Counter(
+        {
+            topic['topic_metadata']['name']: topic['message_count']
+            for topic in information.get('topics_with_message_count', [])
+        }
+    )
     if files and information and +listed != indexed:
         ((topic, count),) = list(((listed - indexed) or (indexed - listed)).items())[:1]
-        raise RigError(f'{directory}: metadata.yaml says {listed[topic]} messages on '
-                       f'{topic}, the index {indexed[topic]} ({count} apart)')  # fmt: skip
+        raise RigError(
+            f'{directory}: metadata.yaml says {listed[topic]} messages on '
+            f'{topic}, the index {indexed[topic]} ({count} apart)'
+        )
 
 
 def check_file(path: Path) -> Counter[str]:
@@ -114,5 +118,6 @@ def _check_chunks(chunks: list[ChunkIndex], path: Path) -> None:
     for _, change in sorted(edges):
         together += change
         if together > LARGEST_CHUNK:
-            raise RigError(f'{path}: {together} bytes in chunks of the same time, allowed are '
-                           f'{LARGEST_CHUNK}')  # fmt: skip
+            raise RigError(
+                f'{path}: {together} bytes in chunks of the same time, allowed are {LARGEST_CHUNK}'
+            )

@@ -2,7 +2,7 @@
 Reads the signals of any rig's bag: topics of any name, messages of any type, each with own stamps.
 
 The signal with the most messages gives the instants; the others are interpolated to them, voltages
-held. What lies before the first or after the last message of any signal is left out.
+held. Only the time span that all signals cover is read.
 """
 
 from __future__ import annotations
@@ -39,8 +39,12 @@ USUAL_FIELDS = {
 }
 """Message type -> field that holds its number."""
 
-USUAL_JOINT_FIELDS = {'position': 'position[0]', 'velocity': 'velocity[0]', 'force': 'effort[0]',
-                      'friction': 'effort[0]'}  # fmt: skip
+USUAL_JOINT_FIELDS = {
+    'position': 'position[0]',
+    'velocity': 'velocity[0]',
+    'force': 'effort[0]',
+    'friction': 'effort[0]',
+}
 """Signal -> field of a JointState."""
 
 OWN = {
@@ -104,7 +108,7 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Ma
     except RigError:
         raise
     except Exception as error:
-        # In damaged data rosbags, and the decompressors and parsers below it, stumble anyhow.
+        # rosbags, decompressors and parsers raise any exception on damaged data.
         raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from error
     return MappedBag(_columns(path, streams, gauge), custom, protected)
 
@@ -120,8 +124,9 @@ def _own(connections: list[Connection]) -> dict[str, Source]:
     """Return the sources of this project's topics, as far as the bag has messages on them."""
     filled = {connection.topic for connection in connections if connection.msgcount}
     namespace = _namespace(connections)
-    named = {name: source for name, source in OWN.items()
-             if f'{namespace}/{source.topic}' in filled}  # fmt: skip
+    named = {
+        name: source for name, source in OWN.items() if f'{namespace}/{source.topic}' in filled
+    }
     if not named:
         raise RigError('the bag has none of the topics of this project; map its own')
     return {
@@ -249,8 +254,7 @@ def _columns(path: Path, streams: dict[str, Stream], gauge: bool) -> Columns:
     stamps = streams[main].stamps
     stamps = stamps[(stamps >= start) & (stamps <= end)]
     if stamps.size < 2:
-        raise RigError(f'{path}: the signals do not overlap in time: '
-                       f'{", ".join(streams)}')  # fmt: skip
+        raise RigError(f'{path}: the signals do not overlap in time: {", ".join(streams)}')
     epoch = int(stamps[0])
     time = _seconds(stamps, epoch)
     signals = {

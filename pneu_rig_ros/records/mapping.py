@@ -1,10 +1,10 @@
 """
-The mapping file: where in somebody's table or bag the signals are, and in which units.
+The mapping file: where the signals are in a table or bag of another rig, and their units.
 
 For a table (CSV and its relatives)::
 
-    separator: ';'                  # ',', ';', tab, blank; found out when not given
-    decimal: ','                    # '.' or ','; found out when not given
+    separator: ';'                  # ',', ';', tab, blank; detected if omitted
+    decimal: ','                    # '.' or ','; detected if omitted
     comment: '#'                    # lines that begin with it are skipped
     skip_rows: 0                    # lines before the header
     skip_after_header: 0            # lines between header and data, e.g. of units
@@ -35,8 +35,17 @@ from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.units import convert
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
-SEPARATORS = {',': ',', ';': ';', '\t': '\t', ' ': ' ', 'comma': ',', 'semicolon': ';',
-              'tab': '\t', 'blank': ' ', 'space': ' '}  # fmt: skip
+SEPARATORS = {
+    ',': ',',
+    ';': ';',
+    '\t': '\t',
+    ' ': ' ',
+    'comma': ',',
+    'semicolon': ';',
+    'tab': '\t',
+    'blank': ' ',
+    'space': ' ',
+}
 """What a mapping may call a separator -> the separator."""
 
 DATETIME = 'datetime'
@@ -54,8 +63,8 @@ class Source:
     Where one signal is.
 
     :param column: name, or number counted from 1; None in a bag
-    :param unit: as written, None where the header or the message type says it
-    :param gauge: whether pressures count from the atmosphere, None where the unit says it
+    :param unit: as written, None if given by the header or the message type
+    :param gauge: whether pressures count from the atmosphere, None if given by the unit
     :param scale: factor with unit before the unit of the signal counts, e.g. '50 N/V'
     :param offset: added after scaling, with unit
     :param topic: of the bag, '' in a table
@@ -73,7 +82,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Layout:
-    """How a text table is written; None is found out from its first lines."""
+    """Format of a text table; None is detected from its first lines."""
 
     separator: str | None = None
     decimal: str | None = None
@@ -88,12 +97,12 @@ class TableMapping:
     """
     A mapping file, checked.
 
-    :param origin: what to call it in an error
+    :param origin: its name in errors
     :param signals: name of `recording.SIGNALS` -> where it is
-    :param time: column of the time, None where the interval says it, or in a bag
-    :param interval: [s], None where a column says the time
+    :param time: column of the time, None if the interval is given, or in a bag
+    :param interval: [s], None if there is a time column
     :param layout: of a text table
-    :param atmospheric_pressure: zero of gauge pressures [Pa], None if the mapping does not say
+    :param atmospheric_pressure: zero of gauge pressures [Pa], None if not given
     """
 
     origin: str
@@ -137,8 +146,11 @@ def _checked(data: dict[str, Any], origin: str) -> TableMapping:
     for key in entries if in_bag else ():
         if key not in SIGNALS:
             raise RigError(f'{where}: {unknown(str(key), SIGNALS)}')
-    signals = {name: _source(entries[name], f'{where}: {name}', in_bag, name)
-               for name in SIGNALS if name in entries}  # fmt: skip
+    signals = {
+        name: _source(entries[name], f'{where}: {name}', in_bag, name)
+        for name in SIGNALS
+        if name in entries
+    }
     if not signals:
         raise RigError(f'{where}: names no signal, allowed: {", ".join(SIGNALS)}')
     _check_once(signals, where)
@@ -153,7 +165,7 @@ def _check_once(signals: Mapping[str, Source], where: str) -> None:
     """Raise RigError when two signals are read from the same place."""
     seen: dict[tuple[object, ...], str] = {}
     for name, source in signals.items():
-        # without a field, what is read of a topic goes by the signal, of a pressure it is all
+        # without a field the signal selects it, but all of a pressure topic is one field
         field = source.field or ('' if name in PRESSURES or not source.topic else name)
         place = source.topic, field, source.column
         if (other := seen.setdefault(place, name)) != name:
@@ -207,9 +219,14 @@ def _entry(entry: object, where: str, key: str, allowed: tuple[str, ...]) -> dic
 
 def _check_kinds(fields: dict[str, Any], where: str) -> None:
     kinds: dict[str, tuple[type, ...]] = {
-        'column': (str, int), 'unit': (str,), 'gauge': (bool,), 'scale': (str, int, float),
-        'offset': (str,), 'topic': (str,), 'field': (str,),
-    }  # fmt: skip
+        'column': (str, int),
+        'unit': (str,),
+        'gauge': (bool,),
+        'scale': (str, int, float),
+        'offset': (str,),
+        'topic': (str,),
+        'field': (str,),
+    }
     for key, value in fields.items():
         boolean = isinstance(value, bool) and bool not in kinds[key]
         if boolean or not isinstance(value, kinds[key]):

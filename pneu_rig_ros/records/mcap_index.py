@@ -10,6 +10,7 @@ import io
 import struct
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 from zlib import crc32
@@ -138,9 +139,14 @@ def _add_channels(summary: Summary, stream: BinaryIO, chunk: ChunkIndex) -> None
 def index_bytes(summary: Summary, end: int) -> bytes:
     """Return what follows the data section of a file that ends at an offset: its index."""
     assert summary.statistics is not None
-    summary.statistics.metadata_count = len(summary.metadata_indexes)
+    statistics = replace(
+        summary.statistics,
+        channel_count=len(summary.channels),
+        metadata_count=len(summary.metadata_indexes),
+        schema_count=len(summary.schemas),
+    )
     records: list[McapRecord] = [*summary.schemas.values(), *summary.channels.values()]
-    records += [summary.statistics, *summary.chunk_indexes, *summary.metadata_indexes]
+    records += [statistics, *summary.chunk_indexes, *summary.metadata_indexes]
     data_end, content = encode(DataEnd(0)), encode(*records)
     start = end + len(data_end)
     # The checksum covers the summary and the footer up to the checksum itself.

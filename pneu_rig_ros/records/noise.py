@@ -10,7 +10,7 @@ Floats = NDArray[np.float64]
 KEPT = 0.9
 """Share of the smallest second differences that count: the others may be motion [-]."""
 TRIMMED = 0.79
-"""Standard deviation of a normal variable whose largest tenth is left out [-]."""
+"""Standard deviation of a normal variable without its largest tenth [-]."""
 DUST = 1e-9
 """Distances below this share of a signal's largest value are rounding of the computer's [-]."""
 

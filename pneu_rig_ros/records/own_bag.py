@@ -27,10 +27,10 @@ from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
-"""Topics without which it is no rig."""
+"""Topics that every rig has."""
 
 STAMPED = (*SAMPLED, 'friction', 'force')
-"""Topics whose messages say which sample they belong to."""
+"""Topics whose messages have the stamp of their sample."""
 
 
 class Stream(NamedTuple):
@@ -61,7 +61,7 @@ EFFORT = 2
 
 class OwnBag(NamedTuple):
     """
-    What is read of a bag.
+    Content of a bag.
 
     :param start_ns: stamp of the first sample [ns]
     :param interval_ns: sampling interval [ns]
@@ -87,7 +87,7 @@ def holds_rig(path: Path) -> bool:
     """
     Return whether a bag has all the topics of a rig, as the recorder of this project names them.
 
-    :raises RigError: when it is no bag, or is cut off
+    :raises RigError: when it is not a bag, or is cut off
     """
     if path.suffix in ('.db3', '.bag') or (path.is_dir() and any(path.glob('*.db3'))):
         return False  # the recorder writes MCAP
@@ -104,7 +104,7 @@ def read_own_bag(path: Path) -> OwnBag:
     Read a complete bag of a rig.
 
     :param path: the bag's directory, or a file in it
-    :raises RigError: when it is no bag, is cut off, or holds no rig's signals
+    :raises RigError: when it is not a bag, is cut off, or lacks the signals of a rig
     """
     directory = bag_directory(path)
     with open_bag(path) as reader:
@@ -147,8 +147,9 @@ def _streams(reader: Reader, namespace: str) -> dict[str, Stream]:
     for connection in connections:
         found = len(rows[names[connection.topic]])
         if found != connection.msgcount:
-            raise RigError(f'{connection.topic}: {found} messages, the index says '
-                           f'{connection.msgcount}')  # fmt: skip
+            raise RigError(
+                f'{connection.topic}: {found} messages, the index says {connection.msgcount}'
+            )
     return {topic: _stream(arrivals[topic], rows[topic]) for topic in _DECODERS}
 
 

@@ -1,7 +1,7 @@
 """
-Whether signals can be those of a rig at all: a wrong unit is off by a factor.
+Checks that signals are physically possible: a wrong unit is off by a factor.
 
-What is impossible would make the model take steps without end, and a gap that says nothing.
+Impossible values would make the simulation take ever smaller steps, and a diagnosis meaningless.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def check_plausible(
     """
     Check that position [m] and absolute pressures [Pa] can be those of a rig.
 
-    :param origin: what to call them in an error
-    :param signals: name -> values, shape (n,), NaN where there are none
+    :param origin: their name in errors
+    :param signals: name -> values, shape (n,), NaN for missing values
     :param configuration: the rig under the conditions of the run
     :raises RigError: when one is out of range, with a likely reason
     """

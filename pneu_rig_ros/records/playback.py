@@ -1,4 +1,4 @@
-"""The messages of a bag in the order in which they happened, for playing them again."""
+"""The messages of a bag in the order in which they were sent, for playback."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pneu_rig_ros.records.bag import find_namespace, open_bag
 from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS
 
 COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
-"""Topics that nodes compute anew from the others, and that a replay leaves to them."""
+"""Topics that nodes compute from the others; they are not played by default."""
 
 
 class Message(NamedTuple):
@@ -31,9 +31,9 @@ class Playback:
     A bag to be played; a context manager, open from ``__enter__`` on.
 
     :param path: the bag's directory, or a file in it
-    :param only: topics to play, relative; those of the rig that are not computed when empty
-    :param without: topics to leave out
-    :raises RigError: when it is no complete bag of a rig, or lacks a topic asked for
+    :param only: topics to play, relative; default: those of the rig that are not computed
+    :param without: topics not to play
+    :raises RigError: when it is not a complete bag of a rig, or lacks a requested topic
     """
 
     start_ns: int
@@ -96,7 +96,7 @@ class Playback:
 
 
 def _causes_first() -> list[str]:
-    """Return all topics: what describes, then samples, then what answers them."""
+    """Return all topics: descriptions, then samples, then the responses to them."""
     sampled = ['joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure']
     latched = [topic.name for topic in TOPICS.values() if topic.latched]
     answers = ['reference', 'u', 'valve_voltages']

@@ -39,14 +39,16 @@ def read_recording(
     :param mapping: where the signals are: a YAML file, or what it would hold. A bag with the
         topics of this project needs none
     :param atmospheric_pressure: zero of gauge pressures [Pa] where neither the mapping nor the
-        conditions beside the data say it; 1e5 Pa when not given
-    :raises RigError: in one line for what is wrong in the file or in the mapping
+        conditions beside the data give it; default 1e5 Pa
+    :raises RigError: for an error in the file or in the mapping
     """
     path = Path(path)
     if mapping is None:
         if path.exists() and not is_bag(path):
-            raise RigError(f'{path} is no bag; give its directory, or turn it into one: pneu-rig '
-                           'import; a mapping must say which column is what')  # fmt: skip
+            raise RigError(
+                f'{path} is no bag; give its directory, or turn it into one: pneu-rig '
+                'import; a mapping must say which column is what'
+            )
         if holds_rig(path):
             return _rig(path)
     known = read_mapping(mapping) if mapping is not None else None
@@ -105,7 +107,10 @@ def _gridded(
     arrival[grid.sample] = stamps[grid.sample]
     notes = (*columns.notes, grid.note, '' if protected else UNPROTECTED)
     return Recording(
-        name_of(path), grid.start_ns, grid.interval_ns, grid.filled(),
+        name_of(path),
+        grid.start_ns,
+        grid.interval_ns,
+        grid.filled(),
         missing=dict.fromkeys(grid.signals, grid.missing),
         arrival_ns=arrival,
         metadata={'source': str(path), **metadata},
@@ -114,4 +119,4 @@ def _gridded(
         notes=tuple(note for note in notes if note),
         conditions=conditions,
         atmospheric_pressure=surroundings,
-    )  # fmt: skip
+    )

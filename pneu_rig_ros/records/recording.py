@@ -68,7 +68,7 @@ class Recording:
     :param metadata: custom data of the bag; `source` is what was imported
     :param configuration: the rig, None if it is not known
     :param protected: whether no message lacked a checksum, so that no bit can have changed
-    :param notes: what a person should know of the reading
+    :param notes: remarks for the user
     :param conditions: those of the run that are known, see `records.conditions`, SI units
     :param atmospheric_pressure: zero of the gauge pressures that were converted [Pa], None if
         there were none
@@ -116,8 +116,9 @@ class Recording:
     def _of_size(self, name: str, values: NDArray[np.generic]) -> NDArray[np.generic]:
         if values.shape != (self.size,):
             first = next(iter(self.signals))
-            raise RigError(f'{self.name}: {name} has shape {values.shape}, '
-                           f'{first} has ({self.size},)')  # fmt: skip
+            raise RigError(
+                f'{self.name}: {name} has shape {values.shape}, {first} has ({self.size},)'
+            )
         kept = values.view()
         kept.flags.writeable = False
         return kept
@@ -226,8 +227,10 @@ class Recording:
         """Return the samples from `first` to before `end`."""
         start_ns = self.start_ns + first * self.interval_ns
         end_ns = self.start_ns + end * self.interval_ns
-        inside = {topic: stamps[(stamps >= start_ns) & (stamps < end_ns)]
-                  for topic, stamps in self.missing.items()}  # fmt: skip
+        inside = {
+            topic: stamps[(stamps >= start_ns) & (stamps < end_ns)]
+            for topic, stamps in self.missing.items()
+        }
         signals = {name: values[first:end] for name, values in self.signals.items()}
         arrival = self.arrival_ns[first:end]
         return replace(

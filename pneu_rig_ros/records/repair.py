@@ -1,10 +1,10 @@
 """
-Makes a valid bag of one whose recorder was killed.
+Makes a valid bag from one whose recorder was killed.
 
 Such a file lacks its last chunk, index and metadata, and may end within a record. What a stream
-reader yields of it is written into a new bag beside the old one, read back, and only then put in
-its place; the cut file stays beside it under another name. Chunks that do not fit their checksums
-are left out. The custom data of a metadata.yaml that is intact are kept.
+reader yields is written into a new bag beside the old one, read back, and only then moved to its
+place; the cut file stays beside it under another name. Chunks that do not fit their checksums are
+skipped. The custom data of a metadata.yaml that is intact are kept.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ CUT_SUFFIX = '.cut'
 """Appended to the name of the file that was repaired."""
 
 DESCRIPTION = '/rig_description'
-"""How the topic ends that says the configuration."""
+"""End of the topic with the configuration."""
 
 
 @dataclass(frozen=True)
 class RepairReport:
     """
-    What was done to a bag.
+    Result of a repair.
 
     :param path: the bag's directory
     :param repaired: False if the bag was healthy and nothing was changed
@@ -48,8 +48,8 @@ class RepairReport:
     :param duration: from the first to the last of them [s]
     :param configuration_found: whether the rig's configuration could be recovered
     :param cut_file: where the old file is kept, None if nothing was changed
-    :param damaged_chunks: chunks that were left out, as they do not fit their checksums
-    :param configuration_lost: whether it was not found, but was in one of these
+    :param damaged_chunks: chunks skipped, as they do not fit their checksums
+    :param configuration_lost: whether it was not recovered because it was in one of these
     """
 
     path: Path
@@ -94,33 +94,37 @@ def _healthy(directory: Path) -> RepairReport:
 
 
 def _rewrite(directory: Path, file: Path) -> RepairReport:
-    workshop = directory.parent / f'.{directory.name}.repair'
-    _make_room(workshop)
+    folder = directory.parent / f'.{directory.name}.repair'
+    _make_folder(folder)
     try:
-        new = workshop / file.stem
-        damaged = _copy_messages(file, new, _kept(directory))
+        new = folder / file.stem
+        damaged = _copy_messages(file, new, _custom_data(directory))
         report = _healthy(new)
         if report.messages == 0:
             raise RigError(f'{file} was cut off before its first message: nothing to recover')
         cut_file = _swap(new, directory, file)
     finally:
-        shutil.rmtree(workshop, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
     was_there = any(topic.endswith(DESCRIPTION) for topics in damaged for topic in topics)
     return replace(
-        report, path=directory, repaired=True, cut_file=cut_file, damaged_chunks=len(damaged),
+        report,
+        path=directory,
+        repaired=True,
+        cut_file=cut_file,
+        damaged_chunks=len(damaged),
         configuration_lost=was_there and not report.configuration_found,
-    )  # fmt: skip
+    )
 
 
-def _make_room(workshop: Path) -> None:
+def _make_folder(folder: Path) -> None:
     try:
-        shutil.rmtree(workshop, ignore_errors=True)
-        workshop.mkdir()
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
     except OSError as error:
-        raise RigError(f'cannot write beside the bag, {workshop}: {error.strerror}') from error
+        raise RigError(f'cannot write beside the bag, {folder}: {error.strerror}') from error
 
 
-def _kept(directory: Path) -> dict[str, str]:
+def _custom_data(directory: Path) -> dict[str, str]:
     """Return the custom data of the old metadata.yaml, none where it is missing or damaged."""
     try:
         information = read_metadata(directory)
@@ -134,7 +138,7 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
     """
     Write all that can be read of a file into a new bag; return what was in damaged chunks.
 
-    :param kept: custom data of the old bag, which count more than what the messages say
+    :param kept: custom data of the old bag, which take precedence over the messages
     """
     metadata: dict[str, str] = {}
     damaged: list[set[str]] = []
@@ -142,7 +146,7 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
         for topic, type_name, message in _readable(file, damaged):
             writer.write(topic, type_name, message.log_time, message.data)
             if topic.endswith(DESCRIPTION):
-                with contextlib.suppress(RigError):  # nobody could read it either
+                with contextlib.suppress(RigError):  # not readable before the damage either
                     metadata = bag_metadata(cdr.unpack_string(message.data))
         writer.close(metadata | kept)
     return damaged
@@ -150,9 +154,9 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
 
 def _readable(file: Path, damaged: list[set[str]]) -> Iterator[tuple[str, str, Message]]:
     """
-    Yield topic, type and message up to where the file ends or makes no sense.
+    Yield topic, type and message up to the end of the file or the first invalid record.
 
-    :param damaged: gets the topics of each chunk that does not fit its checksum and is left out
+    :param damaged: receives the topics of each skipped chunk
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -177,7 +181,7 @@ def _readable(file: Path, damaged: list[set[str]]) -> Iterator[tuple[str, str, M
 
 
 def _outer_records(file: Path) -> Iterator[McapRecord]:
-    """Yield the records of a file, chunks as they are, up to where they make no sense."""
+    """Yield the records of a file, chunks undivided, up to the first invalid one."""
     limit = file.stat().st_size
     with file.open('rb') as stream:
         records = StreamReader(stream, record_size_limit=limit, emit_chunks=True).records

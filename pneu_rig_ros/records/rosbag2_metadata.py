@@ -114,8 +114,10 @@ def read_metadata(directory: Path) -> dict[str, Any]:
         data = file.read(LARGEST_METADATA + 1)
     checked = _WITH_CHECKSUM.fullmatch(data)
     if checked and crc32(checked['text']) != int(checked['crc'], 16):
-        raise RigError(f'{path}: changed since it was written, its checksum does not fit; where '
-                       'that was on purpose, delete its last line')  # fmt: skip
+        raise RigError(
+            f'{path}: changed since it was written, its checksum does not fit; where '
+            'that was on purpose, delete its last line'
+        )
     try:
         text = data.decode()
     except UnicodeDecodeError as error:
@@ -126,6 +128,8 @@ def read_metadata(directory: Path) -> dict[str, Any]:
         raise RigError(f'{path}: lacks {_KEY}')
     mode = str(information.get('compression_mode')).lower()
     if mode in NEEDS_CONVERSION:
-        raise RigError(f'{directory}: compressed {mode} by {mode}; '
-                       'uncompressed or compressed chunks are read: ros2 bag convert')  # fmt: skip
+        raise RigError(
+            f'{directory}: compressed {mode} by {mode}; '
+            'uncompressed or compressed chunks are read: ros2 bag convert'
+        )
     return information

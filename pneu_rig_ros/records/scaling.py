@@ -1,4 +1,4 @@
-"""From what a column or a topic holds to SI units and absolute pressures, as a mapping says."""
+"""Converts the values of a column or topic to SI units and absolute pressures by a mapping."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ def in_si(
         converted = converted * source.scale
     gauge = unit.gauge if source.gauge is None else source.gauge
     if unit.gauge is not None and source.gauge not in (None, unit.gauge):
-        raise RigError(f'{where}: the unit says {"gauge" if unit.gauge else "absolute"}, '
-                       f'gauge: {str(source.gauge).lower()} says the opposite')  # fmt: skip
+        raise RigError(
+            f'{where}: the unit says {"gauge" if unit.gauge else "absolute"}, '
+            f'gauge: {str(source.gauge).lower()} says the opposite'
+        )
     if source.offset is not None:
         converted = converted + convert(source.offset, si_unit, f'{where}.offset')
     return (converted + zero, True) if gauge else (converted, False)

@@ -20,7 +20,7 @@ def read_columns(path: Path, mapping: TableMapping, zero: float) -> Columns:
     Read the mapped columns of a text table.
 
     :param zero: pressure of the surroundings [Pa], for gauge pressures
-    :raises RigError: in one line with row and column for what is wrong in the file
+    :raises RigError: with row and column of an error in the file
     """
     if mapping.of_bag:
         raise RigError(f'{mapping.origin}: maps topics of a bag, but {path} is a text table')
@@ -72,7 +72,7 @@ def _time(cells: Cells, mapping: TableMapping) -> tuple[Floats, int]:
         written = source.unit or _unit_in_header(cells, index, where)
         unit = parse_unit(written, 's', where)
         # Rounded as the factor of a unit such as ms is no binary fraction.
-        with np.errstate(over='ignore'):  # times that are too large are told by the grid
+        with np.errstate(over='ignore'):  # the grid reports times that are too large
             time, epoch_ns = np.round(scaled(cells.values(index), unit), 12), 0
     steps = np.diff(time)
     if (steps <= 0).any():

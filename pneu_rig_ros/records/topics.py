@@ -1,4 +1,4 @@
-"""The topics of the rig: the one table that nodes, recorder, bags and documents share."""
+"""The topics of the rig, for nodes, recorder, bags and documents."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ PISTON = 'piston'
 """Name of the only joint in `joint_states` and `friction`."""
 
 DEPTH = 20_000
-"""Queue [messages]: 23 s at 862 Hz, so that a reader that stood still loses nothing."""
+"""Queue [messages]: 23 s at 862 Hz, so that a reader that paused loses nothing."""
 
 EACH_SAMPLE = 'each sample'
 EACH_COMMAND = 'each command'
@@ -21,7 +21,7 @@ class Topic(NamedTuple):
     One topic: name (relative, unless ROS fixes it), type, content with units, when published.
 
     `latched` topics are transient local: a late subscriber gets the last message. `extra` topics
-    come from nodes that not every rig has; a bag lists them only if there is a message.
+    come from nodes that not every rig has; a bag lists them only with messages.
     """
 
     name: str
@@ -90,49 +90,49 @@ _TABLE = (
     Topic(
         'reference',
         'std_msgs/msg/Float64',
-        'where the piston shall be [m], for position_controller',
+        'position reference [m], for position_controller',
         EACH_SAMPLE,
         extra=True,
     ),
     Topic(
         'predicted/joint_states',
         'sensor_msgs/msg/JointState',
-        'of the model beside the rig: position [m], velocity [m/s], effort = friction [N]',
+        'of the live model: position [m], velocity [m/s], effort = friction [N]',
         EACH_SAMPLE,
         extra=True,
     ),
     Topic(
         'predicted/chamber_1/pressure',
         'sensor_msgs/msg/FluidPressure',
-        'of the model beside the rig: cap end, absolute [Pa]',
+        'of the live model: cap end, absolute [Pa]',
         EACH_SAMPLE,
         extra=True,
     ),
     Topic(
         'predicted/chamber_2/pressure',
         'sensor_msgs/msg/FluidPressure',
-        'of the model beside the rig: rod end, absolute [Pa]',
+        'of the live model: rod end, absolute [Pa]',
         EACH_SAMPLE,
         extra=True,
     ),
     Topic(
         'residual/joint_states',
         'sensor_msgs/msg/JointState',
-        'measured less predicted: position [m], velocity [m/s]',
+        'measured minus predicted: position [m], velocity [m/s]',
         EACH_SAMPLE,
         extra=True,
     ),
     Topic(
         'residual/chamber_1/pressure',
         'sensor_msgs/msg/FluidPressure',
-        'measured less predicted: cap end [Pa]',
+        'measured minus predicted: cap end [Pa]',
         EACH_SAMPLE,
         extra=True,
     ),
     Topic(
         'residual/chamber_2/pressure',
         'sensor_msgs/msg/FluidPressure',
-        'measured less predicted: rod end [Pa]',
+        'measured minus predicted: rod end [Pa]',
         EACH_SAMPLE,
         extra=True,
     ),
@@ -155,4 +155,4 @@ def topic_named(name: str) -> Topic | None:
 
 
 DERIVED = ('predicted/', 'residual/')
-"""What the names of topics begin with that repeat the rig's own below it."""
+"""Prefixes of topics that repeat the topics of the rig."""

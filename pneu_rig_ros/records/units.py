@@ -1,4 +1,4 @@
-"""Units of laboratories: what a person writes beside a number, and its value in SI units."""
+"""Units of laboratories, and their values in SI units."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pint import UnitRegistry
 
 STANDARD_ATMOSPHERE = 1e5
-"""Pressure of the surroundings where nobody says [Pa], as in ``config/rig.yaml``."""
+"""Default atmospheric pressure [Pa], as in ``config/rig.yaml``."""
 
 ALIASES = {'-': 'dimensionless', '"': 'inch', 'lbs': 'lbf', 'lb': 'lbf', 'kgf': 'kilogram_force'}
 """What laboratories write and `pint` takes for something else. A weight is read as a force."""
@@ -47,7 +47,7 @@ class Unit(NamedTuple):
 
     :param factor: SI units in one of it
     :param offset: of its zero, for temperatures [SI unit]
-    :param gauge: True or False where the text itself says gauge or absolute, else None
+    :param gauge: True or False if the text contains gauge or absolute, else None
     """
 
     factor: float
@@ -60,13 +60,15 @@ def parse_unit(text: str, si_unit: str, where: str) -> Unit:
     """
     Read a unit: 'mm', 'bar', 'psia', 'barg', 'kPa gauge', 'kN', 'inch' ...
 
-    :param si_unit: the unit that its values shall have in the end, e.g. 'Pa'
+    :param si_unit: the unit to convert to, e.g. 'Pa'
     :param where: what to call the place in an error
-    :raises RigError: for what is no unit, or one of another kind
+    :raises RigError: for an unknown unit, or one of another quantity
     """
     if len(text) > LONGEST_UNIT or _POWER.search(text):
-        raise RigError(f'{where}: unit {text!r}: allowed are up to {LONGEST_UNIT} characters, '
-                       'and powers of names by one digit, such as m^2')  # fmt: skip
+        raise RigError(
+            f'{where}: unit {text!r}: allowed are up to {LONGEST_UNIT} characters, '
+            'and powers of names by one digit, such as m^2'
+        )
     name, gauge = _reference(text.strip()) if si_unit == 'Pa' else (text.strip(), None)
     if name == si_unit:
         return Unit(1.0, 0.0, gauge)
@@ -115,7 +117,7 @@ def number(text: str, where: str) -> float:
 
 def scaled(values: NDArray[np.float64], unit: Unit) -> NDArray[np.float64]:
     """Return values of a unit in SI units, same shape; gauge pressures stay gauge."""
-    with np.errstate(over='ignore'):  # what is not finite is told by the table
+    with np.errstate(over='ignore'):  # the table reports values that are not finite
         return np.asarray(values * unit.factor + unit.offset)
 
 
@@ -143,8 +145,15 @@ def _pint_name(si_unit: str) -> str:
 
 
 def _complaint(text: str, si_unit: str, error: Exception) -> str:
-    examples = {'Pa': 'bar, kPa, psi, psig', 'm': 'mm, cm, inch', 's': 'ms, us, min',
-                'N': 'kN, mN, lbf', 'V': 'mV', 'kg': 'g, lb', 'm/s': 'mm/s, inch/s'}  # fmt: skip
+    examples = {
+        'Pa': 'bar, kPa, psi, psig',
+        'm': 'mm, cm, inch',
+        's': 'ms, us, min',
+        'N': 'kN, mN, lbf',
+        'V': 'mV',
+        'kg': 'g, lb',
+        'm/s': 'mm/s, inch/s',
+    }
     kind = 'of another kind' if type(error).__name__ == 'DimensionalityError' else 'not known'
     example = examples.get(si_unit, si_unit)
     return f'unit {text!r} is {kind}, allowed is {si_unit} or e.g. {example}'
