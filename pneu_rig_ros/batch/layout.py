@@ -1,8 +1,8 @@
 """
-Parameters as rows of numbers, and the compiled code that makes parameters of a row again.
+Parameters packed into rows of numbers, and the source code that unpacks a row.
 
-A compiled loop over plants cannot index named tuples of different fields. So each plant's go into
-a row of an array, and the code that puts them together is written from one of them.
+A compiled loop over plants cannot index named tuples of different fields. So the parameters of
+each plant are packed into a row of an array, and the code that unpacks it is generated.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ Floats = NDArray[np.float64]
 
 
 @dataclass
-class Row:
+class PackedParameters:
     """
-    Nested tuples taken apart.
+    Nested tuples packed into numbers and arrays.
 
-    :param numbers: floats and integers in their order; these are exact as floats
+    :param numbers: floats and integers in their order; integers are exact as floats
     :param arrays: arrays in their order
     :param classes: module and name of each named tuple
-    :param code: the expression that makes them of ``row`` and, for plant i, ``arrays[j][i]``
+    :param code: expression for the tuples of plant i, from ``row`` and ``arrays[j][i]``
     """
 
     numbers: list[float] = field(default_factory=list)
@@ -34,41 +34,41 @@ class Row:
 
     @property
     def kind(self) -> tuple[object, ...]:
-        """What rows must have in common to go through one loop."""
+        """Equal for parameters that one loop can unpack."""
         return self.code, tuple(array.shape for array in self.arrays)
 
 
-def take_apart(value: Any) -> Row:
+def pack_parameters(value: Any) -> PackedParameters:
     """
-    Take nested tuples of floats, integers and arrays apart.
+    Pack nested tuples of floats, integers and arrays.
 
     :raises TypeError: for anything else
     """
-    row = Row()
-    row.code = _expression(value, row)
-    return row
+    packed = PackedParameters()
+    packed.code = _expression(value, packed)
+    return packed
 
 
-def _expression(value: Any, row: Row) -> str:
+def _expression(value: Any, packed: PackedParameters) -> str:
     if isinstance(value, tuple):
-        items = ''.join(f'{_expression(item, row)}, ' for item in value)
-        return f'{_name(value, row)}({items})'
+        items = ''.join(f'{_expression(item, packed)}, ' for item in value)
+        return f'{_name(value, packed)}({items})'
     if isinstance(value, np.ndarray):
-        row.arrays.append(value)
-        return f'arrays[{len(row.arrays) - 1}][i]'
+        packed.arrays.append(value)
+        return f'arrays[{len(packed.arrays) - 1}][i]'
     if not isinstance(value, float | int):
-        raise TypeError(f'{value!r} is no number')
-    row.numbers.append(float(value))
-    place = f'row[{len(row.numbers) - 1}]'
+        raise TypeError(f'{value!r} is not a number')
+    packed.numbers.append(float(value))
+    place = f'row[{len(packed.numbers) - 1}]'
     return place if isinstance(value, float) else f'int({place})'
 
 
-def _name(value: tuple[Any, ...], row: Row) -> str:
-    """Return what the code calls the class of a tuple; effects' parameters share their name."""
+def _name(value: tuple[Any, ...], packed: PackedParameters) -> str:
+    """Return the name of a tuple's class in the code; parameters of effects share their name."""
     if type(value) is tuple:
         return ''
     module, name = type(value).__module__, type(value).__name__
-    row.classes.add((module, name))
+    packed.classes.add((module, name))
     return alias(module, name)
 
 

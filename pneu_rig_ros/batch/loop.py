@@ -11,7 +11,7 @@ import hashlib
 from collections.abc import Callable
 from functools import cache
 
-from pneu_rig_ros.batch.layout import Row, alias
+from pneu_rig_ros.batch.layout import PackedParameters, alias
 from pneu_rig_ros.model.assembly import kept_module
 
 Loop = Callable[..., None]
@@ -44,18 +44,18 @@ def loop(
 '''
 
 
-def loop_over(plant: str, row: Row) -> Loop:
+def loop_over(plant: str, packed: PackedParameters) -> Loop:
     """
     Return the compiled loop.
 
     :param plant: module of the compiled plant
-    :param row: model and effects of one of the plants taken apart
+    :param packed: model and effects of one of the plants
     """
     imports = ''.join(
         f'from {module} import {name} as {alias(module, name)}\n'
-        for module, name in sorted(row.classes)
+        for module, name in sorted(packed.classes)
     )
-    return _loop(plant, _TEMPLATE.format(plant=plant, imports=imports, code=row.code))
+    return _loop(plant, _TEMPLATE.format(plant=plant, imports=imports, code=packed.code))
 
 
 @cache

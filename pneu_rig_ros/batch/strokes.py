@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.batch.together import run_together
+from pneu_rig_ros.batch.parallel import run_parallel
 from pneu_rig_ros.model.plant import Plant, Trajectory
 
 BLOCK = 5.0
-"""Strokes are looked at again after each such time, whether they are done [s]."""
+"""Simulated between two checks for strokes that have ended [s]."""
 END_SHARE = 0.98
 """A stroke counts as done at this share of the way to the end stop [-]."""
 
@@ -27,7 +27,7 @@ def strokes(
     :param voltages: u1, u2 [V] of each, shape (n, 2); the piston extends where u1 is above u2
     :param interval: [s]
     :param longest: given up after this time [s]
-    :param threads: at most; None for as many as Numba is set to
+    :param threads: at most; None for Numba's own number
     :returns: up to the first sample at the end, or to the longest time
     """
     runs: list[list[Trajectory]] = [[] for _ in plants]
@@ -36,7 +36,7 @@ def strokes(
     for begin in range(0, count, block):
         samples = min(block, count - begin)
         held = np.repeat(voltages[left, None], samples, axis=1)
-        done = run_together([plants[i] for i in left], held, interval, threads)
+        done = run_parallel([plants[i] for i in left], held, interval, threads)
         for number, run in zip(left, done, strict=True):
             runs[number].append(run)
         left = [i for i in left if not at_end(plants[i], voltages[i], runs[i][-1]).any()]

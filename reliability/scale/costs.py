@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from distributed import LocalCluster
 
-from pneu_rig_ros.batch.together import run_together
+from pneu_rig_ros.batch.parallel import run_parallel
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration
@@ -63,7 +63,7 @@ def batch_pairs(count: int) -> Iterator[Pair]:
     def run(threads: int) -> float:
         rigs = [load_configuration('cylinder_2', load_mass=0.01 * k) for k in range(PLANTS)]
         plants = [Plant(rig.model) for rig in rigs]
-        return seconds(lambda: run_together(plants, held, 1.16e-3, threads))
+        return seconds(lambda: run_parallel(plants, held, 1.16e-3, threads))
 
     run(2)
     for _ in range(count):

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pneu_rig_ros.batch.together import run_together
+from pneu_rig_ros.batch.parallel import run_parallel
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.compiled import compiled
@@ -109,7 +109,7 @@ def test_batch_runs_shapes_as_alone() -> None:
         return [Plant(MODEL, chosen) for chosen in (*shaped, library())]
 
     voltages = np.tile((3.0, 2.0), (300, 1))
-    for one, run in zip(plants(), run_together(plants(), voltages, 1e-3), strict=True):
+    for one, run in zip(plants(), run_parallel(plants(), voltages, 1e-3), strict=True):
         same(run, one.run(voltages, 1e-3))
 
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from pneu_rig_ros.batch.layout import take_apart
+from pneu_rig_ros.batch.layout import pack_parameters
+from pneu_rig_ros.batch.parallel import run_parallel
 from pneu_rig_ros.batch.strokes import END_SHARE, strokes
-from pneu_rig_ros.batch.together import run_together
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING
 from pneu_rig_ros.model.plant import Plant, Trajectory
@@ -51,7 +51,7 @@ def test_same_bits_as_alone_also_when_it_goes_on(threads: int | None) -> None:
     together, alone = list(plants()), list(plants())
     for samples in (700, 501):
         held = voltages(samples)
-        runs = run_together(together, held, INTERVAL, threads)
+        runs = run_parallel(together, held, INTERVAL, threads)
         for plant, own, run, v in zip(alone, together, runs, held, strict=True):
             assert same(plant.run(v, INTERVAL), run)
             assert plant.state == own.state
@@ -60,13 +60,13 @@ def test_same_bits_as_alone_also_when_it_goes_on(threads: int | None) -> None:
 
 def test_one_row_of_voltages_is_for_all() -> None:
     held = voltages(300)[0]
-    runs = run_together(list(plants()), held, INTERVAL)
+    runs = run_parallel(list(plants()), held, INTERVAL)
     for plant, run in zip(plants(), runs, strict=True):
         assert same(plant.run(held, INTERVAL), run)
 
 
 def test_no_plants_are_no_runs() -> None:
-    assert run_together([], np.zeros((3, 2)), INTERVAL) == []
+    assert run_parallel([], np.zeros((3, 2)), INTERVAL) == []
 
 
 def test_strokes_end_where_the_piston_gets() -> None:
@@ -79,10 +79,10 @@ def test_strokes_end_where_the_piston_gets() -> None:
     assert len(none.time) == round(12.0 / INTERVAL)
 
 
-def test_parameters_taken_apart_are_numbers_arrays_and_code() -> None:
-    row = take_apart((1.5, 2, (np.zeros(3), 0.25)))
+def test_packed_parameters_are_numbers_arrays_and_code() -> None:
+    row = pack_parameters((1.5, 2, (np.zeros(3), 0.25)))
     assert row.numbers == [1.5, 2.0, 0.25]
     assert row.code == '(row[0], int(row[1]), (arrays[0][i], row[2], ), )'
     assert [array.shape for array in row.arrays] == [(3,)]
-    with pytest.raises(TypeError, match='no number'):
-        take_apart(('text',))
+    with pytest.raises(TypeError, match='not a number'):
+        pack_parameters(('text',))

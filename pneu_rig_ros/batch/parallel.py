@@ -1,4 +1,4 @@
-"""Plants run together: the same numbers as one after the other, on all processors."""
+"""Simulation of many plants in parallel, with the same numbers as one after the other."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.batch.layout import Row, take_apart
+from pneu_rig_ros.batch.layout import PackedParameters, pack_parameters
 from pneu_rig_ros.batch.loop import loop_over
 from pneu_rig_ros.model.integrator import EXTRA_NAMES
 from pneu_rig_ros.model.plant import Plant, Trajectory, UnderWay
@@ -19,42 +19,42 @@ from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
 Floats = NDArray[np.float64]
 
-_ALONE = threading.Lock()
-"""Not every one of Numba's ways to start threads may be used by two threads at a time."""
+_LOCK = threading.Lock()
+"""Some threading layers of Numba cannot be used by two threads at a time."""
 
 
 class _Ready(NamedTuple):
-    """A plant, what it goes on from, and its parameters taken apart."""
+    """A plant, the state of its run, and its packed parameters."""
 
     number: int
     plant: Plant
     under_way: UnderWay
-    row: Row
+    packed: PackedParameters
 
     @property
     def kind(self) -> tuple[object, ...]:
-        """What plants must have in common to go through one loop."""
+        """Equal for plants that one loop can run."""
         one = self.under_way
-        return one.run, one.intervals, one.tolerance, one.longest_step, self.row.kind
+        return one.run, one.intervals, one.tolerance, one.longest_step, self.packed.kind
 
 
-def run_together(
+def run_parallel(
     plants: Sequence[Plant], voltages: Floats, interval: float, threads: int | None = None
 ) -> list[Trajectory]:
     """
-    Run each plant on as ``Plant.run`` does, to the last bit.
+    Continue the run of each plant as ``Plant.run`` does, bit for bit.
 
-    Plants with the same effects share a compiled loop, which the processors share.
+    Plants with the same effects run in one compiled parallel loop.
 
     :param plants: all different
     :param voltages: u1, u2 [V], shape (m, 2), or (n, m, 2) for each of the n plants
     :param interval: [s]
-    :param threads: at most; None for as many as Numba is set to
+    :param threads: at most; None for Numba's own number
     """
     groups: dict[tuple[object, ...], list[_Ready]] = {}
     for number, plant in enumerate(plants):
         one = plant.under_way
-        ready = _Ready(number, plant, one, take_apart((one.model, one.effects)))
+        ready = _Ready(number, plant, one, pack_parameters((one.model, one.effects)))
         groups.setdefault(ready.kind, []).append(ready)
     clipped = np.clip(voltages if voltages.ndim == 3 else voltages[None], 0.0, FULL_VOLTAGE)
     done: dict[int, Trajectory] = {}
@@ -70,14 +70,14 @@ def _run(
 ) -> list[Trajectory]:
     """Run plants of one kind; ``voltages`` has shape (1, m, 2) or (n, m, 2)."""
     first, count = group[0].under_way, voltages.shape[1]
-    loop = loop_over(first.run.__module__, group[0].row)
+    loop = loop_over(first.run.__module__, group[0].packed)
     carries = [ready.under_way.carry for ready in group]
     stacked = [np.stack(parts) for parts in zip(*carries, strict=True)]
-    rows = np.array([ready.row.numbers for ready in group])
-    arrays = tuple(np.stack(each) for each in zip(*(r.row.arrays for r in group), strict=True))
+    rows = np.array([ready.packed.numbers for ready in group])
+    arrays = tuple(np.stack(each) for each in zip(*(r.packed.arrays for r in group), strict=True))
     states = np.empty((len(group), count, group[0].plant.state_size))
     extras = np.empty((len(group), count, len(EXTRA_NAMES)))
-    with _ALONE, _shared_by(threads):
+    with _LOCK, _numba_threads(threads):
         loop(
             rows, arrays, *stacked, interval, first.intervals, voltages, states, extras,
             first.tolerance, first.longest_step,
@@ -92,8 +92,8 @@ def _run(
 
 
 @contextmanager
-def _shared_by(threads: int | None) -> Iterator[None]:
-    """Let so many threads at most share the loops meanwhile, each taking plant after plant."""
+def _numba_threads(threads: int | None) -> Iterator[None]:
+    """Limit the threads of parallel loops; each takes one plant after the other."""
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
     before, size = numba.get_num_threads(), numba.get_parallel_chunksize()
     numba.set_num_threads(min(threads or before, most))
