@@ -26,7 +26,7 @@ import numpy as np
 
 from pneu_rig_ros.analysis.motion import REST_SPEED
 from pneu_rig_ros.control.rest import RestDetector
-from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Plant, PlantState
 from pneu_rig_ros.rig.configuration import RigConfiguration, override
 from pneu_rig_ros.rig.sensors import sensor_noise
@@ -91,7 +91,7 @@ class Observer:
 
     def _warm_up(self) -> None:
         """Make one step before time counts: the first one loads compiled code."""
-        self._plant.follow(
+        self._plant.run_imposed(
             np.zeros((1, 2)), self._interval, np.zeros(1, dtype=np.int64), np.zeros((1, 4)),
             np.zeros(1),
         )  # fmt: skip
@@ -141,11 +141,11 @@ class Observer:
         return state
 
     def _advance(self, voltages: tuple[float, float]) -> PlantState:
-        self._plant.follow(
+        self._plant.run_imposed(
             np.array([voltages]), self._interval, np.array([self._action]),
             np.array([self._start]), np.array([self._slide]),
         )  # fmt: skip
-        self._action = follow.RELEASE if self._action & follow.MOTION else 0
+        self._action = Impose.RELEASE if self._action & Impose.MOTION else 0
         self._since_restart += self._interval
         state = self._plant.state
         self._held = self._held + self._interval if state.sticking else 0.0
@@ -166,13 +166,13 @@ class Observer:
             slipped = self._fastest > self.configuration.model.friction.start_velocity
             missed = slipped and self._held > self._sliding
             self._slide = self._plant.state.time - self._sliding if missed else 0.0
-            self._restart(follow.HOLD | (follow.BREAK if missed else 0))
+            self._restart(Impose.HOLD | (Impose.BREAK if missed else 0))
         elif (
             self._running
             and not self._rest.resting
             and min(self._sliding, self._since_restart) >= self._horizon
         ):
-            self._restart(follow.MOTION | follow.PRESSURES)
+            self._restart(Impose.MOTION | Impose.PRESSURES)
 
     def _restart(self, action: int) -> None:
         self._start = self._window.state()

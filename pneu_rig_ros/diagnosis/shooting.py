@@ -28,7 +28,8 @@ from pneu_rig_ros.diagnosis.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.run import Run, positive_mean
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import along, follow
+from pneu_rig_ros.model import along
+from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Trajectory
 
 SETTLING = 0.03
@@ -79,7 +80,7 @@ class MultipleShooting:
 
     def restarts(self, run: Run) -> tuple[NDArray[np.int64], Floats, Floats]:
         """
-        Return the actions, the measured states and the starts of rest of ``Plant.follow``.
+        Return the actions, the measured states and the starts of rest of ``Plant.run_imposed``.
 
         :param run: the readings, corrected for the errors of the sensors
         """
@@ -92,7 +93,7 @@ class MultipleShooting:
             at = (first + last) // 2
             if rest.first == 0 or not 0 < at < count or last - first < 2:
                 continue
-            actions[at], begins[at] = follow.RESTART, rest.first * interval
+            actions[at], begins[at] = Impose.RESTART, rest.first * interval
             window = slice(first, last)
             valid = self.run.position_valid[window].all()
             states[at, 0] = run.position[window].mean() if valid else run.stroke
@@ -119,7 +120,7 @@ class MultipleShooting:
             actions = np.zeros_like(actions)
         if errors is not None:
             measured[:, [0, 2, 3]] += errors
-        states = plant.follow(run.voltages, run.interval, actions, measured, begins)
+        states = plant.run_imposed(run.voltages, run.interval, actions, measured, begins)
         read = readings_of(states)
         zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
         return within_span(zero + np.array(hypothesis.gains) * (read - zero), self.run)
@@ -172,8 +173,10 @@ def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     position = np.clip(run.smooth[:, 0], 0.0, run.stroke)
     measured = np.zeros((run.size - 1, 4))
     measured[:, 0], measured[:, 1] = position[:-1], np.diff(position) / run.interval
-    actions = np.full(run.size - 1, follow.MOTION, dtype=np.int64)
-    states = plant.follow(run.voltages, run.interval, actions, measured, np.zeros(run.size - 1))
+    actions = np.full(run.size - 1, Impose.MOTION, dtype=np.int64)
+    states = plant.run_imposed(
+        run.voltages, run.interval, actions, measured, np.zeros(run.size - 1)
+    )
     return np.column_stack([states.pressure_1_reading, states.pressure_2_reading])
 
 

@@ -32,7 +32,7 @@ from pneu_rig_ros.model.dynamics import (
     Z_Z,
     Array,
 )
-from pneu_rig_ros.model.follow import BALANCING_ROUNDS, LEAST_STIFFNESS, Actions
+from pneu_rig_ros.model.imposed import BALANCING_ROUNDS, LEAST_STIFFNESS, Actions
 from pneu_rig_ros.model.integrator import copy
 
 SOURCE_1, SOURCE_2, FORCE, INERTIA, LOADING = range(5)

@@ -33,7 +33,7 @@ from numba import njit
 from pneu_rig_ros.model import assembly
 
 _rhs, _solver, _readings, _along = assembly.build({effects!r}, {shaped!r})
-_start, _run, _follow = _solver
+_start, _run, _run_imposed = _solver
 
 
 @njit(cache=True, error_model='numpy', nogil=True)
@@ -52,11 +52,11 @@ def run(carry, interval, first, voltages, states, extras, tolerance, longest, mo
 
 
 @njit(cache=True, error_model='numpy', nogil=True)
-def follow(
+def run_imposed(
     carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
     longest, model, effects,
 ):
-    _follow(
+    _run_imposed(
         carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
         longest, model, effects,
     )
@@ -107,7 +107,7 @@ def assemble(effects: tuple[str, ...], shaped: bool = False) -> Assembly:
         nothing for it, and those that do serve any shape of any effect
     """
     module = _module(effects, shaped)
-    solver = Solver(module.start, module.run, module.follow)
+    solver = Solver(module.start, module.run, module.run_imposed)
     return Assembly(module.right_hand_side, solver, module.readings, module.along)
 
 

@@ -16,7 +16,7 @@ from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.empirical_effects import coefficients
-from pneu_rig_ros.model.follow import Actions
+from pneu_rig_ros.model.imposed import Actions
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.shape import rows, without_shape
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
@@ -224,7 +224,7 @@ class Plant:
         self._index += 1
         return self.state
 
-    def follow(
+    def run_imposed(
         self, voltages: Array, interval: float, actions: Actions, measured: Array, rests: Array
     ) -> Trajectory:
         """
@@ -232,14 +232,14 @@ class Plant:
 
         :param voltages: u1, u2 [V], shape (m, 2)
         :param interval: [s]
-        :param actions: what to do before each interval, see ``follow``, shape (m,)
+        :param actions: what to do before each interval, flags of ``Impose``, shape (m,)
         :param measured: x, v, p1, p2 [SI] that the actions use, shape (m, 4)
         :param rests: when the rest, or a slide that was missed, began [s since the reset],
             shape (m,)
         """
         states = np.empty((len(voltages), self.state_size))
         extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
-        self._solver.follow(
+        self._solver.run_imposed(
             self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), actions,
             measured, rests, states, extras, self.tolerance, self.longest_step, self._arguments,
             self.effects,

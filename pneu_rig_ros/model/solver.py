@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from pneu_rig_ros.model.dynamics import RightHandSide
-from pneu_rig_ros.model.follow import build_follow
+from pneu_rig_ros.model.imposed import build_run_imposed
 from pneu_rig_ros.model.integrator import build_advance, build_cut, build_run, build_start, sample
 
 
@@ -13,11 +13,11 @@ class Solver(NamedTuple):
 
     start: Callable[..., None]
     run: Callable[..., None]
-    follow: Callable[..., None]
+    run_imposed: Callable[..., None]
 
 
 def build_solver(right_hand_side: RightHandSide) -> Solver:
     """Return the compiled entry points for a right-hand side."""
     start = build_start(right_hand_side)
     cut, advance = build_cut(start), build_advance(right_hand_side, start)
-    return Solver(start, build_run(cut, advance), build_follow(start, cut, sample, advance))
+    return Solver(start, build_run(cut, advance), build_run_imposed(start, cut, sample, advance))

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pneu_rig_ros.model import dynamics, events, follow, friction
+from pneu_rig_ros.model import dynamics, events, friction
 from pneu_rig_ros.model.compiled_model import compiled_model
+from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING, FOLLOWS_CLOCK, Friction, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 
@@ -219,7 +220,7 @@ def followed(actions: dict[int, int], rests: dict[int, float]) -> tuple[Plant, f
         todo[sample], begins[sample] = action, rests.get(sample, 0.0)
     measured = np.tile([0.05, 0.0, 1e5, 1e5], (count, 1))
     shut = np.full((count, 2), 2.5)
-    return plant, float(plant.follow(shut, INTERVAL, todo, measured, begins).time[-1])
+    return plant, float(plant.run_imposed(shut, INTERVAL, todo, measured, begins).time[-1])
 
 
 def dwell_of(plant: Plant, time: float) -> float:
@@ -227,8 +228,8 @@ def dwell_of(plant: Plant, time: float) -> float:
 
 
 def test_an_imposed_slide_fades_and_an_imposed_rest_goes_on() -> None:
-    imposed = follow.MOTION
-    plant, end = followed({0: imposed, 50: imposed | follow.BREAK, 150: imposed | follow.REST},
+    imposed = Impose.MOTION
+    plant, end = followed({0: imposed, 50: imposed | Impose.BREAK, 150: imposed | Impose.REST},
                           {150: 140 * INTERVAL})  # fmt: skip
     law = plant.under_way.model.friction
     left = friction.faded_dwell(5.0 + 50 * INTERVAL, 90 * INTERVAL, law)
@@ -236,19 +237,19 @@ def test_an_imposed_slide_fades_and_an_imposed_rest_goes_on() -> None:
 
 
 def test_a_slide_after_a_rest_has_begun_has_not_been() -> None:
-    imposed = follow.MOTION
-    plant, end = followed({0: imposed, 50: imposed | follow.BREAK, 60: imposed | follow.REST},
+    imposed = Impose.MOTION
+    plant, end = followed({0: imposed, 50: imposed | Impose.BREAK, 60: imposed | Impose.REST},
                           {60: 40 * INTERVAL})  # fmt: skip
     assert dwell_of(plant, end) == pytest.approx(5.0 + 200 * INTERVAL)
 
 
 def test_a_slide_cannot_have_begun_before_the_rest_it_ends() -> None:
-    plant, end = followed({100: follow.HOLD | follow.BREAK}, {100: -50.0})
+    plant, end = followed({100: Impose.HOLD | Impose.BREAK}, {100: -50.0})
     assert dwell_of(plant, end) == pytest.approx(100 * INTERVAL, abs=INTERVAL)
 
 
 def test_a_slide_that_was_missed_fades_all_the_same() -> None:
-    plant, end = followed({100: follow.HOLD | follow.BREAK}, {100: 30 * INTERVAL})
+    plant, end = followed({100: Impose.HOLD | Impose.BREAK}, {100: 30 * INTERVAL})
     law = plant.under_way.model.friction
     left = friction.faded_dwell(5.0 + 30 * INTERVAL, 70 * INTERVAL, law)
     assert plant.state.sticking

@@ -7,6 +7,7 @@ cannot be measured - film, dwell clock, states of the effects - is carried on.
 """
 
 from collections.abc import Callable
+from enum import IntFlag, auto
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,14 +34,33 @@ from pneu_rig_ros.model.dynamics import (
 from pneu_rig_ros.model.integrator import ACCELERATION, END, NOW, Carry
 from pneu_rig_ros.model.parameters import Friction
 
-RESTART, MOTION, PRESSURES, REST, BREAK, HOLD, RELEASE = 1, 2, 4, 8, 16, 32, 64
-"""
-What to do at a sample, to be added up: restart from the measured position and pressures at rest;
-impose the measured motion, or the measured pressures, until the next sample; the piston has come
-to rest; the piston has broken away; go on from the measured position, creep and pressures, the
-bristle holding the piston, whatever the model makes of it (if it has broken away meanwhile, some
-time ago); no longer impose anything.
-"""
+
+class Impose(IntFlag):
+    """
+    What to do at a sample of a measured run, to be combined.
+
+    Compiled code takes the ``value`` of a flag, as Numba knows no flags.
+    """
+
+    RESTART = auto()
+    """Restart from the measured position and pressures at rest."""
+    MOTION = auto()
+    """Impose the measured motion until the next sample."""
+    PRESSURES = auto()
+    """Impose the measured pressures at this sample."""
+    REST = auto()
+    """The piston has come to rest."""
+    BREAK = auto()
+    """The piston has broken away."""
+    HOLD = auto()
+    """
+    Go on from the measured position, creep and pressures, the bristle holding the piston, whatever
+    the model makes of it; with BREAK it has broken away meanwhile, some time ago.
+    """
+    RELEASE = auto()
+    """No longer impose anything."""
+
+
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
 AT_STOP = 3e-4
@@ -158,9 +178,9 @@ def switch(
     :param grown: Eq. 16 for the dwell so far [N]
     :param rest: when the rest began [s], or the slide where the piston is held again
     """
-    if action & BREAK and memory[STICKING] != 0.0:
-        events.break_away(rest if action & HOLD else time, memory, grown, law)
-    if action & REST and memory[STICKING] == 0.0:
+    if action & Impose.BREAK.value and memory[STICKING] != 0.0:
+        events.break_away(rest if action & Impose.HOLD.value else time, memory, grown, law)
+    if action & Impose.REST.value and memory[STICKING] == 0.0:
         events.rest(rest, memory, law)
 
 
@@ -176,30 +196,30 @@ def build_act(start: Callable[..., None]) -> Callable[..., None]:
     ) -> None:  # fmt: skip
         grown = carry.arrow[GROWN_STATIC]
         switch(carry.clock[END], carry.memory, action, grown, rest, model.friction)
-        if action & RESTART:
+        if action & Impose.RESTART.value:
             restart(carry, measured, rest, model, effects)
-        if action & HOLD:
+        if action & Impose.HOLD.value:
             hold(carry, measured, model, effects)
-        if action & MOTION:
+        if action & Impose.MOTION.value:
             set_position(carry.y1, measured[0], model)
             carry.y1[VELOCITY], carry.memory[CONTACT] = measured[1], HELD
         elif carry.memory[CONTACT] == HELD:
             carry.memory[CONTACT] = 0.0
-        if action & PRESSURES:
+        if action & Impose.PRESSURES.value:
             set_pressures(carry.y1, measured[2], measured[3], model)
         start(carry, model, effects)
 
     return act
 
 
-def build_follow(
+def build_run_imposed(
     start: Callable[..., None], cut: Callable[..., None], record: Callable[..., None],
     advance: Callable[..., None],
 ) -> Callable[..., None]:  # fmt: skip
     """
     Return the compiled run along a measured one.
 
-    ``follow(carry, interval, first, voltages, actions, measured, rests, states, extras,
+    ``run_imposed(carry, interval, first, voltages, actions, measured, rests, states, extras,
     tolerance, longest, model, effects)`` is ``run`` with, for the interval after sample i,
     ``actions[i]`` done with ``measured[i]``, (x, v, p1, p2) in SI units and corrected for the
     sensors, and ``rests[i]``, the time at which the rest began [s], or with HOLD and BREAK the
@@ -209,7 +229,7 @@ def build_follow(
     act = build_act(start)
 
     @compiled
-    def follow(
+    def run_imposed(
         carry: Carry, interval: float, first: int, voltages: Array, actions: Actions,
         measured: Array, rests: Array, states: Array, extras: Array, tolerance: float,
         longest: float, model: CompiledModel, effects: tuple[object, ...],
@@ -229,4 +249,4 @@ def build_follow(
             if carry.memory[CONTACT] == HELD:
                 extras[i, ACCELERATION] = carry.arrow[FREE_ACCELERATION]
 
-    return follow
+    return run_imposed

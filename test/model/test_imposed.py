@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.model import follow
+from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Plant
 
 from .rigs import changed
@@ -16,17 +16,17 @@ def test_following_in_pieces_is_following_at_once() -> None:
     count = 3000
     voltages = np.tile([2.8, 2.2], (count, 1))
     actions = np.zeros(count, dtype=np.int64)
-    actions[[700, 1500]] = follow.RESTART
-    actions[2200] = follow.HOLD
-    actions[2600] = follow.MOTION | follow.PRESSURES
+    actions[[700, 1500]] = Impose.RESTART
+    actions[2200] = Impose.HOLD
+    actions[2600] = Impose.MOTION | Impose.PRESSURES
     measured = np.tile([0.05, 0.02, 1.6e5, 1.1e5], (count, 1))
     measured[2200, 1] = 0.001
     rests = np.maximum(np.arange(count) * INTERVAL - 0.05, 0.0)
     given = (voltages, actions, measured, rests)
-    at_once = Plant(model).follow(voltages, INTERVAL, *given[1:])
+    at_once = Plant(model).run_imposed(voltages, INTERVAL, *given[1:])
     plant = Plant(model)
     pieces = [
-        plant.follow(part[0], INTERVAL, *part[1:])
+        plant.run_imposed(part[0], INTERVAL, *part[1:])
         for part in zip(*(np.split(array, [1, 2, 900, 2601]) for array in given), strict=True)
     ]
     for name, whole in at_once._asdict().items():
@@ -44,8 +44,8 @@ def test_a_rest_next_to_an_end_stop_is_at_it_if_the_gas_pushes_it_there(
 ) -> None:
     model = changed('cylinder_2', operation={'initial_position': 0.1})
     near = model.cylinder.stroke - 2.5e-4
-    run = Plant(model).follow(
-        np.full((1, 2), 2.5), INTERVAL, np.array([follow.RESTART]),
+    run = Plant(model).run_imposed(
+        np.full((1, 2), 2.5), INTERVAL, np.array([Impose.RESTART]),
         np.array([[near, 0.0, *pressures]]), np.zeros(1),
     )  # fmt: skip
     assert run.contact[0] == contact
