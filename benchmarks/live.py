@@ -25,9 +25,9 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rosbags.rosbag2 import Reader
 
-from pneu_rig_ros.nodes.drive import drive
-from pneu_rig_ros.nodes.pacing import claim_realtime_priority
-from pneu_rig_ros.nodes.wiring import Inlet
+from pneu_rig_ros.nodes.constant_command import hold_command
+from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
+from pneu_rig_ros.nodes.topics import PolledSubscription
 from pneu_rig_ros.records.cdr import typestore, unpack_stamp
 
 SEPARATE = ('recorder', 'friction_estimator', 'valve_command', 'plant')
@@ -141,9 +141,9 @@ def _await_samples() -> None:
     context = Context()
     rclpy.init(context=context)
     node = Node('benchmark', context=context)
-    inlet = Inlet(node, 'joint_states')
+    subscription = PolledSubscription(node, 'joint_states')
     deadline = time.monotonic() + START_TIMEOUT
-    while inlet.take() is None:
+    while subscription.take() is None:
         if time.monotonic() > deadline:
             raise RuntimeError(f'no sample {START_TIMEOUT:g} s after the start')
         time.sleep(0.02)
@@ -176,7 +176,7 @@ def _to_and_fro(stop: threading.Event) -> None:
     u = U
     with suppress(_Stopped):
         while True:
-            drive(u, STROKE_SECONDS, progress)
+            hold_command(u, STROKE_SECONDS, progress)
             u = -u
 
 

@@ -67,22 +67,21 @@ def topics() -> Lines:
 
 def nodes() -> Lines:
     """Yield the page of the nodes and their parameters."""
+    from pneu_rig_ros.nodes.parameters import RIG_PARAMETERS, RUNTIME_SETTERS
     from pneu_rig_ros.nodes.rig_node import COMMON
-    from pneu_rig_ros.nodes.setup import PARAMETERS as SETUP
-    from pneu_rig_ros.nodes.setup import SET_AT_RUN_TIME
 
     yield from ('# Nodes and parameters', '', 'Given with `--ros-args -p NAME:=VALUE`, or all')
     yield 'together with `--params-file`: `config/nodes.yaml` holds every default. A wrong type'
     yield 'or a value out of range is refused. *At run time*: `ros2 param set` may change it.'
     for name, kind in NODES.items():
         node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), kind)
-        declared = [*(SETUP if name == 'plant' else ()), *node.PARAMETERS]
+        declared = [*(RIG_PARAMETERS if name == 'plant' else ()), *node.PARAMETERS]
         yield from ('', f'## {name}', '', paragraph(node.__doc__))
         rows = [_parameter_row(p) for p in declared]
         if name == 'plant':
             rows += [
                 (f'`{key}`', 'of the cylinder', q.unit, bounds(q.low, q.high), q.description,
-                 'yes' if key in SET_AT_RUN_TIME else '')
+                 'yes' if key in RUNTIME_SETTERS else '')
                 for key, q in OVERRIDES.items()
             ]  # fmt: skip
         yield from table(PARAMETER_HEADS, rows)

@@ -169,7 +169,7 @@ class LiveRig:
         self._stop()
 
     def _start(self) -> None:
-        from pneu_rig_ros.nodes.gathering import PLANT_SUBSCRIBERS, await_first_sample
+        from pneu_rig_ros.nodes.startup import PLANT_SUBSCRIBERS, await_first_sample
 
         self._report('starting plant, valve_command, friction_estimator, recorder')
         folder = self._logs.enter_context(tempfile.TemporaryDirectory(prefix='pneu_rig_'))
@@ -190,13 +190,13 @@ class LiveRig:
 
     def drive(self, u: float, duration: float, progress: Progress) -> None:
         """Hold the command u [V] for a duration [s]; RigError if a node stops meanwhile."""
-        from pneu_rig_ros.nodes.drive import drive
+        from pneu_rig_ros.nodes.constant_command import hold_command
 
         def checked(elapsed: float) -> None:
             self.check()
             progress(elapsed)
 
-        drive(u, duration, checked)
+        hold_command(u, duration, checked)
 
     def _stop(self) -> None:
         """Stop the nodes, sources first; mend the bag if the recorder had to be killed."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.nodes.twins import PROCESS
+from pneu_rig_ros.nodes.diagnostics import PROCESS_KEY
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.bag import open_bag
 from pneu_rig_ros.records.cdr import typestore
@@ -51,7 +51,7 @@ def told(topic: str, cdr: bytes) -> tuple[str, bytes]:
     kind = TOPICS[topic].type
     message: Any = typestore().deserialize_cdr(cdr, kind)
     (status,) = message.status
-    process = next(item.value for item in status.values if item.key == PROCESS)
+    process = next(item.value for item in status.values if item.key == PROCESS_KEY)
     content = bytes(typestore().serialize_cdr(message, kind))
     return f'{topic} of {status.name}, {process}', content
 

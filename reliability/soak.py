@@ -29,9 +29,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from benchmarks.__main__ import machine
 from pneu_rig_ros.cli import output
-from pneu_rig_ros.nodes import wiring
-from pneu_rig_ros.nodes.gathering import await_first_sample
-from pneu_rig_ros.nodes.pacing import Metronome
+from pneu_rig_ros.nodes.loop_timer import PeriodicTimer
+from pneu_rig_ros.nodes.startup import await_first_sample
+from pneu_rig_ros.nodes.topics import create_publisher
 from pneu_rig_ros.records.cdr import pack_float64
 from reliability import figures
 from reliability.live_rig import ORDER, ProcessRig, own_domain
@@ -168,8 +168,8 @@ def _drive(
     context = Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     node = Node('soak', context=context)
-    publisher = wiring.outlet(node, 'u')
-    start, pace, count = time.monotonic(), Metronome(COMMAND_PERIOD_NS), 0
+    publisher = create_publisher(node, 'u')
+    start, pace, count = time.monotonic(), PeriodicTimer(COMMAND_PERIOD_NS), 0
     try:
         while (elapsed := time.monotonic() - start) < seconds:
             if publisher.get_subscription_count() >= 2:

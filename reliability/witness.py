@@ -16,7 +16,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import wiring
+from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
 from pneu_rig_ros.records.cdr import pack_float64
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 from reliability.live_rig import PATIENCE
@@ -66,8 +66,8 @@ class Witness:
         self.context = Context()
         rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node('witness', context=self.context)
-        self._inlets = [wiring.Inlet(self.node, topic) for topic in self._topics]
-        self._publisher = None if self.silent else wiring.outlet(self.node, 'u')
+        self._subscriptions = [PolledSubscription(self.node, topic) for topic in self._topics]
+        self._publisher = None if self.silent else create_publisher(self.node, 'u')
         return self
 
     def __exit__(
@@ -87,11 +87,11 @@ class Witness:
             self._count += 1
             sign = 1.0 if now // STROKE % 2 else -1.0
             self._publisher.publish(pack_float64(sign * (U + 1e-9 * self._count)))
-        for inlet in self._inlets:
-            for arrival in inlet.arrivals():
+        for subscription in self._subscriptions:
+            for arrival in subscription.take_all_with_info():
                 message = Received(arrival.received_ns, arrival.cdr)
-                self.received[inlet.topic.name].append(message)
-                if inlet.topic.name == DIAGNOSTICS:
+                self.received[subscription.topic.name].append(message)
+                if subscription.topic.name == DIAGNOSTICS:
                     self._hear(arrival.cdr)
         time.sleep(0.004)
 

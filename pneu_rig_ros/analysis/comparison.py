@@ -1,209 +1,265 @@
-"""
-Two runs side by side: how far apart their signals are, and their stick-slip events.
-
-What is derived - velocity and friction - is derived from both by the same estimators, so that a
-difference is one of the runs and not of the filters.
-"""
+"""Comparison of a measured run with a simulation of it, or with another measured run."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
-from pneu_rig_ros.analysis.velocity import velocity_of
+from pneu_rig_ros.analysis.friction import ForceBalance
+from pneu_rig_ros.analysis.metrics import (
+    AnalysedRun,
+    Events,
+    SignalGap,
+    analyse_run,
+    compare_signals,
+    signal_noise,
+)
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Recording
+from pneu_rig_ros.model.parameters import Model
+from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.records import Recording, read_recording
+from pneu_rig_ros.records.conditions import CONDITIONS, apply_conditions
+from pneu_rig_ros.records.plausible import check_plausible
+from pneu_rig_ros.records.recording import WHOLE
+from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.rig.sensors import IDEAL, sensor_noise
+from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
-UNITS = {'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa',
-         'friction': 'N'}  # fmt: skip
-"""Signal that is compared -> its unit."""
+LEAST_OVERLAP = 4
+"""Samples that two runs must share."""
 
-END_SHARE = 0.98
-"""A stroke counts as done at this share of the way to the end stop [-]."""
-
-LEAST_SAMPLES = 4
-"""Shorter runs have no friction force."""
-
-NOISE_SAMPLES = 8192
-"""Length of the noise from which that of the derived signals is found."""
+INITIAL_TIME = 0.01
+"""Length of the readings whose mean is the initial position [s]."""
 
 
-class SignalGap(NamedTuple):
+class Condition(NamedTuple):
     """
-    How far a simulated signal is from a measured one, in the unit of the signal.
+    An operating condition of the measured run.
 
-    :param unit: of the following four
-    :param rmse: root of the mean square of simulated less measured
-    :param largest: largest absolute difference
-    :param bias: mean of simulated less measured
-    :param noise: standard deviation of the measured signal's noise, None if it is not known
-    """
-
-    unit: str
-    rmse: float
-    largest: float
-    bias: float
-    noise: float | None
-
-    @property
-    def multiple(self) -> float | None:
-        """The RMSE in multiples of the noise [-], None where the noise is 0 or not known."""
-        return self.rmse / self.noise if self.noise else None
-
-    @property
-    def above_noise(self) -> float:
-        """What of the RMSE noise does not explain: 0 if all of it does [unit]."""
-        return float(np.sqrt(max(self.rmse**2 - (self.noise or 0.0) ** 2, 0.0)))
-
-
-class Events(NamedTuple):
-    """
-    What happens in a run.
-
-    :param cycles: stick-slip cycles in the order of time
-    :param stroke_time: from the start until the piston has gone 98 % of the way to the end stop
-        ahead of it [s], None if it does not get there or the stroke is not known
+    :param name: of `records.conditions.CONDITIONS`
+    :param value: SI
+    :param measured: whether it comes from the bag; otherwise from the model
     """
 
-    cycles: tuple[Cycle, ...]
-    stroke_time: float | None
+    name: str
+    value: float
+    measured: bool
 
 
-class Compared(NamedTuple):
+@dataclass(frozen=True)
+class Comparison:
     """
-    A recording with what is derived of it to be compared.
+    Two runs on one time axis.
 
-    :param recording: the run
-    :param signals: name of :data:`UNITS` -> signal, shape (n,); without friction where the rig is
-        not known, or the sampling too slow for its filter
-    :param events: what happens in it
+    :param measured: the first bag
+    :param simulated: the model's run, or the second bag
+    :param gaps: signal -> error metrics
+    :param noise: signal -> standard deviation of the measured one, {} where it is not known
+    :param shift: delay of the second run's time [s], 0 for a model
+    :param conditions: of the first bag
+    :param second: label of the second run
     """
 
-    recording: Recording
-    signals: Mapping[str, Floats]
-    events: Events
+    measured: AnalysedRun
+    simulated: AnalysedRun
+    gaps: Mapping[str, SignalGap]
+    noise: Mapping[str, float]
+    shift: float
+    conditions: tuple[Condition, ...]
+    second: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, SI units."""
+        return {
+            'measured': self.measured.recording.name,
+            'model': self.simulated.recording.name,
+            'samples': self.measured.recording.size,
+            'interval': self.measured.recording.interval,
+            'shift': self.shift,
+            'conditions': {c.name: {'value': c.value, 'unit': CONDITIONS[c.name].unit,
+                                    'from': 'bag' if c.measured else 'model'}
+                           for c in self.conditions},
+            'signals': {name: {**gap._asdict(), 'multiple': gap.multiple}
+                        for name, gap in self.gaps.items()},
+            'events': {'measured': _events_to_dict(self.measured.events),
+                       'model': _events_to_dict(self.simulated.events)},
+        }  # fmt: skip
 
 
-def compared(recording: Recording) -> Compared:
+def _events_to_dict(events: Events) -> dict[str, Any]:
+    cycles = [
+        {key: None if np.isnan(value) else value for key, value in cycle._asdict().items()}
+        for cycle in events.cycles
+    ]
+    return {'cycle_count': len(cycles), 'stroke_time': events.stroke_time, 'cycles': cycles}
+
+
+def compare_with_model(
+    bag: Path | str, configuration: RigConfiguration, name: str | None = None
+) -> Comparison:
     """
-    Derive what is compared of a recording of a whole rig.
+    Compare a bag with a simulation from its initial state, with its conditions and voltages.
 
-    :raises RigError: when it has fewer than 4 samples, or is that of a part
+    :param configuration: the model
+    :param name: of the simulated run; that of its cylinder when not given
+    :raises RigError: when the bag cannot be read, has no voltages to drive the model with, or its
+        conditions are out of range
     """
-    rig = recording.configuration
-    signals = derived_signals(
-        recording.position, recording.pressure_1, recording.pressure_2, recording.interval,
-        ForceBalance.of(rig) if rig else None, recording.name,
+    recording = read_recording(bag)
+    if not recording.driven:
+        raise RigError(f'{bag}: no valve_voltages recorded, which a simulation needs; '
+                       'import it with u, or voltage_1 and voltage_2')  # fmt: skip
+    model = apply_conditions(configuration, recording.conditions)
+    check_plausible(bag, recording.signals, model)
+    measured = replace(recording, name=str(bag), configuration=_rig(recording) or model)
+    simulated = simulate_record(recording, model, name)
+    noise = _sensors(recording.configuration or configuration)
+    used = _all_conditions(model)
+    return _comparison(measured, simulated, noise, 0.0, used, 'simulated')
+
+
+def compare_with_bag(
+    bag: Path | str, other: Path | str, shift: float | None = None
+) -> Comparison:  # fmt: skip
+    """
+    Compare a bag with another one.
+
+    :param shift: delay of the second one's time [s]; estimated from the onset of the command
+        when not given
+    :raises RigError: when one cannot be read, or they do not overlap
+    """
+    recordings = read_recording(bag), read_recording(other)
+    rigs = [_rig(recording) for recording in recordings]
+    first, second = (
+        replace(recording, name=str(path), configuration=rig or rigs[0] or rigs[1])
+        for path, recording, rig in zip((bag, other), recordings, rigs, strict=True)
+    )
+    late = estimate_shift(first, second) if shift is None else shift
+    used = _all_conditions(rigs[0]) if rigs[0] else first.conditions
+    noise = _sensors(rigs[0] or rigs[1])
+    return _comparison(*resample_overlap(first, second, late), noise, late, used, 'second bag')
+
+
+def simulate_record(
+    recording: Recording, configuration: RigConfiguration, name: str | None = None
+) -> Recording:
+    """
+    Simulate a recorded run.
+
+    The simulation starts from the recorded position and pressures and gets the recorded voltages.
+    Its signals are the true ones, without sensors.
+
+    :param recording: the measured run
+    :param configuration: the rig under the conditions of the run
+    :param name: of the simulated run; that of the cylinder when not given
+    :return: the simulated run at the instants of the measured one
+    """
+    model = with_initial_state(recording, configuration.model)
+    plant = Plant(model, configuration.effects)
+    first = plant.state
+    voltages = np.column_stack([recording.voltage_1, recording.voltage_2])
+    run = plant.run(voltages[:-1], recording.interval)
+    signals = {signal: np.concatenate([[getattr(first, signal)], getattr(run, signal)])
+               for signal in WHOLE}  # fmt: skip
+    signals |= {'voltage_1': voltages[:, 0], 'voltage_2': voltages[:, 1]}
+    return Recording(
+        name or configuration.name, recording.start_ns, recording.interval_ns, signals,
+        configuration=configuration,
     )  # fmt: skip
-    stroke = rig.model.cylinder.stroke if rig else None
-    cycles = cycles_of(recording, signals.get('friction'))
-    reached = stroke_time(recording.position, recording.interval, stroke)
-    return Compared(recording, signals, Events(tuple(cycles), reached))
 
 
-def derived_signals(
-    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
-    balance: ForceBalance | None, name: str = 'run',
-) -> dict[str, Floats]:  # fmt: skip
+def with_initial_state(recording: Recording, model: Model) -> Model:
+    """Return the model with the initial position and pressures of a recording."""
+    first = slice(0, max(1, round(INITIAL_TIME / recording.interval)))
+    position = float(recording.position[first].mean())
+    operation = model.operation._replace(
+        initial_position=min(max(position, 0.0), model.cylinder.stroke),
+        initial_pressure_1=float(recording.pressure_1[0]),
+        initial_pressure_2=float(recording.pressure_2[0]),
+    )
+    return model._replace(operation=operation)
+
+
+def command_onset(recording: Recording) -> float | None:
     """
-    Return the signals that are compared, shape (n,) each.
+    Return when the valve voltages first change [s] since the first sample.
 
-    :param balance: constants of Eq. 2, None where they are not known: then no friction
-    :param name: what to call the run in an error
-    :raises RigError: for fewer than 4 samples
+    0 if the voltages differ from the first sample on. None if the valves stay centred, or if the
+    voltages are not recorded.
     """
-    if position.size < LEAST_SAMPLES:
-        raise RigError(f'{name}: {position.size} samples, at least {LEAST_SAMPLES} are needed')
-    found = {
-        'position': position,
-        'velocity': velocity_of(position, interval),
-        'pressure_1': pressure_1,
-        'pressure_2': pressure_2,
-    }
-    if balance is not None and 2.0 * CUTOFF * interval < 1.0:
-        friction = friction_zero_phase(position, pressure_1, pressure_2, interval, balance)
-        found['friction'] = friction
-    return found
-
-
-def compare_signals(
-    measured: Mapping[str, Floats],
-    simulated: Mapping[str, Floats],
-    noise: Mapping[str, float] | None = None,
-    units: Mapping[str, str] | None = None,
-    where: NDArray[np.bool_] | None = None,
-) -> dict[str, SignalGap]:
-    """
-    Return how far simulated signals are from measured ones, for every signal that both have.
-
-    :param measured: name -> signal, each of shape (n,), SI units
-    :param simulated: the same at the same instants
-    :param noise: name -> standard deviation of a measured value, as far as it is known
-    :param units: name -> unit; :data:`UNITS` and '' for other names when not given
-    :param where: samples that count, shape (n,); all when not given
-    :raises RigError: when lengths differ, or nothing is left to compare
-    """
-    gaps = {}
-    for name in (name for name in measured if name in simulated):
-        if measured[name].shape != simulated[name].shape:
-            raise RigError(f'{name}: {measured[name].shape} measured values against '
-                           f'{simulated[name].shape} simulated ones')  # fmt: skip
-        difference = simulated[name] - measured[name]
-        kept = difference if where is None else difference[where]
-        kept = kept[np.isfinite(kept)]
-        if kept.size:
-            unit = (units or UNITS).get(name, '')
-            gaps[name] = _gap(kept, unit, (noise or {}).get(name))
-    if not gaps:
-        raise RigError('nothing to compare: the runs share no signal')
-    return gaps
-
-
-def _gap(difference: Floats, unit: str, noise: float | None) -> SignalGap:
-    rmse = float(np.sqrt(np.mean(difference**2)))
-    return SignalGap(unit, rmse, float(np.abs(difference).max()), float(difference.mean()), noise)
-
-
-def signal_noise(
-    position_noise: float, pressure_noise: float, interval: float,
-    balance: ForceBalance | None = None,
-) -> dict[str, float]:  # fmt: skip
-    """
-    Return the standard deviation of the noise of each signal of :data:`UNITS`.
-
-    That of the derived signals comes from the estimators themselves, run on white noise of the
-    sensors; they are linear. The noise is drawn from a fixed seed.
-
-    :param position_noise: standard deviation of a reading [m]
-    :param pressure_noise: of a reading [Pa]
-    :param interval: sampling interval [s]
-    :param balance: constants of Eq. 2; without them there is no friction
-    """
-    draws = np.random.default_rng(0).standard_normal((3, NOISE_SAMPLES))
-    x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])
-    still = None if balance is None else ForceBalance(
-        balance.area_1, balance.area_2, balance.mass, 0.0)  # fmt: skip
-    signals = derived_signals(x, p1, p2, interval, still)
-    inner = slice(NOISE_SAMPLES // 8, -NOISE_SAMPLES // 8)  # ends are padded, not estimated
-    found = {name: float(np.std(signal[inner])) for name, signal in signals.items()}
-    return found | {'position': position_noise,
-                    'pressure_1': pressure_noise, 'pressure_2': pressure_noise}  # fmt: skip
-
-
-def stroke_time(position: Floats, interval: float, stroke: float | None) -> float | None:
-    """
-    Return when the piston has gone 98 % of the way to the end stop ahead of it [s].
-
-    The end ahead is the one further from where the run starts. None if it does not get there, or
-    the stroke [m] is not known.
-    """
-    if stroke is None:
+    if not recording.driven:
         return None
-    outward = position[0] < stroke / 2
-    done = position >= END_SHARE * stroke if outward else position <= (1 - END_SHARE) * stroke
-    return float(interval * done.argmax()) if done.any() else None
+    driven = np.abs(recording.voltage_1 - recording.voltage_2) > 2.5 * DAC_STEP
+    return float(recording.time[driven.argmax()]) if driven.any() else None
+
+
+def estimate_shift(measured: Recording, other: Recording) -> float:
+    """
+    Return the delay of the other recording's time [s], estimated from the onset of the command.
+
+    0 if one of them has no onset. Stick-slip events are not used, because they are compared.
+    """
+    onsets = command_onset(measured), command_onset(other)
+    return 0.0 if None in onsets else float(onsets[1] or 0.0) - float(onsets[0] or 0.0)
+
+
+def resample_overlap(
+    measured: Recording, other: Recording, shift: float
+) -> tuple[Recording, Recording]:
+    """
+    Return the overlap of both runs, the other one resampled to the time of the measured one.
+
+    The other one retains position and pressures only.
+
+    :param shift: time in the other run at the measured one's time 0 [s]
+    :raises RigError: when they do not overlap
+    """
+    time = measured.time + shift
+    last = other.time[-1] + 0.5 * min(measured.interval, other.interval)
+    inside = np.flatnonzero((time >= -0.5 * other.interval) & (time <= last))
+    if inside.size < LEAST_OVERLAP:
+        raise RigError(
+            f'{measured.name} and {other.name} do not overlap when the second is shifted by '
+            f'{-shift:g} s'
+        )
+    first, end = int(inside[0]), int(inside[-1]) + 1
+    part = measured.cut(first, end)
+    signals = {name: np.interp(time[first:end], other.time, other[name]) for name in WHOLE}
+    return part, Recording(
+        other.name, part.start_ns, part.interval_ns, signals, configuration=other.configuration
+    )
+
+
+def _comparison(
+    measured: Recording, simulated: Recording, noise: tuple[float, float] | None, shift: float,
+    used: Mapping[str, float], second: str,
+) -> Comparison:  # fmt: skip
+    rig = measured.configuration
+    balance = ForceBalance.of(rig) if rig else None
+    levels = {} if noise is None else signal_noise(*noise, measured.interval, balance)
+    known = measured.conditions
+    conditions = tuple(Condition(name, value, name in known) for name, value in used.items())
+    sides = analyse_run(measured), analyse_run(simulated)
+    gaps = compare_signals(sides[0].signals, sides[1].signals, levels)
+    return Comparison(*sides, gaps, levels, shift, conditions, second)
+
+
+def _rig(recording: Recording) -> RigConfiguration | None:
+    """Return the recording's own rig under its conditions."""
+    own = recording.configuration
+    return own and apply_conditions(own, recording.conditions)
+
+
+def _sensors(rig: RigConfiguration | None) -> tuple[float, float] | None:
+    """Return the noise of position [m] and pressure [Pa]; None if it is 0 or not known."""
+    return None if rig is None or rig.sensors.kind == IDEAL else sensor_noise(rig.sensors)
+
+
+def _all_conditions(rig: RigConfiguration) -> dict[str, float]:
+    model = rig.model
+    values = model.operation._asdict() | model.gas._asdict()
+    return {name: values[name] for name in CONDITIONS}

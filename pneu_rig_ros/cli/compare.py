@@ -11,7 +11,7 @@ from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.analysis.side_by_side import Comparison
+    from pneu_rig_ros.analysis.comparison import Comparison
 
 
 @click.command(
@@ -59,7 +59,7 @@ def compare(
 
 
 def _compare(measured: Path, model: str, shift: float | None) -> Comparison:
-    from pneu_rig_ros.analysis.side_by_side import compare_with_bag, compare_with_model
+    from pneu_rig_ros.analysis.comparison import compare_with_bag, compare_with_model
 
     if Path(model).is_dir() or model.endswith('.mcap'):
         return compare_with_bag(measured, model, shift)

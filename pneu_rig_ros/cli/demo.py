@@ -62,7 +62,7 @@ def _load_ros() -> None:
 
     prepare_environment()
     try:
-        import pneu_rig_ros.nodes.gathering  # noqa: F401
+        import pneu_rig_ros.nodes.startup  # noqa: F401
     except ImportError as error:
         raise RigError(
             f'ROS 2 is not to be found ({error}); source your ROS 2, install the package with '

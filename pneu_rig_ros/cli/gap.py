@@ -19,7 +19,7 @@ from pneu_rig_ros.cli.diagnose import write_files
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
-    from pneu_rig_ros.analysis.comparison import Compared, SignalGap
+    from pneu_rig_ros.analysis.metrics import AnalysedRun, SignalGap
     from pneu_rig_ros.rig import RigConfiguration
     from pneu_rig_ros.scenarios.demonstration import HiddenEffect
 
@@ -176,8 +176,8 @@ def _draw(
     path: Path, measured: Path, models: list[Path], model: Path
 ) -> tuple[dict[str, SignalGap], dict[str, SignalGap]]:
     """Draw the runs; return the gaps of the model before and after."""
-    from pneu_rig_ros.analysis.comparison import compare_signals, signal_noise
     from pneu_rig_ros.analysis.friction import ForceBalance
+    from pneu_rig_ros.analysis.metrics import compare_signals, signal_noise
     from pneu_rig_ros.report.gap_figure import draw_gap
     from pneu_rig_ros.rig import load_configuration
     from pneu_rig_ros.rig.sensors import sensor_noise
@@ -200,14 +200,14 @@ def _draw(
     return gaps
 
 
-def _runs(bags: Sequence[Path], rig: RigConfiguration) -> list[Compared]:
+def _runs(bags: Sequence[Path], rig: RigConfiguration) -> list[AnalysedRun]:
     """Return the runs in bags as those of a rig, cut to the length of the shortest."""
-    from pneu_rig_ros.analysis.comparison import compared
+    from pneu_rig_ros.analysis.metrics import analyse_run
     from pneu_rig_ros.records import read_recording
 
     recordings = [read_recording(bag) for bag in bags]
     size = min(recording.size for recording in recordings)
-    return [compared(replace(one.cut(0, size), configuration=rig)) for one in recordings]
+    return [analyse_run(replace(one.cut(0, size), configuration=rig)) for one in recordings]
 
 
 SHRUNK = ('signal', '>before', '>after', '>noise of two runs', 'unit', '>gap closed')

@@ -93,7 +93,8 @@ def _rig(cylinder: str | None) -> Iterator[list[NodeProcess]]:
 
 
 def _serve(port: int, namespace: str, browse: bool, nodes: list[NodeProcess]) -> None:
-    from pneu_rig_ros.nodes.live import watch
+    from pneu_rig_ros.nodes.live import LiveNode
+    from pneu_rig_ros.nodes.runner import embedded
     from pneu_rig_ros.web.server import serve
 
     def going() -> bool:
@@ -102,7 +103,7 @@ def _serve(port: int, namespace: str, browse: bool, nodes: list[NodeProcess]) ->
                 output.console(stderr=True).print(f'{node.name} was killed and is started anew')
         return True
 
-    with watch(namespace) as (node, run), serve(node, port) as address:
+    with embedded(LiveNode, namespace) as (node, run), serve(node, port) as address:
         output.console().print(f'{address} (Ctrl-C ends it)')
         if browse:
             click.launch(address)

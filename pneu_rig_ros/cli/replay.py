@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -64,7 +65,8 @@ def replay(
     What nodes compute from the others (friction, predictions, diagnostics) is left out, unless
     named with --topic. `ros2 bag play BAG` does the same with everything.
     """
-    from pneu_rig_ros.nodes.replay import play
+    from pneu_rig_ros.nodes.replay import ReplayNode
+    from pneu_rig_ros.nodes.runner import embedded
 
     parameters = {
         'bag': str(bag),
@@ -76,11 +78,17 @@ def replay(
         'delay': delay,
         'wait_for_subscribers': subscribers,
     }
-    with play(parameters, namespace) as player:
-        with output.progress_bar(f'{bag.name} at {rate:g}x', player.duration, quiet) as progress:
-            player.run(progress)
+    factory = partial(ReplayNode, overrides=parameters)
+    with embedded(factory, namespace) as (node, run):
+        with output.progress_bar(f'{bag.name} at {rate:g}x', node.duration, quiet) as progress:
+
+            def unfinished() -> bool:
+                progress(node.elapsed)
+                return not node.done
+
+            run(unfinished)
         if as_json:
-            output.print_json({'elapsed': player.elapsed, 'messages': player.published})
+            output.print_json({'elapsed': node.elapsed, 'messages': node.published})
         elif not quiet:
-            rows = {'played': f'{player.elapsed:.2f} s', 'messages': str(player.published)}
+            rows = {'played': f'{node.elapsed:.2f} s', 'messages': str(node.published)}
             output.print_values(rows)

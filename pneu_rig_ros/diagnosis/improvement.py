@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.analysis.comparison import UNITS, derived_signals, signal_noise, stroke_time
 from pneu_rig_ros.analysis.friction import ForceBalance
+from pneu_rig_ros.analysis.metrics import UNITS, derived_signals, signal_noise, stroke_time
 from pneu_rig_ros.analysis.stick_slip import find_cycles
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.dataset import Dataset

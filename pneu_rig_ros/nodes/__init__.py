@@ -1,4 +1,4 @@
-"""The rig on ROS 2: thin nodes around the plant, the valve drive, Eq. 2 and the bag writer."""
+"""The ROS 2 nodes, thin layers over the model, `control`, `analysis` and `records`."""
 
 import os
 import sys
@@ -7,27 +7,27 @@ from pathlib import Path
 from pneu_rig_ros.rig.configuration import configuration_folder
 
 OWNER = 'PNEU_RIG_OWNER'
-"""Environment variable: number of the process without which a node does not go on."""
+"""Environment variable: number of the parent process, with which a node ends."""
 
 PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
-"""Where Fast DDS looks for its settings; the second since Kilted."""
+"""Environment variables with the Fast DDS profiles; the second one since Kilted."""
 
 
 def _middlewares() -> set[str]:
-    """Return the names of the ROS middlewares that are installed, as far as can be known."""
+    """Return the names of the installed ROS middlewares, as far as the ament index lists them."""
     prefixes = [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     index = Path('share', 'ament_index', 'resource_index', 'rmw_typesupport')
-    found = (path.name for prefix in prefixes if prefix for path in Path(prefix, index).glob('*'))
-    return set(found) - {'rmw_implementation'}
+    names = (path.name for prefix in prefixes if prefix for path in Path(prefix, index).glob('*'))
+    return set(names) - {'rmw_implementation'}
 
 
 def _check_middleware() -> None:
-    """End in good order where ROS would end the process with code 102 while it is imported."""
-    wanted, known = os.environ.get('RMW_IMPLEMENTATION', ''), _middlewares()
-    if wanted and known and wanted not in known:
+    """Exit with code 2 and a message where importing rclpy would end the process with code 102."""
+    requested, installed = os.environ.get('RMW_IMPLEMENTATION', ''), _middlewares()
+    if requested and installed and requested not in installed:
         print(
-            f'Error: RMW_IMPLEMENTATION={wanted} is not installed, '
-            f'allowed: {", ".join(sorted(known))}',
+            f'Error: RMW_IMPLEMENTATION={requested} is not installed, '
+            f'allowed: {", ".join(sorted(installed))}',
             file=sys.stderr,
         )
         raise SystemExit(2)

@@ -1,7 +1,8 @@
-"""ROS parameters declared from a table: default, unit, range, what it is, fixed or not."""
+"""ROS parameters from tables: default, unit, range, description; those of the rig."""
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -9,6 +10,8 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
+from pneu_rig_ros.rig.configuration import OVERRIDES
 
 Value = bool | int | float | str
 
@@ -18,11 +21,11 @@ class Parameter(NamedTuple):
     One parameter of a node.
 
     :param default: its type is the type of the parameter
-    :param unit: SI unit, empty for names and switches
+    :param unit: SI unit, empty for texts and flags
     :param low: smallest allowed number [unit]
     :param high: largest allowed number [unit]
     :param choices: allowed names; empty for any text
-    :param read_only: whether it is fixed once the node runs
+    :param read_only: whether it is fixed while the node runs
     """
 
     name: str
@@ -35,7 +38,7 @@ class Parameter(NamedTuple):
     read_only: bool = True
 
     def descriptor(self) -> ParameterDescriptor:
-        """Return what ROS tools show of the parameter and check of its values."""
+        """Return the descriptor, by which ROS tools show the parameter and rclpy checks it."""
         unit = f' [{self.unit}]' if self.unit else ''
         descriptor = ParameterDescriptor(
             description=f'{self.description}{unit}',
@@ -53,6 +56,18 @@ class Parameter(NamedTuple):
         else:
             whole = IntegerRange(from_value=int(self.low), to_value=int(self.high), step=1)
             descriptor.integer_range = [whole]
+
+
+RUNTIME_SETTERS = {'supply_pressure': Rig.set_supply_pressure, 'load_mass': Rig.set_load_mass}
+"""Quantities that may change while the rig runs, and the methods that set them."""
+
+RIG_PARAMETERS = (
+    Parameter('cylinder', 'cylinder_2', 'name of a shipped cylinder, or a YAML file'),
+    Parameter('friction', '', 'friction model; empty: that of the cylinder'),
+    Parameter('sensors', '', "'rig' or 'ideal' sensors; empty: those of the cylinder"),
+    Parameter('seed', -1, 'seed of noise and calibration; -1: of the cylinder', '-', -1, 2**53),
+    Parameter('interval_ns', 0, 'sampling interval; 0: that of the cylinder', 'ns', 0, 10**9),
+)
 
 
 def declare(node: Node, table: Iterable[Parameter]) -> None:
@@ -85,6 +100,45 @@ def text(node: Node, name: str) -> str:
     return str(node.get_parameter(name).value)
 
 
-def switch(node: Node, name: str) -> bool:
-    """Return a declared switch."""
+def flag(node: Node, name: str) -> bool:
+    """Return a declared parameter that is true or false."""
     return bool(node.get_parameter(name).value)
+
+
+def declare_rig_parameters(node: Node) -> None:
+    """
+    Declare RIG_PARAMETERS, then the quantities whose defaults come from the cylinder.
+
+    :raises RigError: when a value has a wrong type or is out of range
+    """
+    declare(node, RIG_PARAMETERS)
+    operation = load_configuration(text(node, 'cylinder')).model.operation
+    declare(
+        node,
+        (
+            Parameter(
+                name,
+                float(getattr(operation, name)),
+                quantity.description,
+                quantity.unit,
+                quantity.low,
+                quantity.high,
+                read_only=name not in RUNTIME_SETTERS,
+            )
+            for name, quantity in OVERRIDES.items()
+        ),
+    )
+
+
+def rig_configuration(node: Node) -> RigConfiguration:
+    """Return the configuration of the declared parameters; RigError if it is not valid."""
+    seed = int(number(node, 'seed'))
+    configuration = load_configuration(
+        text(node, 'cylinder'),
+        seed=None if seed < 0 else seed,
+        sensors=text(node, 'sensors') or None,
+        friction=text(node, 'friction') or None,
+        **{name: number(node, name) for name in OVERRIDES},
+    )
+    interval_ns = int(number(node, 'interval_ns')) or configuration.interval_ns
+    return replace(configuration, interval_ns=interval_ns)

@@ -11,13 +11,17 @@ from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import SetBool, Trigger
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import parameters, runner
-from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace, TickErrors
-from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rates import Rate
-from pneu_rig_ros.nodes.rig_node import Report, RigNode
-from pneu_rig_ros.nodes.setup import SET_AT_RUN_TIME, declare_setup, read_setup
-from pneu_rig_ros.nodes.wall_clock import WallClock
+from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.clock import WallClock
+from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
+from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
+from pneu_rig_ros.nodes.parameters import (
+    RUNTIME_SETTERS,
+    Parameter,
+    declare_rig_parameters,
+    rig_configuration,
+)
+from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.records.cdr import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.rig import Rig
@@ -30,10 +34,10 @@ LATE_SHARE = 0.01
 
 class PlantNode(RigNode):
     """
-    Publishes what the rig's sensors read and takes the valve voltages.
+    Publishes the sensor readings of the rig and receives the valve voltages.
 
-    At each tick the sample that is ready goes out first, then the newest voltages are held for
-    one interval and the next sample is computed, so that computing does not delay publishing.
+    At each tick the prepared sample is published first; then the newest voltages are held for one
+    interval and the next sample is computed, so that computation does not delay publication.
     The stamp of tick k is start + k intervals; in simulated time start is 0 and the plant is the
     clock. In lock step (speed 0) sample k waits for exactly one answer on `valve_voltages`.
     """
@@ -42,25 +46,25 @@ class PlantNode(RigNode):
         Parameter(
             'speed',
             1.0,
-            'simulated over real time; 0: lock step, as fast as answers come; '
+            'simulated over real time; 0: lock step, as fast as voltages arrive; '
             'other than 1 needs use_sim_time',
             '-',
             0.0,
             1000.0,
         ),
-        Parameter('paused', False, 'whether to start paused, until ~/pause says otherwise'),
+        Parameter('paused', False, 'whether to start paused; ~/pause changes it'),
     )
 
     def __init__(
         self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
     ) -> None:
         super().__init__('plant', context, overrides)
-        declare_setup(self)
-        self._rig = Rig(read_setup(self))
+        declare_rig_parameters(self)
+        self._rig = Rig(rig_configuration(self))
         self._rig.warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
         self._speed = self._checked_speed()
-        self._paused = parameters.switch(self, 'paused')
+        self._paused = self.flag('paused')
         self._connect()
         self._start_ns: int | None = None
         self._tick = 0
@@ -68,8 +72,8 @@ class PlantNode(RigNode):
         self._saturated = 0
         self._late_before = 0
         self._voltages = valve_voltages(0.0)
-        self._rate = Rate()
-        self._metronome = Metronome(self.period_ns) if self._speed else None
+        self._rate = RateCounter()
+        self._timer = PeriodicTimer(self.period_ns) if self._speed else None
         self._wall_clock = WallClock()
         self._prepare()
 
@@ -86,13 +90,13 @@ class PlantNode(RigNode):
         return speed
 
     def _connect(self) -> None:
-        self._description = self.outlet('rig_description')
-        self._robot = self.outlet('robot_description')
+        self._description = self.advertise('rig_description')
+        self._robot = self.advertise('robot_description')
         self._messages = PlantMessages(self._rig.pressure_variance)
         self._messages.pack(self._rig.measure(), 0)
         topics = self._messages.by_topic(self.simulated_time)
-        self._publish = {topic: self.outlet(topic).publish for topic in topics}
-        self._commands = self.inlet('valve_voltages')
+        self._publish = {topic: self.advertise(topic).publish for topic in topics}
+        self._commands = self.subscribe('valve_voltages')
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -100,15 +104,15 @@ class PlantNode(RigNode):
 
     @property
     def samples(self) -> int:
-        """How many samples were published."""
+        """Number of published samples."""
         return self._rate.count
 
-    def pace(self) -> Pace:
-        """Return the metronome of the sampling interval, or wait for answers in lock step."""
-        return self._metronome or Arrivals(self.inlets, self.context)
+    def loop_timer(self) -> LoopTimer:
+        """Return the timer of the sampling interval; in lock step wait for voltages."""
+        return self._timer or MessageWaitSet(self.polled_subscriptions, self.context)
 
-    def work(self) -> None:
-        """Do one tick, or in lock step whatever the answers allow."""
+    def update(self) -> None:
+        """Do one tick; in lock step only after the answer to the last sample."""
         if not self._described:
             self._describe()
         if self._awaiting and not self._answered():
@@ -124,7 +128,7 @@ class PlantNode(RigNode):
             self._awaiting = True
 
     def _skip(self) -> None:
-        """Let a tick pass: wall time goes on, simulated time stands still."""
+        """Skip a tick: wall time goes on, simulated time stands still."""
         if self._start_ns is not None and not self.simulated_time:
             self._tick += 1
             self._prepare()
@@ -137,23 +141,23 @@ class PlantNode(RigNode):
         self._rate.count += 1
 
     def _begin(self) -> None:
-        """Fix the stamp of tick 0; what was late before it does not count."""
+        """Set the stamp of tick 0 and restart the tick errors."""
         self._late_before = 0
         self._wall_clock = WallClock()
         self._start_ns = 0 if self.simulated_time else self._next_on_grid()
-        if self._metronome:
-            self._metronome.begin(time.monotonic_ns())
+        if self._timer:
+            self._timer.restart(time.monotonic_ns())
         self._prepare()
 
     def _next_on_grid(self) -> int:
-        """Wait for a multiple of the interval [ns]: one grid of stamps, also after a new start."""
+        """Wait for a multiple of the interval [ns]: the stamps of all starts are on one grid."""
         now = self.get_clock().now().nanoseconds
         remaining = -now % self.interval_ns
         time.sleep(remaining * 1e-9)
         return int(now + remaining)
 
     def _prepare(self) -> None:
-        """Encode the present sample for the present tick."""
+        """Pack the present sample with the stamp of the present tick."""
         stamp_ns = (self._start_ns or 0) + self._tick * self.interval_ns
         self._messages.pack(self._rig.measure(), stamp_ns)
         self._ready_messages = self._messages.by_topic(self.simulated_time)
@@ -166,7 +170,7 @@ class PlantNode(RigNode):
         self._prepare()
 
     def _answered(self) -> bool:
-        """Lock step: advance by one interval if the answer to the last sample is there."""
+        """Lock step: advance by one interval if the answer to the last sample has arrived."""
         cdr = self._commands.take()
         if cdr is None:
             return False
@@ -181,7 +185,7 @@ class PlantNode(RigNode):
             self._accept(commands[-1])
 
     def _accept(self, cdr: bytes) -> None:
-        """Take over the voltages of a message; keep the last ones if they are no voltages."""
+        """Apply the voltages of a message; keep the last ones if they are not valid."""
         try:
             voltages = unpack_valve_voltages(cdr)
         except RigError as error:
@@ -196,13 +200,13 @@ class PlantNode(RigNode):
         self.get_logger().warning(message, throttle_duration_sec=1.0)
 
     def _describe(self) -> None:
-        """Tell what rig this is, not before it is certain that it runs."""
+        """Publish both descriptions; not in the constructor, as a duplicate must not publish."""
         self._described = True
         self._description.publish(pack_string(describe(self._rig.configuration)))
         self._robot.publish(pack_string(robot_description(self._rig.configuration)))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Go back to the initial state; time goes on."""
+        """Return to the initial state; time goes on."""
         self._rig.reset()
         self._voltages = valve_voltages(0.0)
         if self._awaiting:
@@ -220,20 +224,20 @@ class PlantNode(RigNode):
         return response
 
     def _on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
-        """Apply changes of the set-up to the running rig and describe it anew."""
+        """Apply changed parameters to the running rig and publish its new description."""
         try:
             for change in changes:
-                if change.name in SET_AT_RUN_TIME:
-                    SET_AT_RUN_TIME[change.name](self._rig, change.value)
+                if change.name in RUNTIME_SETTERS:
+                    RUNTIME_SETTERS[change.name](self._rig, change.value)
         except RigError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        if any(change.name in SET_AT_RUN_TIME for change in changes):
+        if any(change.name in RUNTIME_SETTERS for change in changes):
             self._describe()
         return SetParametersResult(successful=True)
 
-    def report(self) -> Report:
+    def status(self) -> NodeStatus:
         """Return rate, tick errors, late ticks and saturation for `/diagnostics`."""
-        errors = self._metronome.errors if self._metronome else TickErrors()
+        errors = self._timer.errors if self._timer else TickErrors()
         late, self._late_before = errors.late - self._late_before, errors.late
         saturated, self._saturated = self._saturated, 0
         rate = self._rate.per_second()
@@ -245,14 +249,14 @@ class PlantNode(RigNode):
             'paused': self._paused,
             **_tick_errors(errors),
         }
-        self._wall_clock.look()
-        return Report.of(
+        self._wall_clock.update()
+        return NodeStatus(
             'paused' if self._paused else 'running',
             values,
             warnings=(
                 'sensor saturated' if saturated else None,
                 f'{late} ticks late in the last second' if late > LATE_SHARE * rate else None,
-                None if self.simulated_time else self._wall_clock.told('stamps'),
+                None if self.simulated_time else self._wall_clock.warning('stamps'),
             ),
         )
 

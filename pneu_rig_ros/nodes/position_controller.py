@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 
 from pneu_rig_ros.control.controller import NONE, Compensation, PositionController
@@ -12,10 +11,10 @@ from pneu_rig_ros.control.excitation import REFERENCE, Excitation, load_excitati
 from pneu_rig_ros.control.laws import Law, Pid, PidGains, SlidingGains, SlidingMode
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
-from pneu_rig_ros.nodes import parameters, runner
+from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rates import Rate
-from pneu_rig_ros.nodes.rig_node import Report, RigNode
+from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.records.cdr import (
     JointReading,
     pack_float64,
@@ -26,7 +25,7 @@ from pneu_rig_ros.records.cdr import (
 PID, SLIDING_MODE = 'pid', 'sliding_mode'
 
 
-def _of_section(section: Any) -> Iterator[Parameter]:
+def _section_parameters(section: Any) -> Iterator[Parameter]:
     """Yield a parameter for each quantity of a section with defaults."""
     for name, quantity in specifications(section).items():
         quantity = cast(Quantity, quantity)
@@ -42,46 +41,45 @@ def _of_section(section: Any) -> Iterator[Parameter]:
 
 class PositionControllerNode(RigNode):
     """
-    Answers each sample with a command `u` [V] that takes the piston to the reference.
+    Answers each sample with a command `u` [V] that moves the piston to the reference.
 
-    The reference is a profile, which is then also published on `reference`, or what comes on
-    `reference`, and until then `setpoint`. It needs nothing of the rig but `joint_states`.
+    The reference is a profile, which is also published on `reference`; or it is received on
+    `reference`, and before the first message it is `setpoint`. Of the rig only `joint_states` is
+    needed.
     """
 
     PARAMETERS = (
-        Parameter('law', PID, 'law of control', choices=(PID, SLIDING_MODE)),
+        Parameter('law', PID, 'control law', choices=(PID, SLIDING_MODE)),
         Parameter('compensation', True, 'whether friction and valve overlap are compensated'),
-        Parameter(
-            'profile', '', 'excitation that the position follows; empty: listen to reference'
-        ),
-        Parameter('setpoint', 0.1, 'reference until one comes', 'm', 0.0, 10.0, read_only=False),
+        Parameter('profile', '', 'position reference over time; empty: subscribe to reference'),
+        Parameter('setpoint', 0.1, 'initial reference', 'm', 0.0, 10.0, read_only=False),
         Parameter('command_limit', 2.5, 'largest command', 'V', 0.0, 2.5),
-        *_of_section(PidGains),
-        *_of_section(SlidingGains),
-        *_of_section(Compensation),
+        *_section_parameters(PidGains),
+        *_section_parameters(SlidingGains),
+        *_section_parameters(Compensation),
     )
 
     def __init__(
         self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
     ) -> None:
         super().__init__('position_controller', context, overrides)
-        compensated = parameters.switch(self, 'compensation')
+        compensated = self.flag('compensation')
         self._controller = PositionController(
             self._law(),
             Compensation(**self._section(Compensation)) if compensated else NONE,
             self.number('command_limit'),
         )
         self._profile = self._load_profile()
-        self._command = self.outlet('u').publish
-        self._tell = self.outlet(REFERENCE).publish if self._profile else None
-        self._heard = None if self._profile else self.inlet(REFERENCE)
-        self._samples = self.inlet('joint_states')
+        self._command = self.advertise('u').publish
+        self._publish_reference = self.advertise(REFERENCE).publish if self._profile else None
+        self._references = None if self._profile else self.subscribe(REFERENCE)
+        self._samples = self.subscribe('joint_states')
         self._reference: float | None = None
         self._start_ns: int | None = None
         self._last_ns = 0
         self._errors: list[float] = []
         self._refused = 0
-        self._rate = Rate()
+        self._rate = RateCounter()
 
     def _section(self, section: Any) -> dict[str, float]:
         return {name: self.number(name) for name in section._fields}
@@ -102,27 +100,28 @@ class PositionControllerNode(RigNode):
             )
         return profile
 
-    def work(self) -> None:
-        """Answer the samples that wait."""
+    def update(self) -> None:
+        """Answer the waiting samples."""
         if not self.ready():
             return
-        for reference in self.heard(self._heard, unpack_float64) if self._heard else ():
-            self._hear(reference)
-        for reading in self.heard(self._samples, unpack_joint_state):
+        if self._references:
+            for reference in self.take_decoded(self._references, unpack_float64):
+                self._accept_reference(reference)
+        for reading in self.take_decoded(self._samples, unpack_joint_state):
             if math.isfinite(reading.position) and math.isfinite(reading.velocity):
                 self._answer(reading)
             else:
-                self._refuse('joint_states without finite position and velocity')
+                self._reject('joint_states without finite position and velocity')
 
-    def _hear(self, reference: float) -> None:
+    def _accept_reference(self, reference: float) -> None:
         if math.isfinite(reference):
             self._reference = reference
         else:
-            self._refuse(f'reference {reference}')
+            self._reject(f'reference {reference}')
 
-    def _refuse(self, what: str) -> None:
+    def _reject(self, what: str) -> None:
         self._refused += 1
-        self.get_logger().warning(f'{what}, left out', throttle_duration_sec=1.0)
+        self.get_logger().warning(f'{what}, ignored', throttle_duration_sec=1.0)
 
     def _answer(self, reading: JointReading) -> None:
         if self._start_ns is None:
@@ -131,8 +130,8 @@ class PositionControllerNode(RigNode):
         interval = (reading.stamp_ns - self._last_ns) * 1e-9
         self._last_ns = reading.stamp_ns
         u = self._controller.update(interval, reference, reading.position, reading.velocity)
-        if self._tell:
-            self._tell(pack_float64(reference))
+        if self._publish_reference:
+            self._publish_reference(pack_float64(reference))
         self._command(pack_float64(u))
         self._errors.append(reference - reading.position)
         self._rate.count += 1
@@ -142,7 +141,7 @@ class PositionControllerNode(RigNode):
             return self._profile.level(time)
         return self.number('setpoint') if self._reference is None else self._reference
 
-    def report(self) -> Report:
+    def status(self) -> NodeStatus:
         """Return law, rate and error for `/diagnostics`."""
         errors, self._errors = self._errors, []
         rms = math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else math.nan
@@ -153,9 +152,7 @@ class PositionControllerNode(RigNode):
             'refused messages': self._refused,
         }
         waiting = self._start_ns is None
-        return Report(
-            DiagnosticStatus.OK, 'waiting for joint_states' if waiting else 'running', values
-        )
+        return NodeStatus('waiting for joint_states' if waiting else 'running', values)
 
 
 def main() -> int:

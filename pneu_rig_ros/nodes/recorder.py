@@ -1,4 +1,4 @@
-"""The recorder node: every topic of the rig into a bag, losing nothing."""
+"""The recorder node: writes every message on the topics of the rig to a bag."""
 
 import contextlib
 import itertools
@@ -12,13 +12,11 @@ from rclpy.context import Context
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.losses import Losses
+from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
+from pneu_rig_ros.nodes.diagnostics import LossCounter, NodeStatus, RateCounter
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rates import Rate
-from pneu_rig_ros.nodes.rig_node import Report, RigNode
-from pneu_rig_ros.nodes.timeline import Timeline
-from pneu_rig_ros.nodes.wall_clock import WallClock
-from pneu_rig_ros.nodes.wiring import Arrival, Inlet
+from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.topics import ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string
@@ -39,9 +37,9 @@ class RecorderNode(RigNode):
     """
     Writes the raw messages of all topics to a rosbag2 directory with MCAP storage.
 
-    The log time is the time of reception, as in rosbag2, and never goes back. In simulated time it
-    is the stamp, and for messages without one the stamp of the sample that was sent last before.
-    When the bag cannot be written any more, what is in it stays and the rig goes on unrecorded.
+    The log time is the reception time, as in rosbag2, and never decreases. In simulated time it is
+    the stamp, and for unstamped messages the stamp of the last sample sent before them. After a
+    write error the bag keeps what has been written, and the rig continues without recording.
     """
 
     period_ns = 20_000_000
@@ -53,109 +51,112 @@ class RecorderNode(RigNode):
     ) -> None:
         super().__init__('recorder', context, overrides)
         default = f'runs/{datetime.now():%Y-%m-%d_%H-%M-%S}'
-        self._writer = BagWriter(successor(Path(self.text('output') or default)))
+        self._writer = BagWriter(free_path(Path(self.text('output') or default)))
         self._failure: RigError | None = None
         self._wall_clock = WallClock()
         self._newest_ns = 0
         self._description = ''
-        self._timeline = Timeline() if self.simulated_time else None
-        self._waiting: list[tuple[Inlet, Arrival]] = []
-        self._rate = Rate()
-        self._losses = Losses()
+        self._simulated = SimulatedTime() if self.simulated_time else None
+        self._waiting: list[ReceivedMessage] = []
+        self._rate = RateCounter()
+        self._losses = LossCounter()
         for topic in TOPICS.values():
-            inlet = self.inlet(topic.name)
+            subscription = self.subscribe(topic.name)
             if not topic.extra:
-                self._writer.add_topic(inlet.name, topic.type)
+                self._writer.add_topic(subscription.name, topic.type)
         self.get_logger().info(f'recording to {self._writer.path.resolve()}')
 
-    def work(self) -> None:
-        """Write all that has arrived; drop it once the bag cannot be written any more."""
-        batch = [(inlet, arrival) for inlet in self.inlets for arrival in inlet.arrivals()]
-        self._wall_clock.look()
-        for inlet, arrival in batch:
-            self._losses.note(inlet.topic.name, arrival.number)
-            if inlet.topic.name == DESCRIPTION:
-                with self.refusing(inlet):
-                    self._description = unpack_string(arrival.cdr)
+    def update(self) -> None:
+        """Write all messages that have arrived; discard them after a write error."""
+        batch = [m for s in self.polled_subscriptions for m in s.take_all_with_info()]
+        self._wall_clock.update()
+        for message in batch:
+            topic_name = message.subscription.topic.name
+            self._losses.add(topic_name, message.sequence_number)
+            if topic_name == DESCRIPTION:
+                with self.skip_invalid(message.subscription):
+                    self._description = unpack_string(message.cdr)
         if self._failure is None:
             try:
                 self._record(batch)
             except RigError as error:
                 self._failure = error
-                self.get_logger().error(self._told(error))
+                self.get_logger().error(self._failure_message(error))
 
-    def _record(self, batch: list[tuple[Inlet, Arrival]]) -> None:
-        if self._timeline is None:
+    def _record(self, batch: list[ReceivedMessage]) -> None:
+        if self._simulated is None:
             self._write_received(batch)
         else:
-            self._write_simulated(batch, self._timeline)
+            self._write_simulated(batch, self._simulated)
         if not batch:
             self._writer.flush()
 
-    def _write_received(self, batch: list[tuple[Inlet, Arrival]]) -> None:
-        """Write at the time of reception; a clock that is set does not turn time back."""
+    def _write_received(self, batch: list[ReceivedMessage]) -> None:
+        """Write with the reception time; log times increase even if the clock is set back."""
         newest: dict[str, int] = {}
         timed = []
-        for inlet, arrival in batch:
-            received_ns = self._wall_clock.steady(arrival.received_ns)
-            newest[inlet.name] = max(received_ns, newest.get(inlet.name, self._newest_ns))
-            timed.append((newest[inlet.name], inlet, arrival.cdr))
-        for time_ns, inlet, cdr in sorted(timed, key=lambda item: item[0]):
+        for message in batch:
+            name = message.subscription.name
+            received_ns = self._wall_clock.without_steps(message.received_ns)
+            newest[name] = max(received_ns, newest.get(name, self._newest_ns))
+            timed.append((newest[name], message))
+        for time_ns, message in sorted(timed, key=lambda item: item[0]):
             self._newest_ns = time_ns
-            self._write(inlet, time_ns, cdr)
+            self._write(message, time_ns)
 
-    def _write_simulated(self, batch: list[tuple[Inlet, Arrival]], timeline: Timeline) -> None:
-        """Write at simulated time; what has no stamp waits until the sample after it is here."""
-        for inlet, arrival in batch:
-            if inlet.topic.name in STAMPED:
-                self._write_stamped(inlet, arrival, timeline)
+    def _write_simulated(self, batch: list[ReceivedMessage], simulated: SimulatedTime) -> None:
+        """Write with simulated time; unstamped messages wait for the next sample."""
+        for message in batch:
+            if message.subscription.topic.name in STAMPED:
+                self._write_stamped(message, simulated)
             else:
-                self._waiting.append((inlet, arrival))
+                self._waiting.append(message)
         waiting, self._waiting = self._waiting, []
-        for inlet, arrival in waiting:
-            if timeline.knows(arrival.sent_ns):
-                self._write(inlet, timeline.time_of(arrival.sent_ns), arrival.cdr)
+        for message in waiting:
+            if simulated.is_known(message.sent_ns):
+                self._write(message, simulated.at(message.sent_ns))
             else:
-                self._waiting.append((inlet, arrival))
-        timeline.forget_before(min((a.sent_ns for _, a in self._waiting), default=0))
+                self._waiting.append(message)
+        simulated.discard_before(min((m.sent_ns for m in self._waiting), default=0))
 
-    def _write_stamped(self, inlet: Inlet, arrival: Arrival, timeline: Timeline) -> None:
+    def _write_stamped(self, message: ReceivedMessage, simulated: SimulatedTime) -> None:
         stamp_ns: int | None = None
-        with self.refusing(inlet):
-            stamp_ns = unpack_stamp(arrival.cdr)
+        with self.skip_invalid(message.subscription):
+            stamp_ns = unpack_stamp(message.cdr)
         if stamp_ns is None:
             return
-        if inlet.topic.name == SAMPLES:
-            timeline.mark(arrival.sent_ns, stamp_ns)
-        self._write(inlet, stamp_ns, arrival.cdr)
+        if message.subscription.topic.name == SAMPLES:
+            simulated.add_sample(message.sent_ns, stamp_ns)
+        self._write(message, stamp_ns)
 
-    def _write(self, inlet: Inlet, log_time_ns: int, cdr: bytes) -> None:
-        self._writer.write(inlet.name, inlet.topic.type, log_time_ns, cdr)
+    def _write(self, message: ReceivedMessage, log_time_ns: int) -> None:
+        subscription = message.subscription
+        self._writer.write(subscription.name, subscription.topic.type, log_time_ns, message.cdr)
         self._rate.count += 1
 
     def close(self) -> None:
         """
-        Write what still waits, then index and metadata.
+        Write the waiting messages, then index and metadata.
 
-        :raises RigError: when the bag could not be written to its end
+        :raises RigError: when the bag could not be written completely
         """
-        self.work()
+        self.update()
         if self._failure is not None:
-            with contextlib.suppress(RigError):  # there may be room for the index
+            with contextlib.suppress(RigError):  # the index may still fit
                 self._writer.close(bag_metadata(self._description))
-            raise RigError(self._told(self._failure))
-        for inlet, arrival in self._waiting:
-            assert self._timeline is not None
-            self._write(inlet, self._timeline.time_of(arrival.sent_ns), arrival.cdr)
+            raise RigError(self._failure_message(self._failure))
+        for message in self._waiting:
+            assert self._simulated is not None
+            self._write(message, self._simulated.at(message.sent_ns))
         self._writer.close(bag_metadata(self._description))
         self.get_logger().info(f'{self._rate.count} messages in {self._writer.path.resolve()}')
 
-    def withdraw(self) -> None:
-        """Leave no bag behind."""
+    def abort(self) -> None:
+        """Remove the empty bag."""
         self._writer.abort()
         shutil.rmtree(self._writer.path)
 
-    def report(self) -> Report:
+    def status(self) -> NodeStatus:
         """Return rate, losses and bag for `/diagnostics`."""
         values: dict[str, object] = {
             'rate [Hz]': f'{self._rate.per_second():.2f}',
@@ -164,22 +165,22 @@ class RecorderNode(RigNode):
             'bag': self._writer.path.resolve(),
         }
         lost = self._losses.total
-        return Report.of(
+        return NodeStatus(
             'recording',
             values,
             warnings=(
                 f'{lost} messages lost' if lost else None,
-                None if self.simulated_time else self._wall_clock.told('log times'),
+                None if self.simulated_time else self._wall_clock.warning('log times'),
             ),
-            errors=(self._told(self._failure) if self._failure else None,),
+            errors=(self._failure_message(self._failure) if self._failure else None,),
         )
 
-    def _told(self, failure: RigError) -> str:
+    def _failure_message(self, failure: RigError) -> str:
         return f'{failure}; recording has ended, what was recorded is kept'
 
 
-def successor(path: Path) -> Path:
-    """Return the path; where a killed recorder has left its bag, the next name that is free."""
+def free_path(path: Path) -> Path:
+    """Return the path, or the next free name if a killed recorder has left its bag there."""
     cut = storage_files(path) and not (path / 'metadata.yaml').exists()
     repaired = any(path.glob(f'*{CUT_SUFFIX}*'))
     if not (cut or repaired):

@@ -7,7 +7,7 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 
 NODES = (PlantNode, ValveCommandNode, FrictionEstimatorNode, RecorderNode)
-"""The first one sets the pace."""
+"""The timer of the plant is that of the loop."""
 
 
 def main() -> int:

@@ -1,11 +1,10 @@
-"""What all nodes of the rig share: parameters from a table, work in turns, a report."""
+"""The base class of all nodes: parameters, topics, a polling update and a status."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -13,16 +12,18 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import parameters, wiring
-from pneu_rig_ros.nodes.mismatches import Mismatches
-from pneu_rig_ros.nodes.pacing import Arrivals, Metronome, Pace
+from pneu_rig_ros.nodes import parameters
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
+from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.wiring import Inlet
+from pneu_rig_ros.nodes.qos import QosMonitor
+from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
 from pneu_rig_ros.records.topics import TOPICS
 
 _Value = TypeVar('_Value')
 
-DELIVERY_SECONDS = 0.3
+ACKNOWLEDGEMENT_TIMEOUT = 0.3
+"""Longest wait for the acknowledgements of each topic at the end [s]."""
 
 COMMON = (
     Parameter(
@@ -44,32 +45,9 @@ COMMON = (
 )
 
 
-class Report(NamedTuple):
-    """What a node says on `/diagnostics` once a second."""
-
-    level: bytes
-    summary: str
-    values: dict[str, object]
-
-    @classmethod
-    def of(
-        cls,
-        fine: str,
-        values: dict[str, object],
-        warnings: Iterable[str | None] = (),
-        errors: Iterable[str | None] = (),
-    ) -> 'Report':
-        """Return a report of all troubles, those that are None left out; `fine` without any."""
-        worst, less = [e for e in errors if e], [w for w in warnings if w]
-        level = DiagnosticStatus.ERROR if worst else DiagnosticStatus.WARN
-        if worst or less:
-            return cls(level, '; '.join((*worst, *less)), values)
-        return cls(DiagnosticStatus.OK, fine, values)
-
-
 class RigNode(Node):
     """
-    A node that works in turns: its loop calls `work` when `pace` says so.
+    A node that polls its subscriptions: `Runner` calls `update` whenever its `loop_timer` returns.
 
     :param name: of the node
     :param context: of ROS; the global one when not given
@@ -78,13 +56,13 @@ class RigNode(Node):
 
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
     period_ns: int = 0
-    """Least time between two turns [ns] when the node shares a loop with others."""
+    """Least time between two updates [ns]; 0: update as soon as a message arrives."""
     done: bool = False
-    """Whether the node has nothing left to do: its process ends."""
+    """Whether the node has finished, so that its process ends."""
     unique: ClassVar[bool] = True
-    """Whether there may be only one node of its name."""
-    has_twin: bool = False
-    """Whether there is another node of its name."""
+    """Whether only one node of this name may run."""
+    has_duplicate: bool = False
+    """Whether another process runs a node of this name."""
 
     def __init__(
         self, name: str, context: Context | None, overrides: Mapping[str, Any] | None
@@ -93,40 +71,42 @@ class RigNode(Node):
         super().__init__(name, context=context, parameter_overrides=given)
         parameters.declare(self, (*COMMON, *self.PARAMETERS))
         self.malformed = 0
-        self._mismatches = Mismatches(self)
-        self._outlets: list[Publisher] = []
-        self.inlets: list[Inlet] = []
-        self._began = False
-        self._companions: Counter[str] = Counter()
+        self._qos_monitor = QosMonitor(self)
+        self._volatile_publishers: list[Publisher] = []
+        self.polled_subscriptions: list[PolledSubscription] = []
+        self._ready = False
+        self._local_subscriptions: Counter[str] = Counter()
 
-    def outlet(self, topic_name: str) -> Publisher:
-        """Return a new publisher for a topic of the table."""
-        publisher = wiring.outlet(self, topic_name, self._mismatches)
+    def advertise(self, topic_name: str) -> Publisher:
+        """Create a publisher of a topic in `records.topics`."""
+        publisher = create_publisher(self, topic_name, self._qos_monitor)
         if not TOPICS[topic_name].latched:
-            self._outlets.append(publisher)
+            self._volatile_publishers.append(publisher)
         return publisher
 
-    def inlet(self, topic_name: str) -> Inlet:
-        """Return a new polled subscription to a topic of the table."""
-        inlet = Inlet(self, topic_name, self._mismatches)
-        self.inlets.append(inlet)
-        return inlet
+    def subscribe(self, topic_name: str) -> PolledSubscription:
+        """Create a polled subscription to a topic in `records.topics`."""
+        subscription = PolledSubscription(self, topic_name, self._qos_monitor)
+        self.polled_subscriptions.append(subscription)
+        return subscription
 
-    def heard(self, inlet: Inlet, decode: Callable[[bytes], _Value]) -> Iterator[_Value]:
-        """Yield the messages that wait, decoded; what is none is told and left out."""
-        for cdr in inlet.take_all():
-            with self.refusing(inlet):
+    def take_decoded(
+        self, subscription: PolledSubscription, decode: Callable[[bytes], _Value]
+    ) -> Iterator[_Value]:
+        """Yield all waiting messages decoded; an invalid one is reported and skipped."""
+        for cdr in subscription.take_all():
+            with self.skip_invalid(subscription):
                 yield decode(cdr)
 
     @contextmanager
-    def refusing(self, inlet: Inlet) -> Iterator[None]:
-        """Leave out the message at hand when it cannot be used: count it, and say why."""
+    def skip_invalid(self, subscription: PolledSubscription) -> Iterator[None]:
+        """Count and report a message of which the processing in the block raises RigError."""
         try:
             yield
         except RigError as error:
             self.malformed += 1
             self.get_logger().warning(
-                f'{inlet.name}: {error}; left out', throttle_duration_sec=1.0
+                f'{subscription.name}: {error}; ignored', throttle_duration_sec=1.0
             )
 
     def number(self, name: str) -> float:
@@ -137,62 +117,65 @@ class RigNode(Node):
         """Return a parameter that is a text."""
         return parameters.text(self, name)
 
+    def flag(self, name: str) -> bool:
+        """Return a parameter that is true or false."""
+        return parameters.flag(self, name)
+
     @property
     def simulated_time(self) -> bool:
         """Whether time is simulated, i.e. `use_sim_time`."""
-        return parameters.switch(self, 'use_sim_time')
+        return self.flag('use_sim_time')
 
-    def expect(self, companions: Iterable['RigNode']) -> None:
-        """Make `ready` wait also for the subscriptions of nodes in the same process."""
-        self._companions = Counter(inlet.name for node in companions for inlet in node.inlets)
+    def set_process_nodes(self, nodes: Iterable['RigNode']) -> None:
+        """Make `ready` wait also for the subscriptions of the nodes in this process."""
+        self._local_subscriptions = Counter(
+            subscription.name for node in nodes for subscription in node.polled_subscriptions
+        )
 
     def ready(self) -> bool:
-        """Return whether every topic of this node has had the subscribers it is to wait for."""
-        self._began = self._began or all(map(self._awaited, self._outlets))
-        return self._began
+        """Return whether each topic of this node has had the required number of subscribers."""
+        self._ready = self._ready or all(map(self._subscribed, self._volatile_publishers))
+        return self._ready
 
-    def _awaited(self, publisher: Publisher) -> bool:
-        wanted = max(
-            int(self.number('wait_for_subscribers')), self._companions[publisher.topic_name]
-        )
-        return publisher.get_subscription_count() >= wanted
+    def _subscribed(self, publisher: Publisher) -> bool:
+        local = self._local_subscriptions[publisher.topic_name]
+        required = max(int(self.number('wait_for_subscribers')), local)
+        return publisher.get_subscription_count() >= required
 
-    def pace(self) -> Pace:
-        """Return what paces the loop of this node when it runs on its own."""
+    def loop_timer(self) -> LoopTimer:
+        """Return the timer of the loop in which this node is the first."""
         if self.period_ns:
-            return Metronome(self.period_ns)
-        return Arrivals(self.inlets, self.context)
+            return PeriodicTimer(self.period_ns)
+        return MessageWaitSet(self.polled_subscriptions, self.context)
 
-    def work(self) -> None:
-        """Do what is due; never block."""
+    def update(self) -> None:
+        """Process the waiting messages and publish what is due; never block."""
         raise NotImplementedError
 
-    def report(self) -> Report:
-        """Return what `/diagnostics` shows of this node."""
-        return Report(DiagnosticStatus.OK, 'running', {})
+    def status(self) -> NodeStatus:
+        """Return the status of this node for `/diagnostics`."""
+        return NodeStatus('running', {})
 
-    def full_report(self) -> Report:
-        """Return the report with what troubles every node alike."""
-        report = self.report()
-        troubles = self._mismatches.told()
-        level = max(report.level, DiagnosticStatus.WARN if troubles else DiagnosticStatus.OK)
-        if self.has_twin:
-            level = DiagnosticStatus.ERROR
-            name = self.get_fully_qualified_name()
-            troubles.append(f'another {name} is running: give one rig a namespace')
-        if not troubles:
-            return report
-        if report.level != DiagnosticStatus.OK:
-            troubles.insert(0, report.summary)
-        return Report(level, '; '.join(troubles), report.values)
+    def full_status(self) -> NodeStatus:
+        """Return the status together with the problems that any node may have."""
+        status = self.status()
+        name = self.get_fully_qualified_name()
+        duplicate = f'another {name} is running: give one rig a namespace'
+        malformed = {'malformed messages': self.malformed} if self.malformed else {}
+        return NodeStatus(
+            status.state,
+            {**status.values, **malformed},
+            (*status.warnings, *self._qos_monitor.warnings()),
+            (*status.errors, duplicate if self.has_duplicate else None),
+        )
 
     def close(self) -> None:
-        """Finish while ROS is still up: take what waits, write what is unwritten."""
+        """Finish while ROS is still up: take the waiting messages, write what is unwritten."""
 
-    def withdraw(self) -> None:
-        """Take back what was done before the first turn."""
+    def abort(self) -> None:
+        """Undo what the constructor did, because the node is not going to run."""
 
-    def await_delivery(self) -> None:
-        """Wait, though not for long, until the subscribers have what was published."""
+    def wait_for_all_acked(self) -> None:
+        """Wait a short time until the subscribers have acknowledged all messages."""
         for publisher in self.publishers:
-            publisher.wait_for_all_acked(Duration(seconds=DELIVERY_SECONDS))
+            publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGEMENT_TIMEOUT))

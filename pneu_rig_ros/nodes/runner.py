@@ -1,4 +1,4 @@
-"""Runs nodes: one loop for their work, services and diagnostics, and a clean end."""
+"""Runs nodes: one loop for updates, services and diagnostics, and an orderly shutdown."""
 
 import gc
 import inspect
@@ -6,7 +6,9 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TypeVar
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
@@ -16,22 +18,25 @@ from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
-from pneu_rig_ros.nodes.diagnostics import Diagnostics
-from pneu_rig_ros.nodes.pacing import claim_realtime_priority
+from pneu_rig_ros.nodes.diagnostics import DiagnosticsPublisher
+from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
+from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
-from pneu_rig_ros.nodes.twins import Twins
+from pneu_rig_ros.nodes.startup import ros_context
 
 SERVICE_PERIOD_NS = 100_000_000
-"""Services and parameters are served ten times a second, which costs the ticks next to nothing."""
+"""Services and parameters are served ten times a second, which hardly delays the ticks."""
 
 Factory = Callable[[Context], RigNode]
+Run = Callable[[Callable[[], bool]], None]
+_Node = TypeVar('_Node', bound=RigNode)
 
 
 class Runner:
     """
-    The loop around one or more nodes of one process; the first one sets the pace.
+    The loop of a process around its nodes; the first node sets the rate.
 
-    :param nodes: which to run, all of one context
+    :param nodes: all of one context
     """
 
     def __init__(self, nodes: Sequence[RigNode]) -> None:
@@ -39,47 +44,47 @@ class Runner:
         self._executor = SingleThreadedExecutor(context=nodes[0].context)
         for node in nodes:
             self._executor.add_node(node)
-            node.expect(nodes)
-        self.twins = Twins(nodes)
-        self._diagnostics = [Diagnostics(node) for node in nodes]
+            node.set_process_nodes(nodes)
+        self.duplicates = DuplicateNameGuard(nodes)
+        self._diagnostics = [DiagnosticsPublisher(node, node.full_status) for node in nodes]
         self._due = [0] * len(nodes)
         self._service_due = 0
-        self._pace = nodes[0].pace()
+        self._timer = nodes[0].loop_timer()
 
-    def run(self, wanted: Callable[[], bool]) -> None:
-        """Loop for as long as `wanted()` and ROS is up."""
+    def run(self, keep_running: Callable[[], bool]) -> None:
+        """Loop until `keep_running()` returns False or ROS is shut down."""
         context = self.nodes[0].context
         # rclpy scans all modules for the caller of its first log line: up to 80 ms, paid here.
         inspect.getmodule(inspect.currentframe())
         self._serve(time.monotonic_ns())
-        while wanted() and context.ok():
-            self._pace.wait()
-            self.turn()
+        while keep_running() and context.ok():
+            self._timer.wait()
+            self.spin_once()
 
-    def turn(self) -> None:
-        """Let every node work that is due, then serve services if they are due."""
+    def spin_once(self) -> None:
+        """Update every node that is due, then serve services if they are due."""
         now = time.monotonic_ns()
         for index, node in enumerate(self.nodes):
             if now >= self._due[index]:
-                node.work()
+                node.update()
                 if index:
                     self._due[index] = now + node.period_ns
         if now >= self._service_due:
             self._serve(now)
 
     def _serve(self, now: int) -> None:
-        """Serve one waiting service of each executor round, and report once a second."""
+        """Serve one waiting request, and publish diagnostics once a second."""
         self._service_due = now + SERVICE_PERIOD_NS
         self._executor.spin_once(timeout_sec=0)
-        self.twins.listen()
+        self.duplicates.update()
         for diagnostics in self._diagnostics:
             diagnostics.publish_if_due(now)
 
     def close(self) -> None:
         """
-        Let each node finish, report for the last time and be heard; then destroy them.
+        Close each node, publish its last diagnostics, wait for delivery; then destroy them all.
 
-        :raises RigError: when one could not finish what it was for
+        :raises RigError: when a node could not complete its task
         """
         failures: list[RigError] = []
         for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
@@ -88,22 +93,41 @@ class Runner:
             except RigError as error:
                 failures.append(error)
             diagnostics.publish()
-            node.await_delivery()
+            node.wait_for_all_acked()
         self._destroy()
         if failures:
             raise failures[0]
 
-    def withdraw(self) -> None:
-        """Destroy the nodes as if they had never been."""
+    def abort(self) -> None:
+        """Undo the start of the nodes and destroy them."""
         for node in self.nodes:
-            node.withdraw()
+            node.abort()
         self._destroy()
 
     def _destroy(self) -> None:
         self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
-        self.twins.close()
+        self.duplicates.close()
+
+
+@contextmanager
+def embedded(
+    factory: Callable[[Context], _Node], namespace: str = ''
+) -> Iterator[tuple[_Node, Run]]:
+    """
+    Create a node inside another program; yield it and `Runner.run`, then close it.
+
+    :param namespace: of the node
+    :raises RigError: when the namespace or a parameter of the node is not valid
+    """
+    with ros_context(namespace) as context:
+        node = factory(context)
+        runner = Runner([node])
+        try:
+            yield node, runner.run
+        finally:
+            runner.close()
 
 
 def main(factories: Sequence[Factory]) -> int:
@@ -111,14 +135,14 @@ def main(factories: Sequence[Factory]) -> int:
     Run nodes as a process until SIGINT or SIGTERM; return the exit code.
 
     Signals only set a flag: ROS stays up until the nodes have finished, so that the recorder can
-    take what still waits, and a second Ctrl-C cannot cut the end short.
+    take the waiting messages, and a second Ctrl-C cannot interrupt the shutdown.
     """
     context = Context()
     try:
         rclpy.init(args=sys.argv, context=context, signal_handler_options=SignalHandlerOptions.NO)
         return _run(factories, context)
     except (RigError, RCLError, UnknownROSArgsError) as error:
-        # ROS itself refuses its arguments, and to run unprotected where security is asked for.
+        # ROS rejects its arguments, or a missing keystore where security is required.
         print(f'Error: {one_line(str(error), LONGEST_LINE)}', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -135,22 +159,22 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: stop.append(received))
     _claim_priority(runner.nodes)
-    # What exists now lives until the end: the collector need not look at it again.
+    # Objects created so far live until the end: exclude them from garbage collection.
     gc.collect()
     gc.freeze()
     owner = os.environ.get(OWNER)
 
-    def wanted() -> bool:
+    def keep_running() -> bool:
         orphaned = owner is not None and os.getppid() != int(owner)
         return not (stop or orphaned or any(node.done for node in runner.nodes))
 
     try:
-        runner.twins.give_way(wanted)
+        runner.duplicates.check(keep_running)
     except RigError:
-        runner.withdraw()
+        runner.abort()
         raise
     try:
-        runner.run(wanted)
+        runner.run(keep_running)
     finally:
         runner.close()
     return 0

@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Compared
+from pneu_rig_ros.analysis.comparison import Comparison
 from pneu_rig_ros.analysis.friction import Floats
-from pneu_rig_ros.analysis.side_by_side import Comparison
+from pneu_rig_ros.analysis.metrics import AnalysedRun
 from pneu_rig_ros.report.figure import BLUE, GREY, ORANGE, STYLE
 
 SHOWN = {
@@ -118,7 +118,7 @@ def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     return time[kept], values[kept]
 
 
-def _part(run: Compared, name: str, span: tuple[float, float] | None) -> tuple[Floats, Floats]:
+def _part(run: AnalysedRun, name: str, span: tuple[float, float] | None) -> tuple[Floats, Floats]:
     time, values = run.recording.time, run.signals[name]
     inside = slice(None) if span is None else slice(*np.searchsorted(time, span))
     return time[inside], values[inside]

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import jinja2
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Compared
-from pneu_rig_ros.analysis.side_by_side import Comparison
+from pneu_rig_ros.analysis.comparison import Comparison
+from pneu_rig_ros.analysis.metrics import AnalysedRun
 from pneu_rig_ros.analysis.stick_slip import Cycle
 from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import CONDITIONS
@@ -83,7 +83,7 @@ def event_rows(comparison: Comparison) -> list[EventRow]:
     """Return what happened in both runs, in a few numbers."""
     runs = comparison.measured, comparison.simulated
 
-    def row(what: str, text: Callable[[Compared], str]) -> EventRow:
+    def row(what: str, text: Callable[[AnalysedRun], str]) -> EventRow:
         return EventRow(what, text(runs[0]), text(runs[1]))
 
     return [
@@ -175,7 +175,11 @@ def _figures(comparison: Comparison) -> Iterator[Picture]:
 
 
 def _of(
-    run: Compared, name: str, unit: str, take: Callable[[list[float]], float], scale: float = 1.0
+    run: AnalysedRun,
+    name: str,
+    unit: str,
+    take: Callable[[list[float]], float],
+    scale: float = 1.0,
 ) -> str:
     values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
     known = [value for value in values if value == value]

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Compared, SignalGap
 from pneu_rig_ros.analysis.friction import Floats
+from pneu_rig_ros.analysis.metrics import AnalysedRun, SignalGap
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.comparison_figures import DIFFERENCE_UNITS, SHOWN
 from pneu_rig_ros.report.figure import BLUE, GREY, ORANGE, STYLE
@@ -27,8 +27,8 @@ DRAWN_BELOW = 5.0
 def draw_gap(
     path: Path,
     title: str,
-    measured: Compared,
-    models: tuple[Compared, Compared],
+    measured: AnalysedRun,
+    models: tuple[AnalysedRun, AnalysedRun],
     gaps: tuple[Gaps, Gaps],
 ) -> Path:
     """
@@ -68,7 +68,7 @@ def draw_gap(
 
 
 def _draw_curves(
-    axes: Axes, name: str, measured: Compared, models: tuple[Compared, Compared]
+    axes: Axes, name: str, measured: AnalysedRun, models: tuple[AnalysedRun, AnalysedRun]
 ) -> None:
     label, unit, scale = SHOWN[name]
     styles = (

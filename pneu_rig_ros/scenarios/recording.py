@@ -97,7 +97,7 @@ def _start(run: Run, index: int, folder: Path) -> NodeProcess:
     parameters |= {f'plant:{name}': value for name, value in setup.items()}
     # Two demonstrations at a time shall not meet.
     domain = 1 + (16 * os.getpid() + index) % DOMAINS
-    return NodeProcess('driven_rig', parameters, folder / f'{index}.log', domain)
+    return NodeProcess('rig_with_excitation', parameters, folder / f'{index}.log', domain)
 
 
 def _all_done(nodes: Sequence[NodeProcess]) -> bool:

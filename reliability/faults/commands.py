@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 from rclpy.publisher import Publisher
 
-from pneu_rig_ros.nodes import wiring
+from pneu_rig_ros.nodes.topics import create_publisher
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.cdr import pack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -31,7 +31,7 @@ FLOOD_SECONDS = 3.0
 def two_publishers(scene: Scene) -> Finding:
     """Let a second controller speak too, then fall silent."""
     witness = scene.stage.witness
-    other = wiring.outlet(witness.node, 'u')
+    other = create_publisher(witness.node, 'u')
     witness.until(lambda: other.get_subscription_count() >= 2, 'subscribers of u')
     witness.received.clear()
     told = _both_speak(witness, other)

@@ -10,7 +10,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import wiring
+from pneu_rig_ros.nodes.qos import qos_profile
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.topics import TOPICS
 from reliability.faults.finding import Finding, Scene
@@ -18,7 +18,7 @@ from reliability.live_rig import ORDER, ProcessRig
 from reliability.proof import missing_samples
 from reliability.witness import WARN, Witness
 
-MISFIT = 'does not fit'
+MISFIT = 'incompatible QoS'
 
 STILL = 3.0
 """How long a process stands still [s]."""
@@ -47,7 +47,7 @@ def wrong_quality(scene: Scene) -> Finding:
     witness = scene.stage.witness
     unreliable = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     publisher = witness.node.create_publisher(Float64, 'u', unreliable)
-    kept = wiring.quality(TOPICS['rig_description'])
+    kept = qos_profile(TOPICS['rig_description'])
     subscription = witness.node.create_subscription(Float64, 'position', _ignored, kept)
     concerned = 'valve_command', 'recorder', 'plant'
     told = [witness.told(node, WARN, MISFIT) for node in concerned]

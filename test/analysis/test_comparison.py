@@ -5,17 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.alignment import command_onset, common, shift_between
 from pneu_rig_ros.analysis.comparison import (
+    command_onset,
+    estimate_shift,
+    resample_overlap,
+    simulate_record,
+)
+from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.metrics import (
     SignalGap,
+    analyse_run,
     compare_signals,
-    compared,
     derived_signals,
     signal_noise,
     stroke_time,
 )
-from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.rerun import rerun
 from pneu_rig_ros.analysis.velocity import WINDOW
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
@@ -67,9 +71,9 @@ def test_what_cannot_be_compared_is_said() -> None:
     with pytest.raises(RigError, match='share no signal'):
         compare_signals({'position': np.zeros(3)}, {'velocity': np.zeros(3)})
     with pytest.raises(RigError, match='a: 3 samples, at least 4 are needed'):
-        compared(Recording('a', 0, 1_160_000, dict.fromkeys(WHOLE, np.zeros(3))))
+        analyse_run(Recording('a', 0, 1_160_000, dict.fromkeys(WHOLE, np.zeros(3))))
     with pytest.raises(RigError, match='a: no pressure_2 in it'):
-        compared(Recording('a', 0, 1_160_000, dict.fromkeys(WHOLE[:2], np.zeros(5))))
+        analyse_run(Recording('a', 0, 1_160_000, dict.fromkeys(WHOLE[:2], np.zeros(5))))
 
 
 def test_noise_of_derived_signals() -> None:
@@ -85,11 +89,11 @@ def test_noise_of_derived_signals() -> None:
 def gaps_between(
     measured: Recording, simulated: Recording, noise: dict[str, float] | None = None
 ) -> dict[str, SignalGap]:
-    return compare_signals(compared(measured).signals, compared(simulated).signals, noise)
+    return compare_signals(analyse_run(measured).signals, analyse_run(simulated).signals, noise)
 
 
 def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recording) -> None:
-    measured, again = compared(record), compared(rerun(record, ideal))
+    measured, again = analyse_run(record), analyse_run(simulate_record(record, ideal))
     gaps = compare_signals(measured.signals, again.signals)
     # the initial position is a mean of readings, so the run starts some nanometres off
     assert gaps['position'].rmse < 5e-6
@@ -104,7 +108,7 @@ def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recor
 def test_another_model_shows(ideal: RigConfiguration, record: Recording) -> None:
     other = load_configuration('cylinder_2', friction='coulomb_viscous')
     noise = signal_noise(*sensor_noise(ideal.sensors), record.interval, ForceBalance.of(ideal))
-    gap = gaps_between(record, rerun(record, other), noise)['position']
+    gap = gaps_between(record, simulate_record(record, other), noise)['position']
     assert gap.multiple is not None
     assert gap.multiple > 10.0
 
@@ -138,18 +142,18 @@ def later(record: Recording, samples: int) -> Recording:
 def test_records_are_aligned_by_their_command(record: Recording) -> None:
     late = later(record, 500)
     assert command_onset(record) == 0.0
-    assert shift_between(record, late) == pytest.approx(500 * record.interval)
-    first, second = common(record, late, shift_between(record, late))
+    assert estimate_shift(record, late) == pytest.approx(500 * record.interval)
+    first, second = resample_overlap(record, late, estimate_shift(record, late))
     np.testing.assert_allclose(first.position, second.position, atol=1e-12)
     assert first.position.size == record.position.size
-    earlier, cut = common(late, record, -500 * record.interval)
+    earlier, cut = resample_overlap(late, record, -500 * record.interval)
     np.testing.assert_allclose(earlier.pressure_1, cut.pressure_1, atol=1e-6)
     assert cut.position.size == record.position.size
 
 
 def test_records_that_do_not_overlap(record: Recording) -> None:
     with pytest.raises(RigError, match='ideal and ideal do not overlap'):
-        common(record, record, 60.0)
+        resample_overlap(record, record, 60.0)
 
 
 def test_slow_sampling_leaves_friction_out() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.analysis.comparison import SignalGap
+from pneu_rig_ros.analysis.metrics import SignalGap
 from pneu_rig_ros.cli.gap import Outcome, _noise_seed, _plain, _whole
 from pneu_rig_ros.cli.options import LARGEST_SEED
 from pneu_rig_ros.model.effects import causes

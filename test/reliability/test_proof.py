@@ -5,7 +5,7 @@ import struct
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.serialization import serialize_message
 
-from pneu_rig_ros.nodes.twins import PROCESS
+from pneu_rig_ros.nodes.diagnostics import PROCESS_KEY
 from reliability.proof import told, unproven
 from reliability.witness import Received
 
@@ -33,7 +33,7 @@ def test_what_is_missing_is_counted() -> None:
 
 
 def test_bytes_between_fields_do_not_count() -> None:
-    status = DiagnosticStatus(name='/plant', values=[KeyValue(key=PROCESS, value='7@rig')])
+    status = DiagnosticStatus(name='/plant', values=[KeyValue(key=PROCESS_KEY, value='7@rig')])
     cdr = serialize_message(DiagnosticArray(status=[status]))
     other = bytearray(cdr)
     other[4 + 13 : 4 + 16] = b'xyz'  # behind the empty frame_id

@@ -71,4 +71,4 @@ def record_in_lock_step(profile: Path, bag: Path) -> None:
         'recorder:output': str(bag),
     }
     options = [part for key, v in parameters.items() for part in ('-p', f'{key}:={json.dumps(v)}')]
-    run('pneu_rig_ros.nodes.driven_rig', '--ros-args', *options)
+    run('pneu_rig_ros.nodes.rig_with_excitation', '--ros-args', *options)

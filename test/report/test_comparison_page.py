@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.side_by_side import (
+from pneu_rig_ros.analysis.comparison import (
     Comparison,
     compare_with_bag,
     compare_with_model,
@@ -85,7 +85,7 @@ def test_bag_without_voltages_drives_no_model(bag: Path, tmp_path: Path) -> None
     whole = read_recording(bag)
     signals = {name: whole[name] for name in WHOLE}
     write_bag(replace(whole, signals=signals), tmp_path / 'undriven')
-    with pytest.raises(RigError, match='no valve_voltages in it'):
+    with pytest.raises(RigError, match='no valve_voltages recorded'):
         compare_with_model(tmp_path / 'undriven', load_configuration('cylinder_2'))
     gaps = compare_with_bag(tmp_path / 'undriven', bag).gaps
     assert gaps['pressure_1'].largest == 0.0

@@ -7,8 +7,8 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pneu_rig_ros.analysis.comparison import Compared, compare_signals, compared
 from pneu_rig_ros.analysis.friction import Floats, ForceBalance
+from pneu_rig_ros.analysis.metrics import AnalysedRun, analyse_run, compare_signals
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.report.gap_figure import SIGNALS, draw_gap, smoothed
 from pneu_rig_ros.rig import load_configuration
@@ -18,14 +18,14 @@ RIG = load_configuration('cylinder_1')
 NOISE = {'position': 3e-5, 'pressure_1': 2e2, 'friction': 1.0}
 
 
-def run(seed: int, bias: float = 0.0) -> Compared:
+def run(seed: int, bias: float = 0.0) -> AnalysedRun:
     """Return three seconds at rest with the noise of the rig, pressure p1 off by a bias [Pa]."""
     noise = np.random.default_rng(seed).normal(size=(3, 2600))
     x = 0.05 + 2e-5 * noise[0]
     p1, p2 = 1.1e5 + bias + 150.0 * noise[1], 1e5 + 150.0 * noise[2]
     signals = {'position': x, 'pressure_1': p1, 'pressure_2': p2}
     interval = round(1e9 * INTERVAL)
-    return compared(Recording(str(seed), 0, interval, signals, configuration=RIG))
+    return analyse_run(Recording(str(seed), 0, interval, signals, configuration=RIG))
 
 
 def drawn_gap(path: Path, monkeypatch: pytest.MonkeyPatch, bias: float) -> Figure:

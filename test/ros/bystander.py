@@ -8,8 +8,8 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from pneu_rig_ros.nodes import wiring
 from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
 
 from .domain import own_domain
 
@@ -23,11 +23,11 @@ class Bystander(Node):
     def __init__(self, context: Context, namespace: str = '') -> None:
         super().__init__('bystander', context=context, namespace=namespace)
 
-    def hear(self, topic: str) -> wiring.Inlet:
-        return wiring.Inlet(self, topic)
+    def hear(self, topic: str) -> PolledSubscription:
+        return PolledSubscription(self, topic)
 
     def speak(self, topic: str, subscribers: int = 1) -> Callable[[bytes], None]:
-        publisher = wiring.outlet(self, topic)
+        publisher = create_publisher(self, topic)
         until(lambda: publisher.get_subscription_count() >= subscribers)
         return publisher.publish
 
@@ -40,7 +40,7 @@ class Bystander(Node):
         executor.add_node(self)
 
         def answered() -> bool:
-            runner.turn()
+            runner.spin_once()
             executor.spin_once(timeout_sec=0.01)
             return future.done()
 
@@ -57,13 +57,15 @@ def until(condition: Callable[[], object]) -> None:
         os.sched_yield()
 
 
-def gather(runner: Runner, inlets: Sequence[wiring.Inlet], count: int) -> list[list[bytes]]:
-    """Run until `count` messages came from every inlet; return them."""
-    heard: list[list[bytes]] = [[] for _ in inlets]
+def gather(
+    runner: Runner, subscriptions: Sequence[PolledSubscription], count: int
+) -> list[list[bytes]]:
+    """Run until `count` messages came from every subscription; return them."""
+    heard: list[list[bytes]] = [[] for _ in subscriptions]
 
     def enough() -> bool:
-        for messages, inlet in zip(heard, inlets, strict=True):
-            messages.extend(inlet.take_all())
+        for messages, subscription in zip(heard, subscriptions, strict=True):
+            messages.extend(subscription.take_all())
         return all(len(messages) >= count for messages in heard)
 
     deadline = time.monotonic() + PATIENCE

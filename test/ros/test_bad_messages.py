@@ -72,8 +72,8 @@ def test_node_goes_on_after_bad_messages(
     kind, parameters = NODES[name]
     runner = Runner([kind(context, parameters)])
     try:
-        for inlet in runner.nodes[0].inlets:
-            topic = inlet.topic.name
+        for subscription in runner.nodes[0].polled_subscriptions:
+            topic = subscription.topic.name
             if topic not in ('u', 'reference', 'valve_voltages', 'rig_description',
                              'joint_states', 'chamber_1/pressure'):  # fmt: skip
                 continue
@@ -82,10 +82,10 @@ def test_node_goes_on_after_bad_messages(
             for message in bad_messages(topic):
                 with contextlib.suppress(RCLError):  # DDS takes none that are too long
                     say(message)
-                runner.turn()
+                runner.spin_once()
         for _ in range(20):
-            runner.turn()
-        runner.nodes[0].full_report()
+            runner.spin_once()
+        runner.nodes[0].full_status()
     finally:
         runner.close()
 
@@ -99,7 +99,7 @@ def test_wild_commands_open_the_valves_no_further_than_they_go(
 
     def saturated(value: float) -> bool:
         say(pack_float64(value))
-        runner.turn()
+        runner.spin_once()
         heard.update(unpack_valve_voltages(message) for message in voltages.take_all())
         return valve_voltages(value) in heard
 
@@ -121,8 +121,8 @@ def test_estimator_tells_no_force_of_positions_that_are_none(context: Any, bysta
         packed = samples.pack(10**9 + k * 1_160_000, (position, 0.0, 0.0), (2e5, 2e5))
         for topic in topics:
             say[topic](packed[topic])
-        runner.turn()
-    until(lambda: (runner.turn(), heard.extend(forces.take_all()), len(heard) > 100)[-1])
+        runner.spin_once()
+    until(lambda: (runner.spin_once(), heard.extend(forces.take_all()), len(heard) > 100)[-1])
     runner.close()
     assert all(math.isfinite(unpack_joint_state(message).effort) for message in heard)
     assert runner.nodes[0].malformed == 2

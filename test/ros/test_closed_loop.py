@@ -59,8 +59,8 @@ def control(
     """Return time [s], references, positions and commands of a run in closed loop."""
     given = {'use_sim_time': True, 'profile': str(step), **parameters}
     runner = lock_step(context, PositionControllerNode(context, given), cylinder=cylinder)
-    inlets = [bystander.hear(topic) for topic in ('joint_states', 'reference', 'u')]
-    heard = gather(runner, inlets, round(seconds * 1e9 / INTERVAL))
+    subscriptions = [bystander.hear(topic) for topic in ('joint_states', 'reference', 'u')]
+    heard = gather(runner, subscriptions, round(seconds * 1e9 / INTERVAL))
     runner.close()
     joints = [unpack_joint_state(cdr) for cdr in heard[0]]
     numbers = [[unpack_float64(cdr) for cdr in messages] for messages in heard[1:]]
@@ -136,7 +136,7 @@ def test_excitation_plays_its_profile_on_the_samples_stamps(context, tmp_path):
     recorder = RecorderNode(context, {**given, 'output': str(bag)})
     runner = lock_step(context, player, recorder)
     run(runner, round(0.8e9 / INTERVAL))
-    assert player.report().summary == 'finished'
+    assert player.status().message == 'finished'
     runner.close()
     record = read_recording(bag)
     levels = np.array([0.0, 0.4, -0.4, 0.0])

@@ -106,9 +106,9 @@ def slide(page: Any, name: str, value: float) -> None:
     page.locator(f'#{name}').fill(f'{value:g}')
 
 
-def newest(inlet: Any, decode: Callable[[bytes], Any]) -> Any:
+def newest(subscription: Any, decode: Callable[[bytes], Any]) -> Any:
     """Return what the newest of the waiting messages says, None if there is none."""
-    messages = [decode(cdr) for cdr in inlet.take_all()]
+    messages = [decode(cdr) for cdr in subscription.take_all()]
     return messages[-1] if messages else None
 
 

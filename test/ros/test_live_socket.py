@@ -10,8 +10,8 @@ from typing import Any
 import aiohttp
 import pytest
 
-from pneu_rig_ros.nodes.live import watch
-from pneu_rig_ros.nodes.live_history import History
+from pneu_rig_ros.nodes.live import History, LiveNode
+from pneu_rig_ros.nodes.runner import embedded
 from pneu_rig_ros.web.server import serve
 
 pytestmark = pytest.mark.live
@@ -39,7 +39,7 @@ def test_wrong_commands_are_told_and_not_obeyed(node_page: str, message: str, to
 def test_rig_without_a_plant_says_so(node_page: str) -> None:
     message = '{"supply_pressure": 6e5}'
     answer, _ = asyncio.run(ask(node_page, message, lambda m: m.get('state', {}).get('told')))
-    assert 'there is no' in answer['state']['told']
+    assert 'not available' in answer['state']['told']
     assert answer['samples']['time'] == []
 
 
@@ -47,7 +47,7 @@ def test_rig_without_a_plant_says_so(node_page: str) -> None:
 def node_page() -> Iterator[str]:
     """Serve the page of a live node where no rig runs; yield its address."""
     ended = threading.Event()
-    with watch('nobody') as (node, run), serve(node, 0) as address:
+    with embedded(LiveNode, 'nobody') as (node, run), serve(node, 0) as address:
         loop = threading.Thread(target=run, args=(lambda: not ended.is_set(),))
         loop.start()
         yield address

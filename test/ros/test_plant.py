@@ -62,10 +62,10 @@ def stamps(messages: list[bytes]) -> list[int]:
 
 
 def test_stamps_are_exact_multiples_of_the_interval_from_the_start(start, bystander):
-    inlets = [bystander.hear(t) for t in ('joint_states', 'chamber_1/pressure', 'position')]
+    subscriptions = [bystander.hear(t) for t in ('joint_states', 'chamber_1/pressure', 'position')]
     before = time.time_ns()
     runner = start()
-    joints, pressures, positions = gather(runner, inlets, 200)
+    joints, pressures, positions = gather(runner, subscriptions, 200)
     assert before < stamps(joints)[0] < time.time_ns()
     assert {b - a for a, b in itertools.pairwise(stamps(joints))} == {INTERVAL}
     common = set(stamps(joints)) & set(stamps(pressures))
@@ -75,8 +75,8 @@ def test_stamps_are_exact_multiples_of_the_interval_from_the_start(start, bystan
 
 def test_all_topics_of_a_sample_agree(start, bystander):
     topics = ('joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure')
-    inlets = [bystander.hear(topic) for topic in (*topics, CLOCK)]
-    heard = gather(start(**SIMULATED, **SUBSCRIBED), inlets, 100)
+    subscriptions = [bystander.hear(topic) for topic in (*topics, CLOCK)]
+    heard = gather(start(**SIMULATED, **SUBSCRIBED), subscriptions, 100)
     for index, (joint, x, v, p1, p2, clock) in enumerate(zip(*heard, strict=True)):
         reading = unpack_joint_state(joint)
         assert reading[:3] == (index * INTERVAL, unpack_float64(x), unpack_float64(v))
@@ -153,7 +153,7 @@ def test_pause_stops_simulated_time_and_leaves_a_hole_in_real_time(start, bystan
     assert (answer.success, answer.message) == (True, 'paused')
     before = stamps(list(joints.take_all()))
     for _ in range(50):
-        runner.turn()
+        runner.spin_once()
     assert list(joints.take_all()) == []
     bystander.call(runner, SetBool, '/plant/pause', SetBool.Request(data=False))
     after = stamps(gather(runner, [joints], 50)[0])
@@ -166,7 +166,7 @@ def test_pause_stops_simulated_time_and_leaves_a_hole_in_real_time(start, bystan
 def test_set_up_is_validated_and_described_anew_at_run_time(start, bystander):
     runner = start(**SIMULATED)
     descriptions = bystander.hear('rig_description')
-    until(lambda: (runner.turn(), descriptions.take())[1])
+    until(lambda: (runner.spin_once(), descriptions.take())[1])
 
     def change(name, value):
         request = SetParameters.Request()

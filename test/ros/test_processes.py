@@ -14,7 +14,7 @@ import yaml
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.nodes import OWNER
-from pneu_rig_ros.nodes.drive import drive
+from pneu_rig_ros.nodes.constant_command import hold_command
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.cdr import unpack_stamp
 
@@ -78,7 +78,7 @@ def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path, bystander
     samples = bystander.hear('joint_states')
     until(samples.take)
     heard = []
-    drive(0.34, 1.0, heard.append, subscribers=2)
+    hold_command(0.34, 1.0, heard.append, subscribers=2)
     for process in (plant, valves, estimator):
         stop(process, signal.SIGTERM)
     assert str(bag) in stop(recorder)
@@ -97,7 +97,7 @@ def test_one_process_holds_the_whole_rig(start, tmp_path, bystander):
     rig = start('rig', f'recorder:output:={bag}', 'plant:cylinder:=cylinder_1')
     samples = bystander.hear('joint_states')
     until(samples.take)
-    drive(0.3, 0.5, subscribers=2)
+    hold_command(0.3, 0.5, subscribers=2)
     stop(rig)
     counts, stamps = contents(bag)
     assert len(stamps) > 0.5e9 / INTERVAL
@@ -120,7 +120,7 @@ def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
         watcher = Bystander(context, namespace=f'/{name}')
         until(watcher.hear('joint_states').take)
         watcher.destroy_node()
-    drive(0.4, 0.5, subscribers=2, namespace='left')
+    hold_command(0.4, 0.5, subscribers=2, namespace='left')
     for process in processes:
         stop(process)
     for name, cylinder in rigs.items():

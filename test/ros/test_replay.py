@@ -42,9 +42,11 @@ def test_what_is_played_is_what_was_recorded(bag, context, bystander):
     node = ReplayNode(context, {'bag': str(bag), 'wait_for_subscribers': 1, **FAST})
     runner = Runner([node])
     play(runner)
-    node.await_delivery()
-    for topic, inlet in heard.items():
-        assert list(inlet.take_all()) == [m.cdr for m in recorded if m.topic == topic], topic
+    node.wait_for_all_acked()
+    for topic, subscription in heard.items():
+        assert list(subscription.take_all()) == [m.cdr for m in recorded if m.topic == topic], (
+            topic
+        )
     runner.close()
 
 
@@ -90,7 +92,7 @@ def test_clock_runs_with_the_samples_and_pause_stops_them(bag, context, bystande
     stamps = [unpack_stamp(cdr) for cdr in samples.take_all()]
     assert [unpack_stamp(cdr) for cdr in clock.take_all()] == stamps
     for _ in range(30):
-        runner.turn()
+        runner.spin_once()
     assert samples.take() is None
     before = node.elapsed
     bystander.call(runner, SetBool, '/replay/pause', SetBool.Request(data=False))

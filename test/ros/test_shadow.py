@@ -31,7 +31,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory):
 
 
 def shadow(context, bag, **parameters):
-    """Play a bag past a shadow; return its last report and all that it said."""
+    """Play a bag past a shadow; return its last status and all that it published."""
     watcher = Bystander(context)
     said = {topic: watcher.hear(topic) for topic in [*TOPICS, 'joint_states']}
     player = ReplayNode(context, {'bag': str(bag), 'rate': 5.0, 'delay': 0.3})
@@ -40,23 +40,23 @@ def shadow(context, bag, **parameters):
     heard = {topic: [] for topic in said}
 
     def listen() -> bool:
-        for topic, inlet in said.items():
-            heard[topic].extend(inlet.take_all())
+        for topic, subscription in said.items():
+            heard[topic].extend(subscription.take_all())
         return not player.done
 
     runner.run(listen)
-    node.work()
+    node.update()
     listen()
-    report = node.report()
+    status = node.status()
     runner.close()
     watcher.destroy_node()
-    return report, heard
+    return status, heard
 
 
 def test_the_true_model_predicts_and_leaves_noise(context, bag):
-    report, heard = shadow(context, bag)
-    assert report.level == DiagnosticStatus.OK, report
-    assert report.values['model'] == 'cylinder_2'
+    status, heard = shadow(context, bag)
+    assert status.level == DiagnosticStatus.OK, status
+    assert status.values['model'] == 'cylinder_2'
     measured = {r.stamp_ns: r for r in map(unpack_joint_state, heard['joint_states'])}
     predicted = list(map(unpack_joint_state, heard['predicted/joint_states']))
     left = list(map(unpack_joint_state, heard['residual/joint_states']))
@@ -78,10 +78,10 @@ def test_a_wrong_model_raises_a_diagnostic(context, bag, tmp_path):
     assert before in text
     # breaks away early, and so rests elsewhere
     model.write_text(text.replace(before, 'breakaway_force: 10.0 N'))
-    report, _ = shadow(context, bag, model=str(model))
-    assert report.level == DiagnosticStatus.WARN
-    assert 'position' in report.summary
-    assert 'outside the noise band' in report.summary
+    status, _ = shadow(context, bag, model=str(model))
+    assert status.level == DiagnosticStatus.WARN
+    assert 'position' in status.message
+    assert 'outside the noise band' in status.message
 
 
 def test_conditions_are_those_of_the_rig_whatever_the_model_says(context, bag, tmp_path):
@@ -89,13 +89,13 @@ def test_conditions_are_those_of_the_rig_whatever_the_model_says(context, bag, t
     model.write_text(
         load_configuration('cylinder_2', supply_pressure=5e5, load_mass=3.0).to_yaml()
     )
-    report, _ = shadow(context, bag, model=str(model))
-    assert report.level == DiagnosticStatus.OK, report
+    status, _ = shadow(context, bag, model=str(model))
+    assert status.level == DiagnosticStatus.OK, status
 
 
 def test_the_command_drives_the_model_as_the_voltages_do(context, bag):
-    report, heard = shadow(context, bag, input='u')
-    assert report.level == DiagnosticStatus.OK, report
+    status, heard = shadow(context, bag, input='u')
+    assert status.level == DiagnosticStatus.OK, status
     assert len(heard['predicted/joint_states']) > 0.97 * SECONDS / 1.16e-3
 
 

@@ -4,7 +4,10 @@ import math
 import time
 
 import pytest
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float64, Float64MultiArray
 
+from pneu_rig_ros.nodes.qos import qos_profile
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr import (
@@ -12,6 +15,7 @@ from pneu_rig_ros.records.cdr import (
     pack_float64,
     unpack_valve_voltages,
 )
+from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import gather, until
@@ -47,11 +51,28 @@ def test_each_command_is_answered_and_a_wrong_one_leaves_the_last(start, bystand
     taken = runner.nodes[0]._commanded
     for number, u in enumerate(commands, 1):
         say(u if isinstance(u, bytes) else pack_float64(u))
-        until(lambda n=number: runner.turn() or taken.count == n)
+        until(lambda n=number: runner.spin_once() or taken.count == n)
         if not isinstance(u, bytes) and math.isfinite(u):
             assert answers(runner, voltages, 1) == [valve_voltages(u)]
-    assert runner.nodes[0].report().values['refused commands'] == 2
+    assert runner.nodes[0].status().values['refused commands'] == 2
     assert voltages.take() is None
+
+
+def test_incompatible_qos_is_reported_while_it_is_there(start, bystander):
+    runner = start()
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    publisher = bystander.create_publisher(Float64, 'u', best_effort)
+    latched = qos_profile(TOPICS['rig_description'])
+    bystander.create_subscription(Float64MultiArray, 'valve_voltages', print, latched)
+
+    def warnings():
+        runner.spin_once()
+        message = runner.nodes[0].full_status().message
+        return [text for text in ('publisher of /u', 'to /valve_voltages') if text in message]
+
+    until(lambda: len(warnings()) == 2)
+    bystander.destroy_publisher(publisher)
+    until(lambda: warnings() == ['to /valve_voltages'])
 
 
 def test_of_commands_that_wait_the_newest_is_answered(start, bystander):
@@ -60,11 +81,11 @@ def test_of_commands_that_wait_the_newest_is_answered(start, bystander):
     until(lambda: runner.nodes[0].ready())
     for u in (0.1, 0.2, math.nan, 0.3, math.nan):
         say(pack_float64(u))
-    inlet = runner.nodes[0].inlets[0]
+    subscription = runner.nodes[0].polled_subscriptions[0]
     arrived = []
-    until(lambda: arrived.extend(inlet.arrivals()) or len(arrived) == 5)
-    inlet.arrivals = lambda: [arrived.pop(0) for _ in list(arrived)]
-    runner.turn()
+    until(lambda: arrived.extend(subscription.take_all_with_info()) or len(arrived) == 5)
+    subscription.take_all_with_info = lambda: [arrived.pop(0) for _ in list(arrived)]
+    runner.spin_once()
     assert answers(runner, voltages, 1) == [valve_voltages(0.3)]
     assert voltages.take() is None
 
@@ -75,7 +96,7 @@ def test_without_a_first_command_u_is_set_to_zero_once(start, bystander):
     until(lambda: runner.nodes[0].count_subscribers('valve_voltages'))
     assert answers(runner, voltages, 1) == [AT_REST]
     for _ in range(100):
-        runner.turn()
+        runner.spin_once()
     assert voltages.take() is None
 
 
@@ -88,7 +109,7 @@ def test_u_falls_to_zero_once_when_no_command_comes(start, bystander):
     assert answers(runner, voltages, 2) == [valve_voltages(0.34), AT_REST]
     assert time.monotonic() - begin > 0.2
     for _ in range(100):
-        runner.turn()
+        runner.spin_once()
     assert voltages.take() is None
 
 
@@ -100,7 +121,7 @@ def test_a_wrong_command_does_not_count_as_one(start, bystander):
 
     def fallen():
         say(pack_float64(math.nan))
-        runner.turn()
+        runner.spin_once()
         heard.extend(unpack_valve_voltages(message) for message in voltages.take_all())
         return AT_REST in heard
 
@@ -114,7 +135,7 @@ def test_triggered_by_samples_it_answers_each_from_the_first_command_on(start, b
     for index in range(10):
         sample(message.pack(0.0, index * 10_000_000))
     for _ in range(20):
-        runner.turn()
+        runner.spin_once()
     assert voltages.take() is None
     say(pack_float64(0.34))
     # Samples every 10 ms of simulated time: the command is 50 ms old at the sixth sample.

@@ -1,4 +1,4 @@
-"""A node beside its twin, on a computer too busy for them to see each other at once."""
+"""Two nodes of one name, also on a computer too busy for prompt discovery."""
 
 import os
 import signal
@@ -9,8 +9,8 @@ import time
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import twins
-from pneu_rig_ros.nodes.host_claim import HostClaim
+from pneu_rig_ros.nodes import duplicate_names
+from pneu_rig_ros.nodes.duplicate_names import HostLock
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.runner import Runner
 
@@ -18,19 +18,19 @@ from .bystander import DOMAIN, until
 
 HOLD = """
 import sys, time
-from pneu_rig_ros.nodes.host_claim import HostClaim
-claim = HostClaim(sys.argv[1])
-print(claim.held_elsewhere(), flush=True)
+from pneu_rig_ros.nodes.duplicate_names import HostLock
+lock = HostLock(sys.argv[1])
+print(lock.acquire(), flush=True)
 time.sleep(60)
 """
 
 
 @pytest.fixture
 def holder():
-    """Return a process that holds the place of a plant of these tests and says nothing."""
+    """Return a process that holds the name of a plant of these tests and publishes nothing."""
     command = [sys.executable, '-c', HOLD, f'{DOMAIN}:/plant']
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout.readline() == 'False\n'
+        assert process.stdout.readline() == 'True\n'
         yield process
         process.kill()
 
@@ -39,52 +39,52 @@ def holder():
 def runner(context):
     made = Runner([PlantNode(context, {})])
     yield made
-    made.withdraw()
+    made.abort()
 
 
 def test_a_name_is_held_once_and_free_when_its_process_is_killed(holder) -> None:
-    claim = HostClaim(f'{DOMAIN}:/plant')
-    assert claim.held_elsewhere()
+    lock = HostLock(f'{DOMAIN}:/plant')
+    assert not lock.acquire()
     holder.send_signal(signal.SIGKILL)
     holder.wait()
-    assert not claim.held_elsewhere()
-    assert not claim.held_elsewhere()  # it is this one's
-    assert HostClaim(f'{DOMAIN}:/plant').held_elsewhere()
-    claim.release()
-    assert not HostClaim(f'{DOMAIN}:/plant').held_elsewhere()
+    assert lock.acquire()
+    assert lock.acquire()  # it is this one's
+    assert not HostLock(f'{DOMAIN}:/plant').acquire()
+    lock.release()
+    assert HostLock(f'{DOMAIN}:/plant').acquire()
 
 
-def test_a_twin_on_this_computer_is_waited_for_though_it_speaks_late(
+def test_a_duplicate_on_this_computer_is_waited_for_though_it_publishes_late(
     holder, runner, monkeypatch
 ) -> None:
-    late = time.monotonic() + twins.HEARING + 0.5
-    listen = runner.twins.listen
+    late = time.monotonic() + duplicate_names.TIMEOUT_IN_GRAPH + 0.5
+    update = runner.duplicates.update
 
     def deaf_at_first() -> None:
-        listen()
-        runner.nodes[0].has_twin = time.monotonic() > late
+        update()
+        runner.nodes[0].has_duplicate = time.monotonic() > late
 
-    monkeypatch.setattr(runner.twins, 'listen', deaf_at_first)
+    monkeypatch.setattr(runner.duplicates, 'update', deaf_at_first)
     with pytest.raises(RigError, match='another /plant is running'):
-        runner.twins.give_way(lambda: True)
+        runner.duplicates.check(lambda: True)
 
 
-def test_a_twin_that_died_is_not_waited_for(holder, runner) -> None:
+def test_a_duplicate_that_died_is_not_waited_for(holder, runner) -> None:
     os.kill(holder.pid, signal.SIGKILL)
     until(lambda: holder.poll() is not None)
     start = time.monotonic()
-    runner.twins.give_way(lambda: True)
-    assert time.monotonic() - start < twins.HEARING_HERE
+    runner.duplicates.check(lambda: True)
+    assert time.monotonic() - start < duplicate_names.TIMEOUT_ON_HOST
 
 
-def test_whoever_waits_for_a_twin_can_be_stopped(holder, runner) -> None:
-    end = time.monotonic() + twins.FIRST_SIGHT + 0.5
-    runner.twins.give_way(lambda: time.monotonic() < end)
+def test_the_check_for_duplicates_can_be_stopped(holder, runner) -> None:
+    end = time.monotonic() + duplicate_names.TIMEOUT + 0.5
+    runner.duplicates.check(lambda: time.monotonic() < end)
     assert time.monotonic() < end + 5.0
 
 
 @pytest.mark.live
-def test_of_two_that_start_at_the_same_moment_one_gives_way() -> None:
+def test_of_two_that_start_at_the_same_moment_one_ends() -> None:
     command = [sys.executable, '-m', 'pneu_rig_ros.nodes.plant']
     with (
         subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as one,
@@ -93,7 +93,7 @@ def test_of_two_that_start_at_the_same_moment_one_gives_way() -> None:
         both = one, other
         try:
             until(lambda: any(process.poll() is not None for process in both))
-            time.sleep(2.0)  # the other could give way too
+            time.sleep(2.0)  # the other could end too
             (ended,) = (process for process in both if process.poll() is not None)
             assert ended.returncode == 2
             assert 'another /plant is running' in ended.stderr.read()

@@ -1,4 +1,4 @@
-"""When a loop goes on: at absolute deadlines, or as soon as a message has arrived."""
+"""Timers of the loop: absolute deadlines, or the arrival of a message."""
 
 import os
 import time
@@ -9,18 +9,18 @@ from typing import Protocol
 from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
-from pneu_rig_ros.nodes.wiring import Inlet
+from pneu_rig_ros.nodes.topics import PolledSubscription
 
 
-class Pace(Protocol):
-    """Blocks until it is time for the next turn of the loop."""
+class LoopTimer(Protocol):
+    """Blocks until the next cycle of the loop."""
 
     def wait(self) -> None:
-        """Return when the next turn is due, at the latest after some 20 ms without one."""
+        """Return when the next cycle is due, at the latest after some 20 ms."""
 
 
 class TickErrors:
-    """How late the ticks were: a histogram in steps of 1 us up to 10 ms, and the exact maximum."""
+    """Lateness of the ticks: a histogram in steps of 1 us up to 10 ms, and the exact maximum."""
 
     _STEP_NS = 1_000
     _BINS = 10_000
@@ -32,7 +32,7 @@ class TickErrors:
         self._histogram = [0] * (self._BINS + 1)
 
     def add(self, error_ns: int, period_ns: int) -> None:
-        """Count one tick that came `error_ns` after its deadline."""
+        """Count one tick that was `error_ns` after its deadline."""
         self.count += 1
         self._histogram[min(max(error_ns, 0) // self._STEP_NS, self._BINS)] += 1
         if error_ns > period_ns:
@@ -48,12 +48,12 @@ class TickErrors:
         return self.max_ns * 1e-6
 
 
-class Metronome:
+class PeriodicTimer:
     """
     Ticks at absolute deadlines on the monotonic clock.
 
-    A late tick does not move the following ones: they are caught up without a pause, so that none
-    is ever left out.
+    A late tick does not delay the following ones, and none is ever skipped: the next ticks follow
+    without a pause until the deadlines are met again.
     """
 
     def __init__(self, period_ns: int) -> None:
@@ -61,13 +61,13 @@ class Metronome:
         self.errors = TickErrors()
         self._deadline = 0
 
-    def begin(self, now_ns: int) -> None:
-        """Count the deadlines from a reading of the monotonic clock [ns] on, errors anew."""
+    def restart(self, now_ns: int) -> None:
+        """Restart deadlines and tick errors at a reading of the monotonic clock [ns]."""
         self._deadline = now_ns
         self.errors = TickErrors()
 
     def wait(self) -> None:
-        """Sleep until the next deadline; return at once when it has passed already."""
+        """Sleep until the next deadline; return immediately if it has passed."""
         self._deadline = (self._deadline or time.monotonic_ns()) + self.period_ns
         remaining = self._deadline - time.monotonic_ns()
         if remaining > 0:
@@ -75,22 +75,26 @@ class Metronome:
         self.errors.add(time.monotonic_ns() - self._deadline, self.period_ns)
 
 
-class Arrivals:
+class MessageWaitSet:
     """
-    Waits for a message on any of some inlets.
+    Waits for a message on any of several subscriptions.
 
-    :param gap_ns: least time between two turns [ns], so that a flood of messages is met in lumps
+    :param gap_ns: least time between two cycles [ns], so that many messages are taken together
     """
 
     _TIMEOUT_NS = 20_000_000
 
-    def __init__(self, inlets: Sequence[Inlet], context: Context, gap_ns: int = 0) -> None:
+    def __init__(
+        self, subscriptions: Sequence[PolledSubscription], context: Context, gap_ns: int = 0
+    ) -> None:
         self._gap_ns = gap_ns
-        self._turn_ns = 0
-        self._handles = [inlet.handle for inlet in inlets]
+        self._cycle_ns = 0
+        self._handles = [subscription.handle for subscription in subscriptions]
         assert context.handle is not None
         with context.handle:
-            self._set = rclpy_implementation.WaitSet(len(inlets), 0, 0, 0, 0, 0, context.handle)
+            self._set = rclpy_implementation.WaitSet(
+                len(subscriptions), 0, 0, 0, 0, 0, context.handle
+            )
 
     def wait(self) -> None:
         """Return when there is a message to take, or after 20 ms."""
@@ -99,10 +103,10 @@ class Arrivals:
             self._set.add_subscription(handle)
         self._set.wait(self._TIMEOUT_NS)
         if self._gap_ns:
-            early = self._turn_ns + self._gap_ns - time.monotonic_ns()
+            early = self._cycle_ns + self._gap_ns - time.monotonic_ns()
             if early > 0:
                 time.sleep(early * 1e-9)
-            self._turn_ns = time.monotonic_ns()
+            self._cycle_ns = time.monotonic_ns()
 
 
 def claim_realtime_priority(priority: int) -> str | None:
@@ -110,7 +114,7 @@ def claim_realtime_priority(priority: int) -> str | None:
     Run the calling thread under SCHED_FIFO.
 
     :param priority: 1 (lowest) to 99; 0 leaves the thread as it is
-    :return: why it was not permitted, None when all is well
+    :return: why it was not permitted, None on success
     """
     if priority <= 0:
         return None

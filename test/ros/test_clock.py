@@ -2,8 +2,8 @@
 
 import pytest
 
-from pneu_rig_ros.nodes import wall_clock
-from pneu_rig_ros.nodes.wall_clock import WallClock
+from pneu_rig_ros.nodes import clock as clock_module
+from pneu_rig_ros.nodes.clock import WallClock
 
 HOUR = 3600 * 10**9
 
@@ -25,7 +25,7 @@ class Clocks:
 @pytest.fixture
 def clocks(monkeypatch: pytest.MonkeyPatch) -> Clocks:
     made = Clocks()
-    monkeypatch.setattr(wall_clock, 'time', made)
+    monkeypatch.setattr(clock_module, 'time', made)
     return made
 
 
@@ -38,31 +38,31 @@ def test_readings_go_on_evenly_when_it_is_set(clocks: Clocks, jump: int) -> None
         readings.append(clocks.time_ns())
         if tick == 4:
             clocks.set_by += jump  # after this tick's message was received, before it is taken
-        clock.look()
-        readings[-1] = clock.steady(readings[-1])
+        clock.update()
+        readings[-1] = clock.without_steps(readings[-1])
     assert readings == [start + 20_000_000 * (tick + 1) for tick in range(10)]
-    assert clock.jump_ns == jump
-    assert clock.told('stamps') == (
-        f'wall clock set by {jump * 1e-9:+.3f} s, stamps go on without it'
+    assert clock.step_ns == jump
+    assert clock.warning('stamps') == (
+        f'wall clock set by {jump * 1e-9:+.3f} s, stamps are not affected'
     )
 
 
 def test_an_interrupted_process_is_no_jump(clocks: Clocks) -> None:
     clock = WallClock()
     clocks.set_by += 1_000_000
-    clock.look()
-    assert clock.jump_ns == 0
-    assert clock.told('stamps') is None
+    clock.update()
+    assert clock.step_ns == 0
+    assert clock.warning('stamps') is None
 
 
 def test_a_clock_that_was_set_back_again_is_right(clocks: Clocks) -> None:
     clock = WallClock()
     for jump in (HOUR, -HOUR):
         clocks.set_by += jump
-        clock.look()
-    clock.look()
-    assert clock.told('stamps') is None
-    assert clock.steady(clocks.time_ns()) == clocks.time_ns()
+        clock.update()
+    clock.update()
+    assert clock.warning('stamps') is None
+    assert clock.without_steps(clocks.time_ns()) == clocks.time_ns()
 
 
 @pytest.mark.parametrize('jump', [HOUR, -HOUR])
@@ -70,7 +70,7 @@ def test_a_message_stamped_between_a_setting_and_the_next_look_is_in_order(
     clocks: Clocks, jump: int
 ) -> None:
     clock, start = WallClock(), clocks.time_ns()
-    clock.look()
+    clock.update()
     clocks.set_by += jump
     clocks.elapsed += 20_000_000
-    assert clock.steady(clocks.time_ns()) == start + 20_000_000
+    assert clock.without_steps(clocks.time_ns()) == start + 20_000_000

@@ -1,0 +1,209 @@
+"""
+Error metrics between two runs on one time axis, and the stick-slip events of a run.
+
+Velocity and friction are estimated for both runs by the same filters, so that a difference is one
+of the runs and not of the filters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
+from pneu_rig_ros.analysis.velocity import velocity_of
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import Recording
+
+UNITS = {'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa',
+         'friction': 'N'}  # fmt: skip
+"""Signal that is compared -> its unit."""
+
+END_SHARE = 0.98
+"""A stroke counts as done at this share of the way to the end stop [-]."""
+
+LEAST_SAMPLES = 4
+"""Shorter runs have no friction force."""
+
+NOISE_SAMPLES = 8192
+"""Samples of white noise by which the noise of the derived signals is estimated."""
+
+
+class SignalGap(NamedTuple):
+    """
+    How far a simulated signal is from a measured one, in the unit of the signal.
+
+    :param unit: of the following four
+    :param rmse: root of the mean square of simulated less measured
+    :param largest: largest absolute difference
+    :param bias: mean of simulated less measured
+    :param noise: standard deviation of the measured signal's noise, None if it is not known
+    """
+
+    unit: str
+    rmse: float
+    largest: float
+    bias: float
+    noise: float | None
+
+    @property
+    def multiple(self) -> float | None:
+        """The RMSE in multiples of the noise [-], None where the noise is 0 or not known."""
+        return self.rmse / self.noise if self.noise else None
+
+    @property
+    def above_noise(self) -> float:
+        """The RMSE beyond the noise, 0 if there is none [unit]."""
+        return float(np.sqrt(max(self.rmse**2 - (self.noise or 0.0) ** 2, 0.0)))
+
+
+class Events(NamedTuple):
+    """
+    Events of a run.
+
+    :param cycles: stick-slip cycles in the order of time
+    :param stroke_time: from the start until the piston has gone 98 % of the way to the end stop
+        ahead of it [s], None if it does not get there or the stroke is not known
+    """
+
+    cycles: tuple[Cycle, ...]
+    stroke_time: float | None
+
+
+class AnalysedRun(NamedTuple):
+    """
+    A recording with the signals and events derived from it.
+
+    :param recording: the run
+    :param signals: name of :data:`UNITS` -> signal, shape (n,); without friction where the rig is
+        not known, or the sampling too slow for its filter
+    :param events: its events
+    """
+
+    recording: Recording
+    signals: Mapping[str, Floats]
+    events: Events
+
+
+def analyse_run(recording: Recording) -> AnalysedRun:
+    """
+    Derive signals and events from a recording of a whole rig.
+
+    :raises RigError: when it has fewer than 4 samples, or lacks a signal of a whole rig
+    """
+    rig = recording.configuration
+    signals = derived_signals(
+        recording.position, recording.pressure_1, recording.pressure_2, recording.interval,
+        ForceBalance.of(rig) if rig else None, recording.name,
+    )  # fmt: skip
+    stroke = rig.model.cylinder.stroke if rig else None
+    cycles = cycles_of(recording, signals.get('friction'))
+    reached = stroke_time(recording.position, recording.interval, stroke)
+    return AnalysedRun(recording, signals, Events(tuple(cycles), reached))
+
+
+def derived_signals(
+    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
+    balance: ForceBalance | None, name: str = 'run',
+) -> dict[str, Floats]:  # fmt: skip
+    """
+    Return the signals that are compared, each of shape (n,).
+
+    :param balance: constants of Eq. 2, None where they are not known: then no friction
+    :param name: what to call the run in an error
+    :raises RigError: for fewer than 4 samples
+    """
+    if position.size < LEAST_SAMPLES:
+        raise RigError(f'{name}: {position.size} samples, at least {LEAST_SAMPLES} are needed')
+    found = {
+        'position': position,
+        'velocity': velocity_of(position, interval),
+        'pressure_1': pressure_1,
+        'pressure_2': pressure_2,
+    }
+    if balance is not None and 2.0 * CUTOFF * interval < 1.0:
+        friction = friction_zero_phase(position, pressure_1, pressure_2, interval, balance)
+        found['friction'] = friction
+    return found
+
+
+def compare_signals(
+    measured: Mapping[str, Floats],
+    simulated: Mapping[str, Floats],
+    noise: Mapping[str, float] | None = None,
+    units: Mapping[str, str] | None = None,
+    where: NDArray[np.bool_] | None = None,
+) -> dict[str, SignalGap]:
+    """
+    Return how far simulated signals are from measured ones, for every signal that both have.
+
+    :param measured: name -> signal, each of shape (n,), SI units
+    :param simulated: the same at the same instants
+    :param noise: name -> standard deviation of a measured value, as far as it is known
+    :param units: name -> unit; :data:`UNITS` and '' for other names when not given
+    :param where: samples that count, shape (n,); all when not given
+    :raises RigError: when lengths differ, or nothing is left to compare
+    """
+    gaps = {}
+    for name in (name for name in measured if name in simulated):
+        if measured[name].shape != simulated[name].shape:
+            raise RigError(f'{name}: {measured[name].shape} measured values against '
+                           f'{simulated[name].shape} simulated ones')  # fmt: skip
+        difference = simulated[name] - measured[name]
+        kept = difference if where is None else difference[where]
+        kept = kept[np.isfinite(kept)]
+        if kept.size:
+            unit = (units or UNITS).get(name, '')
+            gaps[name] = _gap(kept, unit, (noise or {}).get(name))
+    if not gaps:
+        raise RigError('nothing to compare: the runs share no signal')
+    return gaps
+
+
+def _gap(difference: Floats, unit: str, noise: float | None) -> SignalGap:
+    rmse = float(np.sqrt(np.mean(difference**2)))
+    return SignalGap(unit, rmse, float(np.abs(difference).max()), float(difference.mean()), noise)
+
+
+def signal_noise(
+    position_noise: float, pressure_noise: float, interval: float,
+    balance: ForceBalance | None = None,
+) -> dict[str, float]:  # fmt: skip
+    """
+    Return the standard deviation of the noise of each signal of :data:`UNITS`.
+
+    The estimators of the derived signals are linear, so they are applied to white sensor noise,
+    which is drawn from a fixed seed.
+
+    :param position_noise: standard deviation of a reading [m]
+    :param pressure_noise: of a reading [Pa]
+    :param interval: sampling interval [s]
+    :param balance: constants of Eq. 2; without them there is no friction
+    """
+    draws = np.random.default_rng(0).standard_normal((3, NOISE_SAMPLES))
+    x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])
+    still = None if balance is None else ForceBalance(
+        balance.area_1, balance.area_2, balance.mass, 0.0)  # fmt: skip
+    signals = derived_signals(x, p1, p2, interval, still)
+    inner = slice(NOISE_SAMPLES // 8, -NOISE_SAMPLES // 8)  # ends are padded, not estimated
+    found = {name: float(np.std(signal[inner])) for name, signal in signals.items()}
+    return found | {'position': position_noise,
+                    'pressure_1': pressure_noise, 'pressure_2': pressure_noise}  # fmt: skip
+
+
+def stroke_time(position: Floats, interval: float, stroke: float | None) -> float | None:
+    """
+    Return when the piston has gone 98 % of the way to the end stop ahead of it [s].
+
+    The end ahead is the one further from where the run starts. None if it does not get there, or
+    the stroke [m] is not known.
+    """
+    if stroke is None:
+        return None
+    outward = position[0] < stroke / 2
+    done = position >= END_SHARE * stroke if outward else position <= (1 - END_SHARE) * stroke
+    return float(interval * done.argmax()) if done.any() else None

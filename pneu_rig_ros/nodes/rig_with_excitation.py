@@ -1,0 +1,54 @@
+"""The rig and an excitation in one process that ends with the profile, for experiments."""
+
+from collections.abc import Iterable
+
+from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.excitation import ExcitationNode
+from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
+from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
+from pneu_rig_ros.nodes.plant import PlantNode
+from pneu_rig_ros.nodes.recorder import RecorderNode
+from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.valve_command import ValveCommandNode
+
+
+class LockStepPlant(PlantNode):
+    """
+    Wakes the process at each message between plant, excitation and valve command.
+
+    On a busy computer a message may arrive after its node was updated; if only the answer to the
+    plant woke the process, that message would wait for 20 ms.
+    """
+
+    def set_process_nodes(self, nodes: Iterable[RigNode]) -> None:
+        """Store the subscriptions of the loop."""
+        nodes = list(nodes)
+        super().set_process_nodes(nodes)
+        loop = PlantNode, ExcitationNode, ValveCommandNode
+        self._loop = [s for n in nodes if isinstance(n, loop) for s in n.polled_subscriptions]
+
+    def loop_timer(self) -> LoopTimer:
+        """Return what waits for the messages of the loop."""
+        return MessageWaitSet(self._loop, self.context)
+
+
+class ProfileOnce(ExcitationNode):
+    """Ends the process with the profile."""
+
+    def update(self) -> None:
+        """Answer the waiting samples."""
+        super().update()
+        self.done = self.played
+
+
+NODES = (LockStepPlant, ProfileOnce, ValveCommandNode, FrictionEstimatorNode, RecorderNode)
+"""In the order of their messages, so that one update of all nodes is one lock step."""
+
+
+def main() -> int:
+    """Run the nodes until the end of the profile, or Ctrl-C; return the exit code."""
+    return runner.main(NODES)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
