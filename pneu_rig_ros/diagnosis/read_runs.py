@@ -173,11 +173,12 @@ def _check_signals(
                 f'{path}: {name} is {recording[name][0]:g} throughout: is it connected? '
                 'Omit it, or name it under fixed, if it does not change'
             )
-    if system.rig is None:
-        return
-    conditioned = apply_conditions(system.rig, dict(recording.conditions))
-    check_plausible(path, recording.signals, conditioned)
-    span = _span(system.rig.sensors, conditioned.model.gas.atmospheric_pressure)
+    atmosphere = system.hypothesis.model.gas.atmospheric_pressure
+    if system.rig is not None:
+        conditioned = apply_conditions(system.rig, dict(recording.conditions))
+        check_plausible(path, recording.signals, conditioned)
+        atmosphere = conditioned.model.gas.atmospheric_pressure
+    span = _span(system.sensors, atmosphere)
     ends = {'position': span.position, **dict.fromkeys(PRESSURES, span.high)}
     for name, end in ends.items():
         if name in recording:

@@ -18,6 +18,11 @@ from pneu_rig_ros.simulate import simulate
 from .parts import BENCH, BLOCK, CHAMBERS, bench_run, chamber_run, mapping, system_file, table
 from .runs import configured
 
+SENSORS = """
+sensors: {{kind: rig, resolution: 12 bit, position_span: {position_span} m, position_class: 0 -,
+          position_noise: 2e-6 m, pressure_span: 1e6 Pa, pressure_class: 0 -,
+          pressure_noise: 150 Pa, velocity_cutoff: 32 Hz}}
+"""
 Change = Callable[[dict[str, np.ndarray]], dict[str, np.ndarray]]
 
 
@@ -93,6 +98,18 @@ def test_signal_at_the_end_of_its_span_is_refused() -> None:
     assert 'pressure_1 is at the end of its sensor' in line
     share = float(line.split('for ')[1].split('%')[0])
     assert 60.0 < share < 70.0  # less what noise takes away from the end
+
+
+def test_signal_of_a_bench_at_the_end_of_its_span_is_refused(tmp_path: Path) -> None:
+    sensors = SENSORS.format(position_span=0.05)
+    system = load_system(system_file(tmp_path, f'{BENCH}{sensors}'))
+    signals = bench_run(0, 3e5, 0.0)
+    signals['position'] = np.minimum(signals['position'] + 0.01, 0.05)
+    signals['position'][::50] -= 1e-4
+    line = refused(
+        lambda: prepare_run(Recording('run', 0, 10_000_000, signals), system, Path('run.csv'))
+    )
+    assert "run.csv: position is at the end of its sensor's span (0.05)" in line
 
 
 def test_recording_that_is_too_short_is_refused() -> None:
