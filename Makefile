@@ -28,7 +28,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .PHONY: help
 help:  ## show this list
-	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 16
+	@sed -nE 's/^([a-z-]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 16
 
 .PHONY: demo
 demo: $(READY)  ## run the rig live and record it (CYLINDER=1|2|3 DURATION=seconds U=volts)
@@ -42,6 +42,10 @@ gap: $(READY)  ## hide an effect in the rig, find it, close the gap (ARGS='--see
 test: $(READY)  ## run the whole test suite (ARGS='-k name' passes options to pytest)
 	@$(BIN)/python -m pytest -n 2 --dist loadgroup $(ARGS)
 
+.PHONY: test-long
+test-long: $(READY)  ## run the tests that take minutes to hours (ARGS='--minutes=1 --rigs=500 --kills=2')
+	@$(BIN)/python -m pytest -s -m long $(ARGS)
+
 .PHONY: bench
 bench: $(READY)  ## measure everything that the README quotes, write benchmarks/results.json
 	@$(BIN)/python -m benchmarks $(ARGS)
@@ -51,24 +55,24 @@ blind: $(READY)  ## hide effects, diagnose, compare: docs/blind.md (ARGS='--part
 	@cd test && ../$(BIN)/python -m blind $(ARGS)
 
 .PHONY: fuzz
-fuzz: $(READY)  ## try bad input on every reader (ARGS='--minutes 10')
-	@$(BIN)/python -m reliability fuzz $(ARGS)
+fuzz: $(READY)  ## try damaged input on every reader (ARGS='--minutes=10')
+	@$(BIN)/python -m pytest -s -m long test/long/test_fuzz.py $(ARGS)
 
 .PHONY: numerics
-numerics: $(READY)  ## simulate random rigs, check their balances (ARGS='--count 10000')
-	@$(BIN)/python -m reliability numerics $(ARGS)
+numerics: $(READY)  ## simulate random rigs, check their balances (ARGS='--rigs=10000')
+	@$(BIN)/python -m pytest -s -m long test/long/test_random_rigs.py $(ARGS)
 
 .PHONY: scale
-scale: $(READY)  ## share work out to processes: same bits, speed-up, cost (ARGS='--trials 2')
-	@$(BIN)/python -m reliability scale $(ARGS)
+scale: $(READY)  ## measure what a second processor and Dask bring and cost
+	@$(BIN)/python -m pytest -s -m long test/long/test_scale.py $(ARGS)
 
 .PHONY: soak
-soak: $(READY)  ## run the rig live for 30 minutes on a busy machine (ARGS='--minutes 5')
-	@$(BIN)/python -m reliability soak $(ARGS)
+soak: $(READY)  ## run the rig live for an hour on a busy machine (ARGS='--minutes=5')
+	@$(BIN)/python -m pytest -s -m long test/long/test_soak.py $(ARGS)
 
 .PHONY: faults
-faults: $(READY)  ## kill, stop, flood and starve the rig, prove what it does (ARGS='--times 3')
-	@$(BIN)/python -m reliability faults $(ARGS)
+faults: $(READY)  ## kill, stop, flood and starve the live rig (ARGS='--kills=3')
+	@$(BIN)/python -m pytest -s -m long test/long/test_faults.py $(ARGS)
 
 .PHONY: docs
 docs: $(READY)  ## build the documentation into build/docs (reference made from the code)
@@ -89,7 +93,7 @@ format: $(READY)  ## mend what can be mended of the style
 .PHONY: lock
 lock:  ## write requirements.txt from setup.py (needs uv)
 	@header="$$(sed -n '/^#/p' requirements.txt)" && \
-	uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra scale --extra fuzz --extra docs --universal --python-version 3.10 \
+	uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra scale --extra docs --universal --python-version 3.10 \
 	    --no-annotate --no-header --quiet --output-file requirements.txt > /dev/null && \
 	pins="$$(sed -E "/== 'win32'/d; s/ ; (sys_platform|platform_python|python_full_version < '3.14').*//" \
 	    requirements.txt)" && printf '%s\n' "$$header" "$$pins" > requirements.txt

@@ -77,7 +77,6 @@ setup(
         # For --scheduler. An extra for the same reason.
         'scale': ['distributed'],
         'bench': ['cma', 'scikit-sundae'],
-        'fuzz': ['atheris; python_version >= "3.11" and sys_platform == "linux"'],
         'docs': ['furo', 'myst-parser', 'sphinx'],
     },
     zip_safe=True,

@@ -221,7 +221,7 @@ def _processor_seconds(processes: dict[str, subprocess.Popen[bytes]]) -> dict[st
     return seconds
 
 
-class _Bag(NamedTuple):
+class Content(NamedTuple):
     """What is read of a bag: messages by topic, stamps and arrivals of the samples, reports."""
 
     counts: Counter[str]
@@ -230,8 +230,9 @@ class _Bag(NamedTuple):
     reports: dict[str, dict[str, str]]
 
 
-def _read(bag: Path) -> _Bag:
-    content = _Bag(Counter(), [], [], {})
+def read_content(bag: Path) -> Content:
+    """Read all messages of a bag."""
+    content = Content(Counter(), [], [], {})
     with Reader(bag) as reader:
         for connection, arrival, cdr in reader.messages():
             content.counts[connection.topic] += 1
@@ -247,13 +248,13 @@ def _read(bag: Path) -> _Bag:
 
 
 def _evaluate(bag: Path, cpu: dict[str, float]) -> Run:
-    content = _read(bag)
+    content = read_content(bag)
     plant = content.reports['/plant']
     span = content.arrivals[-1] - content.arrivals[0]
     return Run(
         rate_hz=(len(content.stamps) - 1) / (span * 1e-9),
-        missed=_missed(content),
-        lost=_lost(content),
+        missed=missed(content),
+        lost=lost(content),
         tick_error_p50_ms=float(plant['tick error p50 [ms]']),
         tick_error_p99_ms=float(plant['tick error p99 [ms]']),
         tick_error_max_ms=float(plant['tick error max [ms]']),
@@ -262,7 +263,7 @@ def _evaluate(bag: Path, cpu: dict[str, float]) -> Run:
     )
 
 
-def _missed(content: _Bag) -> int:
+def missed(content: Content) -> int:
     """Count ticks without a sample: holes between stamps, and those the plant is behind by."""
     stamps, arrivals = content.stamps, content.arrivals
     interval = min(b - a for a, b in pairwise(stamps))
@@ -273,7 +274,7 @@ def _missed(content: _Bag) -> int:
     return holes + max(behind, 0)
 
 
-def _lost(content: _Bag) -> int:
+def lost(content: Content) -> int:
     """Count the published messages that are not in the bag."""
     return sum(
         int(content.reports[f'/{node}']['published']) - content.counts[f'/{topic}']

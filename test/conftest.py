@@ -23,10 +23,20 @@ settings.register_profile('steady', deadline=None)
 settings.load_profile('steady')
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options that say how much the long tests try."""
+    group = parser.getgroup('long tests')
+    group.addoption('--minutes', type=float, help='of the soak (60), of damaged input (10)')
+    group.addoption('--rigs', type=int, help='number of random rigs (10 000)')
+    group.addoption('--kills', type=int, help='of each node (20)')
+
+
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give all live tests to one worker, so that they do not take each other's processor time."""
+    """Give all live tests to one worker, and long tests the time they need."""
     for item in items:
+        if item.get_closest_marker('long'):
+            item.add_marker(pytest.mark.timeout(0))
         if item.get_closest_marker('live'):
             item.add_marker(pytest.mark.xdist_group('live'))
 

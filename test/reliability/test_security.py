@@ -15,7 +15,7 @@ from pneu_rig_ros.demo import prepare_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-TARGETS = re.findall(r'^([a-z]+):.*## ', (ROOT / 'Makefile').read_text(), re.MULTILINE)
+TARGETS = re.findall(r'^([a-z-]+):.*## ', (ROOT / 'Makefile').read_text(), re.MULTILINE)
 
 
 @pytest.mark.parametrize('target', TARGETS)

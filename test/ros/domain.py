@@ -3,11 +3,12 @@
 import fcntl
 import tempfile
 from pathlib import Path
+from typing import TextIO
 
 DOMAINS = range(51, 101)
 """Of the tests; `pneu-rig demo` takes lower ones."""
 
-_held = []
+_held: list[TextIO] = []
 
 
 def own_domain() -> int:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
 
@@ -17,16 +18,20 @@ from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
+from pneu_rig_ros.records.bag import open_bag
 from pneu_rig_ros.records.cdr import pack_float64
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
-from reliability.live_rig import PATIENCE
+
+from .live_rig import PATIENCE
 
 U = 0.34
 COMMAND_PERIOD = 0.02
 STROKE = 10.0
 """Command [V], how often it is given [s], and after how long it changes its sign [s]."""
 
-OK, WARN, ERROR = b'\x00', b'\x01', b'\x02'
+WARN, ERROR = b'\x01', b'\x02'
+LAST_WORDS_NS, LATE_NS = 1_000_000_000, 100_000_000
+"""Before and after the death of a sender [ns]."""
 
 WATCHED = [topic.name for topic in TOPICS.values() if not topic.extra and topic.name != '/clock']
 
@@ -59,7 +64,7 @@ class Witness:
         self.received: dict[str, list[Received]] = defaultdict(list)
         self.said: dict[str, Status] = {}
         self.silent = not commands
-        self._count = 0
+        self.commands = 0
         self._due = 0.0
 
     def __enter__(self) -> Witness:
@@ -84,9 +89,9 @@ class Witness:
         now = time.monotonic()
         if self._publisher is not None and not self.silent and now >= self._due:
             self._due = now + COMMAND_PERIOD
-            self._count += 1
+            self.commands += 1
             sign = 1.0 if now // STROKE % 2 else -1.0
-            self._publisher.publish(pack_float64(sign * (U + 1e-9 * self._count)))
+            self._publisher.publish(pack_float64(sign * (U + 1e-9 * self.commands)))
         for subscription in self._subscriptions:
             for arrival in subscription.take_all_with_info():
                 message = Received(arrival.received_ns, arrival.cdr)
@@ -136,3 +141,36 @@ class Witness:
             last = self.said.get(node)
             raise RigError(f'{node} does not say {word!r} on /diagnostics: {last}') from error
         return self.said[node].message
+
+
+def missing(
+    received: dict[str, list[Received]], bag: Path, until_ns: int, deaths_ns: Sequence[int] = ()
+) -> dict[str, int]:
+    """
+    Return how many messages a bag lacks, by topic, of those that lack some.
+
+    What came before the first message of a topic in the bag is not expected in it. /diagnostics is
+    not compared: between its fields are bytes that differ for each subscriber.
+
+    :param until_ns: up to when what was received has to be in the bag [ns since 1970]
+    :param deaths_ns: when senders were killed, whose last messages may have reached only the
+        witness [ns since 1970]
+    """
+    kept: dict[str, Counter[bytes]] = defaultdict(Counter)
+    first_ns: dict[str, int] = {}
+    with open_bag(bag) as reader:
+        for connection, time_ns, cdr in reader.messages():
+            topic = connection.topic.lstrip('/')
+            kept[topic][bytes(cdr)] += 1
+            first_ns.setdefault(topic, time_ns + LATE_NS)
+
+    def expected(topic: str, time_ns: int) -> bool:
+        last = any(-LATE_NS <= death - time_ns <= LAST_WORDS_NS for death in deaths_ns)
+        return first_ns.get(topic, 0) < time_ns <= until_ns and not last
+
+    lost = {
+        topic: (Counter(m.cdr for m in found if expected(topic, m.time_ns)) - kept[topic]).total()
+        for topic, found in received.items()
+        if topic != DIAGNOSTICS
+    }
+    return {topic: count for topic, count in lost.items() if count}

@@ -1,16 +1,12 @@
-"""Four node processes with a bag, for the programs that load them, stop them and kill them."""
+"""Four node processes with a bag, to be loaded, stopped and killed."""
 
 from __future__ import annotations
 
-import fcntl
-import functools
-import os
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TextIO
 
 from pneu_rig_ros.demo import NodeProcess, Value
 from pneu_rig_ros.errors import RigError
@@ -25,16 +21,12 @@ FIRST_SAMPLES: dict[str, dict[str, Value]] = {
 }
 """So that the bag begins with sample 0."""
 
-DOMAINS = range(215, 233)
-"""Of these programs: apart from demonstrations and tests, outside of the range of free ports."""
 PATIENCE = 60.0
-
-_held: list[TextIO] = []
 
 
 class ProcessRig:
     """
-    The rig in four processes in a DDS domain of its own; a context manager.
+    The rig in four processes; a context manager.
 
     :param bag: directory to record to
     :param parameters: of the nodes by name, besides those that hold back the first sample
@@ -69,6 +61,14 @@ class ProcessRig:
         """Return what a node has written since it was started."""
         return Path(self._logs.name, f'{name}.log').read_text(errors='replace')
 
+    def errors(self, name: str) -> list[str]:
+        """Return the error lines that a node has written."""
+        return [line for line in self.log(name).splitlines() if line.startswith('Error: ')]
+
+    def newest_bag(self) -> Path:
+        """Return the bag that is being recorded: each recorder begins one beside the last."""
+        return max(self.bag.parent.glob('bag*'), key=lambda bag: int(bag.name[4:] or 1))
+
     def check(self) -> None:
         """Raise RigError if a node has ended."""
         for node in self.nodes.values():
@@ -88,28 +88,6 @@ class ProcessRig:
         for name in sorted(self.nodes, key=ORDER.index):
             self.nodes[name].stop()
         self._logs.cleanup()
-
-
-def own_domain() -> None:
-    """Give this process and its children a DDS domain of their own, on this host only."""
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ['ROS_DOMAIN_ID'] = str(_free_domain())
-
-
-@functools.cache
-def _free_domain() -> int:
-    """Return the first domain that no other such process holds; it is held until this one ends."""
-    for domain in DOMAINS:
-        path = Path(tempfile.gettempdir(), f'pneu_rig_ros_domain_{domain}')
-        lock = path.open('w')
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            lock.close()
-        else:
-            _held.append(lock)
-            return domain
-    raise RigError(f'all of the domains {DOMAINS} are taken')
 
 
 def until(condition: Callable[[], object], what: str, patience: float = PATIENCE) -> None:

@@ -12,7 +12,6 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.records.topics import DIAGNOSTICS
-from reliability.live_rig import own_domain
 
 SEED = 7
 REVISION = re.compile(rb'git revision \S+')
@@ -46,12 +45,7 @@ def test_two_processes_simulate_the_same_bytes(tmp_path: Path) -> None:
 
 
 @pytest.mark.live
-def test_two_rigs_in_lock_step_record_the_same_bytes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', '')
-    monkeypatch.setenv('ROS_DOMAIN_ID', '')
-    own_domain()
+def test_two_rigs_in_lock_step_record_the_same_bytes(tmp_path: Path) -> None:
     profile = tmp_path / 'profile.yaml'
     profile.write_text(PROFILE)
     for name in ('a', 'b'):

@@ -31,7 +31,8 @@ from pneu_rig_ros.records.playback import Playback
 from pneu_rig_ros.records.units import convert
 from pneu_rig_ros.rig import configuration_from_yaml
 from pneu_rig_ros.rig.configuration import configuration_folder
-from reliability.fuzz import seeds
+
+from . import seeds
 
 bags.ATTEMPTS = 1  # nobody records while these bags are read
 

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import struct
-import subprocess
-import sys
 import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 
-from pneu_rig_ros.records import Recording, cdr, read_recording
+from pneu_rig_ros.records import Recording, cdr, read_recording, writer
 from pneu_rig_ros.records.mcap_index import CHUNK_CRC_OFFSET
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
 
 DURATION = 0.015
 """Of the stroke in the bags [s]: small, so that many are tried."""
@@ -91,8 +92,8 @@ def _stroke() -> tuple[bytes, bytes, Recording]:
     """Return a bag's file, its metadata.yaml and what it holds."""
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder, 'stroke')
-        # In a process of its own: compiled code cannot be watched by atheris.
-        subprocess.run([sys.executable, '-m', 'reliability.fuzz.seeds', str(bag)], check=True)
+        with mock.patch.object(writer, 'CHUNK_SIZE', CHUNK_SIZE):
+            simulate(load_configuration('cylinder_2', seed=7), 0.34, DURATION, bag)
         file, metadata = (bag / 'stroke.mcap').read_bytes(), (bag / 'metadata.yaml').read_bytes()
         return file, metadata, read_recording(bag)
 
@@ -193,17 +194,3 @@ def messages() -> tuple[bytes, ...]:
         sample['chamber_1/pressure'],
     ]
     return tuple(bytes([number]) + cdr for number, cdr in enumerate(made))
-
-
-def _main() -> None:
-    """Write the small bag of a stroke."""
-    from pneu_rig_ros.records import writer
-    from pneu_rig_ros.rig import load_configuration
-    from pneu_rig_ros.simulate import simulate
-
-    writer.CHUNK_SIZE = CHUNK_SIZE
-    simulate(load_configuration('cylinder_2', seed=7), 0.34, DURATION, sys.argv[1])
-
-
-if __name__ == '__main__':
-    _main()
