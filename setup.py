@@ -76,7 +76,7 @@ setup(
         'tables': ['pint', 'pyarrow'],
         # For --scheduler. An extra for the same reason.
         'scale': ['distributed'],
-        'bench': ['cma', 'scikit-sundae'],
+        'bench': ['cma', 'psutil', 'scikit-sundae'],
         'docs': ['furo', 'myst-parser', 'sphinx'],
     },
     zip_safe=True,

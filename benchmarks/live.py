@@ -7,27 +7,24 @@ and fro. Everything but the processor time comes from the bag that the recorder 
 
 import json
 import os
-import signal
-import subprocess
 import sys
 import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import rclpy
-from rclpy.context import Context
-from rclpy.node import Node
+import psutil
 from rosbags.rosbag2 import Reader
 
+from pneu_rig_ros.demo import NodeProcess, Value
 from pneu_rig_ros.nodes.constant_command import hold_command
 from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
-from pneu_rig_ros.nodes.topics import PolledSubscription
+from pneu_rig_ros.nodes.startup import await_first_sample
 from pneu_rig_ros.records.cdr import typestore, unpack_stamp
 
 SEPARATE = ('recorder', 'friction_estimator', 'valve_command', 'plant')
@@ -37,7 +34,7 @@ PUBLISHED = {
     'valve_command': ('valve_voltages',),
     'friction_estimator': ('friction',),
 }
-WAIT_FOR = {
+WAIT_FOR: dict[str, Value] = {
     'plant:wait_for_subscribers': 1,
     'valve_command:wait_for_subscribers': 2,
     'friction_estimator:wait_for_subscribers': 1,
@@ -47,7 +44,6 @@ WAIT_FOR = {
 U = 0.34
 STROKE_SECONDS = 10.0
 WARM_UP_SECONDS = 2.0
-START_TIMEOUT = 60.0
 PRIORITY = 50
 LADDER_HZ = (2500, 3000, 3500, 4000, 4500, 5000, 6000, 7000, 8000)
 LADDER_SECONDS = 10.0
@@ -119,106 +115,43 @@ def measure(nodes: Sequence[str], seconds: float, priority: int = 0, interval_ns
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(PROFILE)
     with tempfile.TemporaryDirectory() as folder:
-        bag = Path(folder) / 'bag'
-        parameters = {
-            'recorder:output': bag,
+        parameters: dict[str, Value] = {
+            'recorder:output': str(Path(folder, 'bag')),
             'plant:realtime_priority': priority,
             'plant:interval_ns': interval_ns,
             **WAIT_FOR,
         }
-        arguments = [
-            part for key, value in parameters.items() for part in ('-p', f'{key}:={value}')
-        ]
-        with _processes(nodes, arguments) as processes:
-            _await_samples()
-            with _driven():
-                cpu = _processor_percent(processes, seconds)
-        return _evaluate(bag, cpu)
+        started = [NodeProcess(name, parameters, Path(folder, name)) for name in nodes]
+        try:
+            await_first_sample(partial(_check, started))
+            time.sleep(WARM_UP_SECONDS)
+            cpu = _drive(started, seconds)
+        finally:
+            # In reverse order, so that the recorder sees the others out.
+            failed = [node.name for node in reversed(started) if not node.stop()]
+        if failed:
+            raise RuntimeError(f'nodes ended with an error: {failed}')
+        return _evaluate(Path(folder, 'bag'), cpu)
 
 
-def _await_samples() -> None:
-    """Return when samples are coming, and starting up has died away."""
-    context = Context()
-    rclpy.init(context=context)
-    node = Node('benchmark', context=context)
-    subscription = PolledSubscription(node, 'joint_states')
-    deadline = time.monotonic() + START_TIMEOUT
-    while subscription.take() is None:
-        if time.monotonic() > deadline:
-            raise RuntimeError(f'no sample {START_TIMEOUT:g} s after the start')
-        time.sleep(0.02)
-    node.destroy_node()
-    context.try_shutdown()
-    time.sleep(WARM_UP_SECONDS)
+def _check(nodes: Sequence[NodeProcess]) -> None:
+    for node in nodes:
+        node.check()
 
 
-@contextmanager
-def _driven() -> Iterator[None]:
-    stop = threading.Event()
-    driver = threading.Thread(target=_to_and_fro, args=(stop,))
-    driver.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        driver.join()
-
-
-class _Stopped(Exception):
-    """Ends a drive half way."""
-
-
-def _to_and_fro(stop: threading.Event) -> None:
-    def progress(_: float) -> None:
-        if stop.is_set():
-            raise _Stopped
-
+def _drive(nodes: Sequence[NodeProcess], seconds: float) -> dict[str, float]:
+    """Move the piston to and fro for `seconds` [s]; return what each node takes of a core [%]."""
+    before, start = _processor_seconds(nodes), time.monotonic()
     u = U
-    with suppress(_Stopped):
-        while True:
-            hold_command(u, STROKE_SECONDS, progress)
-            u = -u
+    while (left := start + seconds - time.monotonic()) > 0.0:
+        hold_command(u, min(STROKE_SECONDS, left))
+        u = -u
+    after, elapsed = _processor_seconds(nodes), time.monotonic() - start
+    return {name: 100.0 * (after[name] - before[name]) / elapsed for name in before}
 
 
-@contextmanager
-def _processes(
-    nodes: Sequence[str], arguments: Sequence[str]
-) -> Iterator[dict[str, subprocess.Popen[bytes]]]:
-    """Start the nodes, end them in reverse order, so that the recorder sees the others out."""
-    started = {node: _start(node, arguments) for node in nodes}
-    try:
-        yield started
-    finally:
-        for process in reversed(started.values()):
-            process.send_signal(signal.SIGINT)
-            process.wait(timeout=30)
-    failed = {node: p.returncode for node, p in started.items() if p.returncode}
-    if failed:
-        raise RuntimeError(f'nodes ended with an error: {failed}')
-
-
-def _start(node: str, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-    command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{node}', '--ros-args', *arguments]
-    return subprocess.Popen([*command, '--log-level', 'warn'])
-
-
-def _processor_percent(
-    processes: dict[str, subprocess.Popen[bytes]], seconds: float
-) -> dict[str, float]:
-    """Return the share of one core [%] that each process takes during `seconds` [s]."""
-    before, start = _processor_seconds(processes), time.monotonic()
-    time.sleep(seconds)
-    after, elapsed = _processor_seconds(processes), time.monotonic() - start
-    return {node: 100.0 * (after[node] - before[node]) / elapsed for node in processes}
-
-
-def _processor_seconds(processes: dict[str, subprocess.Popen[bytes]]) -> dict[str, float]:
-    ticks = os.sysconf('SC_CLK_TCK')
-    seconds = {}
-    for node, process in processes.items():
-        fields = Path(f'/proc/{process.pid}/stat').read_text().rpartition(')')[2].split()
-        seconds[node] = (int(fields[11]) + int(fields[12])) / ticks
-    return seconds
+def _processor_seconds(nodes: Sequence[NodeProcess]) -> dict[str, float]:
+    return {node.name: sum(psutil.Process(node.number).cpu_times()[:2]) for node in nodes}
 
 
 class Content(NamedTuple):

@@ -1,6 +1,5 @@
 """How fast the plant is simulated, against general solvers at equal error, and how cost grows."""
 
-import resource
 import time
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -71,9 +70,7 @@ def run(progress: Progress) -> dict[str, Any]:
         'realtime_factor': min(factors.values()),
         'speedup_vs_best_peer': min(factors[n] / best_peers[n] for n in strokes),
         'strokes': strokes,
-        'substep': cost_against_substep(),
         'length': cost_against_length(),
-        'memory': memory(),
     }
 
 
@@ -144,17 +141,6 @@ def error(states: Array, stroke: Stroke) -> float:
     return float(difference.max())
 
 
-def cost_against_substep() -> list[dict[str, float]]:
-    """Return the time per simulated second when no step is longer than the substep."""
-    plant = Plant(load_configuration('cylinder_2', friction=LAW).model)
-    rows = []
-    for parts in (1, 2, 4, 8, 16, 32):
-        plant.longest_step = INTERVAL / parts
-        seconds, _ = best_time(lambda: simulate(plant, (2.84, 2.16), 4310), 3)
-        rows.append({'substep_us': 1e6 * INTERVAL / parts, 'ms_per_s': 1e3 * seconds / 5.0})
-    return rows
-
-
 def cost_against_length() -> dict[str, Any]:
     """
     Return the time for ever longer strokes, and the exponent of its growth (1 is linear).
@@ -179,15 +165,3 @@ def growth(rows: list[dict[str, float]], key: str) -> float:
     """Return the exponent with which something grows with the length of the stroke [-]."""
     lengths, values = ([row[name] for row in rows] for name in ('duration_s', key))
     return float(np.polyfit(np.log(lengths), np.log(values), 1)[0])
-
-
-def memory() -> dict[str, float]:
-    """Return what a run keeps: bytes a sample, and growth over 50 repeated strokes [MB]."""
-    plant = Plant(load_configuration('cylinder_2', friction=LAW).model)
-    trajectory = simulate(plant, (2.84, 2.16), 4310)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    for _ in range(50):
-        simulate(plant, (2.84, 2.16), 4310)
-    growth = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-    size = sum(column.itemsize for column in trajectory)
-    return {'bytes_per_sample': size, 'growth_mb': growth, 'peak_mb': before / 1024}
