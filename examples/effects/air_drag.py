@@ -28,7 +28,7 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the force against the motion [N], and no mass [kg]."""
-    return -parameters.coefficient * signals.velocity * abs(signals.velocity), 0.0
+    return -parameters.coefficient * signals.motion.velocity * abs(signals.motion.velocity), 0.0
 
 
 EFFECT = Effect(

@@ -16,7 +16,7 @@ from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
-from pneu_rig_ros.model.effect import Signals, at_ports, with_bristles
+from pneu_rig_ros.model.effect import ChamberGas, Motion, Ports, Seal, Signals, at_ports, with_seal
 from pneu_rig_ros.model.parameters import (
     FADES_WHILE_SLIDING,
     HELD_TO_NEXT_BREAKAWAY,
@@ -52,6 +52,17 @@ REST_SPEED = 1e-5
 """Speed below which the Jacobian, and only that, leaves out the sign of the velocity [m/s]."""
 LEAST_SHARE = 0.01
 """Share of F_c and F_smax that remains whatever the effects take away: friction never drives."""
+
+
+@compiled
+def signals_of(
+    time: float, state: Array, ports: Ports, seal: Seal, model: CompiledModel
+) -> Signals:
+    """Return what the contributions look at in a state at ``time`` [s]."""
+    volume_1, volume_2 = chambers.volumes(state[POSITION], model.cylinder)
+    mass_1, mass_2 = state[GAS_MASS_1], state[GAS_MASS_2]
+    gas = ChamberGas(state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2, mass_1, mass_2)
+    return Signals(time, Motion(state[POSITION], state[VELOCITY]), gas, ports, seal)
 
 
 @compiled
@@ -137,27 +148,29 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
     ) -> None:
         gas, a1, a2 = model.gas, model.cylinder.cap_area, model.cylinder.rod_area
         spool_1, spool_2 = add_spool(s, model, effects, state, rate)
-        u1, u2 = s.voltage_1 + spool_1, s.voltage_2 + spool_2
-        at_spools = at_ports(s, u1, u2, s.supply_1, s.supply_2)
+        ports, v1, v2 = s.ports, s.gas.volume_1, s.gas.volume_2
+        u1, u2 = ports.voltage_1 + spool_1, ports.voltage_2 + spool_2
+        at_spools = at_ports(s, Ports(u1, u2, ports.supply_1, ports.supply_2))
         supply_1, supply_2 = add_supply(at_spools, model, effects, state, rate)
-        ps1, ps2 = s.supply_1 + supply_1, s.supply_2 + supply_2
-        leak_1, leak_2 = add_mass(at_ports(s, u1, u2, ps1, ps2), model, effects, state, rate)
+        ps1, ps2 = ports.supply_1 + supply_1, ports.supply_2 + supply_2
+        at_chambers = at_ports(s, Ports(u1, u2, ps1, ps2))
+        leak_1, leak_2 = add_mass(at_chambers, model, effects, state, rate)
         heat_1, heat_2 = add_heat(s, model, effects, state, rate)
-        p1, p2 = s.pressure_1, s.pressure_2
+        p1, p2 = s.gas.pressure_1, s.gas.pressure_2
         flow_1 = valve.mass_flow(u1, p1, ps1, model.valve, gas)
         flow_2 = valve.mass_flow(u2, p2, ps2, model.valve, gas)
         total_1, total_2 = flow_1 + leak_1, flow_2 + leak_2
-        swept_1, swept_2 = a1 * s.velocity, -a2 * s.velocity
-        rate[PRESSURE_1] = chambers.pressure_rate(p1, s.volume_1, swept_1, total_1, heat_1, gas)
-        rate[PRESSURE_2] = chambers.pressure_rate(p2, s.volume_2, swept_2, total_2, heat_2, gas)
+        swept_1, swept_2 = a1 * s.motion.velocity, -a2 * s.motion.velocity
+        rate[PRESSURE_1] = chambers.pressure_rate(p1, v1, swept_1, total_1, heat_1, gas)
+        rate[PRESSURE_2] = chambers.pressure_rate(p2, v2, swept_2, total_2, heat_2, gas)
         rate[GAS_MASS_1], rate[GAS_MASS_2] = total_1, total_2
 
         k, enthalpy = gas.heat_capacity_ratio, gas.gas_constant * gas.supply_temperature
         slope_1 = enthalpy * flow_slope(flow_1, p1, ps1, model)
         slope_2 = enthalpy * flow_slope(flow_2, p2, ps2, model)
-        arrow[P1_V], arrow[P2_V] = -k * p1 * a1 / s.volume_1, k * p2 * a2 / s.volume_2
-        arrow[P1_P1] = k * (slope_1 - swept_1) / s.volume_1
-        arrow[P2_P2] = k * (slope_2 - swept_2) / s.volume_2
+        arrow[P1_V], arrow[P2_V] = -k * p1 * a1 / v1, k * p2 * a2 / v2
+        arrow[P1_P1] = k * (slope_1 - swept_1) / v1
+        arrow[P2_P2] = k * (slope_2 - swept_2) / v2
 
     return gas_rates
 
@@ -177,7 +190,8 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        law, v, film, bristles = model.friction, s.velocity, state[FILM], s.bristle_force
+        law, film = model.friction, state[FILM]
+        v, bristles = s.motion.velocity, s.seal.bristle_force
         level_c, level_s = add_level(s, model, effects, state, rate)
         coulomb = max(law.coulomb_force + level_c, LEAST_SHARE * law.coulomb_force)
         breakaway = max(law.breakaway_force + level_s, LEAST_SHARE * law.breakaway_force)
@@ -189,7 +203,7 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         level = friction.sliding_level(power, at_rest, coulomb)
         steady = friction.film_steady_state(v, static, coulomb, law)
         rate[DEFLECTION] = friction.bristle_deflection_rate(v, bristles, level)
-        resting = friction.film_rests(v, s.sticking, law)
+        resting = friction.film_rests(v, s.seal.sticking, law)
         rate[FILM] = friction.film_rate(film, steady, resting, law)
 
         # near rest the slope of |v| is taken as zero: between its two sides, a stiff step settles
@@ -217,14 +231,15 @@ def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        cylinder, law, v = model.cylinder, model.friction, s.velocity
+        cylinder, law, v = model.cylinder, model.friction, s.motion.velocity
         force, added_mass = add_force(s, model, effects, state, rate)
-        drive = piston.driving_force(s.pressure_1, s.pressure_2, cylinder, model.gas) + force
+        p1, p2 = s.gas.pressure_1, s.gas.pressure_2
+        drive = piston.driving_force(p1, p2, cylinder, model.gas) + force
         mass = cylinder.moving_mass + model.operation.load_mass + added_mass
         # the fluid term of Eq. 9 is solved for the acceleration: it acts like a mass
         inertia = mass + law.viscous_coefficient * friction.fluid_time(law)
         z_rate = rate[DEFLECTION]
-        resistance = friction.friction_force(s.bristle_force, z_rate, v, 0.0, law)
+        resistance = friction.friction_force(s.seal.bristle_force, z_rate, v, 0.0, law)
         acceleration = piston.acceleration(drive, resistance, inertia)
         rate[POSITION], rate[VELOCITY] = v, acceleration
         arrow[FREE_ACCELERATION] = acceleration
@@ -267,20 +282,15 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        x, z, supply = state[POSITION], state[DEFLECTION], model.operation.supply_pressure
-        volume_1, volume_2 = chambers.volumes(x, model.cylinder)
-        bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], model.friction)
-        sticking = memory[STICKING] != 0.0
-        dwell = counted_dwell(time, memory, model.friction)
-        elastic = Signals(
-            time, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
-            state[GAS_MASS_1], state[GAS_MASS_2], voltages[0], voltages[1], supply, supply, z,
-            bristles, sticking, dwell, model.friction.coulomb_force,
-            model.friction.breakaway_force,
-        )  # fmt: skip
+        z, law, supply = state[DEFLECTION], model.friction, model.operation.supply_pressure
+        bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], law)
+        sticking, dwell = memory[STICKING] != 0.0, counted_dwell(time, memory, law)
+        seal = Seal(z, bristles, sticking, dwell, law.coulomb_force, law.breakaway_force)
+        ports = Ports(voltages[0], voltages[1], supply, supply)
+        elastic = signals_of(time, state, ports, seal, model)
         more_force, more_stiffness = add_bristle(elastic, model, effects, state, rate)
         stiffness += more_stiffness
-        signals = with_bristles(elastic, bristles + more_force)
+        signals = with_seal(elastic, bristles + more_force, law.coulomb_force, law.breakaway_force)
         gas_rates(signals, state, rate, arrow, model, effects)
         seal_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
         piston_rates(signals, stiffness, state, rate, arrow, memory, model, effects)

@@ -85,41 +85,71 @@ READING_BALANCES = (Balance.MOTION_READING, Balance.PRESSURE_READING)
 """What acts on the sensors alone."""
 
 
-class Signals(NamedTuple):
-    """
-    What a contribution may look at besides the parameters; all scalars, SI units.
+class Motion(NamedTuple):
+    """Position [m] and velocity [m/s] of the piston."""
 
-    The voltages are the commanded ones and the supply pressures those of the regulator; for
-    ``MASS`` both are those at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them
-    (``SUPPLY`` sees the voltages at the ports). ``bristle_force`` is F(z), for ``LEVEL`` and
-    later ones with the contributions to ``BRISTLE``. ``dwell_time`` is the dwell that static
-    friction stands for under the reading of Eq. 16; latched at breakaway, it is the time at rest
-    so far while the piston sticks, and the dwell before the last breakaway while it slides; fading
-    while sliding, it is the dwell that would give what is left of F_s.
-    ``coulomb_force`` and ``static_force`` are F_c and F_smax of the law; for ``LEVEL`` with what
-    the earlier stages add. Readings see only the state: for them time, voltages, bristle force,
-    dwell and these two are NaN.
-    """
-
-    time: float
     position: float
     velocity: float
+
+
+class ChamberGas(NamedTuple):
+    """Absolute pressures [Pa], volumes [m^3] and gas masses [kg] of the chambers."""
+
     pressure_1: float
     pressure_2: float
     volume_1: float
     volume_2: float
     gas_mass_1: float
     gas_mass_2: float
+
+
+class Ports(NamedTuple):
+    """
+    Control voltages [V] and supply pressures [Pa, absolute] of the valves.
+
+    The commanded voltages and the supply pressures of the regulator; for ``MASS`` both as they are
+    at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them (``SUPPLY`` sees the
+    voltages at the ports).
+    """
+
     voltage_1: float
     voltage_2: float
     supply_1: float
     supply_2: float
+
+
+class Seal(NamedTuple):
+    """
+    Bristle deflection [m] and force F(z) [N], whether the piston rests, dwell [s], levels [N].
+
+    ``bristle_force`` has, for ``LEVEL`` and later ones, the contributions to ``BRISTLE`` in it.
+    ``dwell_time`` is the dwell that static friction stands for under the reading of Eq. 16;
+    latched at breakaway, it is the time at rest so far while the piston sticks, and the dwell
+    before the last breakaway while it slides; fading while sliding, it is the dwell that would
+    give what is left of F_s. ``coulomb_force`` and ``static_force`` are F_c and F_smax of the law;
+    for ``LEVEL`` with what the earlier stages add.
+    """
+
     deflection: float
     bristle_force: float
     sticking: bool
     dwell_time: float
     coulomb_force: float
     static_force: float
+
+
+class Signals(NamedTuple):
+    """
+    What a contribution may look at besides the parameters; all scalars, SI units.
+
+    Readings see only the state: for them time, voltages, bristle force, dwell and levels are NaN.
+    """
+
+    time: float
+    motion: Motion
+    gas: ChamberGas
+    ports: Ports
+    seal: Seal
 
 
 @compiled
@@ -134,46 +164,38 @@ def integrated_lag(time_constant: float) -> tuple[float, float]:
 
 
 @compiled
-def at_ports(
-    signals: Signals, voltage_1: float, voltage_2: float, supply_1: float, supply_2: float
-) -> Signals:
-    """Return the signals with other voltages u1, u2 [V] and supply pressures [Pa]."""
-    s = signals
-    return Signals(
-        s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
-        s.gas_mass_1, s.gas_mass_2, voltage_1, voltage_2, supply_1, supply_2, s.deflection,
-        s.bristle_force, s.sticking, s.dwell_time, s.coulomb_force, s.static_force,
-    )  # fmt: skip
+def at_ports(signals: Signals, ports: Ports) -> Signals:
+    """Return the signals with other voltages and supply pressures."""
+    return Signals(signals.time, signals.motion, signals.gas, ports, signals.seal)
 
 
 @compiled
-def with_bristles(signals: Signals, bristle_force: float) -> Signals:
-    """Return the signals with another bristle force F(z) [N]."""
-    s = signals
-    return Signals(
-        s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
-        s.gas_mass_1, s.gas_mass_2, s.voltage_1, s.voltage_2, s.supply_1, s.supply_2,
-        s.deflection, bristle_force, s.sticking, s.dwell_time, s.coulomb_force, s.static_force,
-    )  # fmt: skip
+def with_seal(
+    signals: Signals, bristle_force: float, coulomb_force: float, static_force: float
+) -> Signals:
+    """Return the signals with another bristle force F(z), F_c and F_smax [N]."""
+    old = signals.seal
+    seal = Seal(
+        old.deflection, bristle_force, old.sticking, old.dwell_time, coulomb_force, static_force
+    )
+    return Signals(signals.time, signals.motion, signals.gas, signals.ports, seal)
 
 
 @compiled
 def behind_spools(signals: Signals, first: float, second: float) -> Signals:
     """Return the signals with the voltages that stages of ``SPOOL`` leave that add so much [V]."""
-    s = signals
-    return at_ports(s, s.voltage_1 + first, s.voltage_2 + second, s.supply_1, s.supply_2)
+    old = signals.ports
+    ports = Ports(old.voltage_1 + first, old.voltage_2 + second, old.supply_1, old.supply_2)
+    return at_ports(signals, ports)
 
 
 @compiled
 def behind_levels(signals: Signals, coulomb: float, static: float) -> Signals:
     """Return the signals with the forces that stages of ``LEVEL`` leave that add so much [N]."""
-    s = signals
-    return Signals(
-        s.time, s.position, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
-        s.gas_mass_1, s.gas_mass_2, s.voltage_1, s.voltage_2, s.supply_1, s.supply_2,
-        s.deflection, s.bristle_force, s.sticking, s.dwell_time, s.coulomb_force + coulomb,
-        s.static_force + static,
-    )  # fmt: skip
+    old = signals.seal
+    return with_seal(
+        signals, old.bristle_force, old.coulomb_force + coulomb, old.static_force + static
+    )
 
 
 @dataclass(frozen=True)

@@ -56,9 +56,9 @@ def cold(pressure: float, volume: float, gas_mass: float, model: CompiledModel) 
 @both
 def direction(s: Signals, model: CompiledModel) -> Any:
     """Return the sign of the velocity without a jump; at rest that of the bristle force."""
-    bent = 2.0 * s.bristle_force / model.friction.coulomb_force
+    bent = 2.0 * s.seal.bristle_force / model.friction.coulomb_force
     resting = np.minimum(np.maximum(bent, -1.0), 1.0)
-    return (s.velocity + TURN * resting) / (abs(s.velocity) + TURN)
+    return (s.motion.velocity + TURN * resting) / (abs(s.motion.velocity) + TURN)
 
 
 @both
@@ -98,68 +98,73 @@ class Term(NamedTuple):
 
 TERMS: dict[str, Term] = {
     'constant': Term('1', lambda s, m: 1.0),
-    'position': Term('x/L', lambda s, m: s.position / m.cylinder.stroke),
-    'position_squared': Term('(x/L)^2', lambda s, m: (s.position / m.cylinder.stroke) ** 2),
-    'gauge_1': Term('gauge p1, per 5 bar', lambda s, m: gauge(s.pressure_1, m)),
-    'gauge_2': Term('gauge p2, per 5 bar', lambda s, m: gauge(s.pressure_2, m)),
+    'position': Term('x/L', lambda s, m: s.motion.position / m.cylinder.stroke),
+    'position_squared': Term('(x/L)^2', lambda s, m: (s.motion.position / m.cylinder.stroke) ** 2),
+    'gauge_1': Term('gauge p1, per 5 bar', lambda s, m: gauge(s.gas.pressure_1, m)),
+    'gauge_2': Term('gauge p2, per 5 bar', lambda s, m: gauge(s.gas.pressure_2, m)),
     'difference': Term(
-        'p1 - p2, per 5 bar', lambda s, m: (s.pressure_1 - s.pressure_2) / PRESSURE
+        'p1 - p2, per 5 bar', lambda s, m: (s.gas.pressure_1 - s.gas.pressure_2) / PRESSURE
     ),
-    'velocity': Term('v, per 0.1 m/s', lambda s, m: s.velocity / SPEED),
-    'speed': Term('|v|, per 0.1 m/s', lambda s, m: abs(s.velocity) / SPEED),
-    'slow': Term('exp(-|v|/15 mm/s)', lambda s, m: slowness(s.velocity)),
+    'velocity': Term('v, per 0.1 m/s', lambda s, m: s.motion.velocity / SPEED),
+    'speed': Term('|v|, per 0.1 m/s', lambda s, m: abs(s.motion.velocity) / SPEED),
+    'slow': Term('exp(-|v|/15 mm/s)', lambda s, m: slowness(s.motion.velocity)),
     'direction': Term('the direction', direction),
     'direction_position': Term(
-        'the direction, and x/L', lambda s, m: direction(s, m) * s.position / m.cylinder.stroke
+        'the direction, and x/L',
+        lambda s, m: direction(s, m) * s.motion.position / m.cylinder.stroke,
     ),
     'direction_gauge_1': Term(
         'the direction, and gauge p1, per 5 bar',
-        lambda s, m: direction(s, m) * gauge(s.pressure_1, m),
+        lambda s, m: direction(s, m) * gauge(s.gas.pressure_1, m),
     ),
     'direction_gauge_2': Term(
         'the direction, and gauge p2, per 5 bar',
-        lambda s, m: direction(s, m) * gauge(s.pressure_2, m),
+        lambda s, m: direction(s, m) * gauge(s.gas.pressure_2, m),
     ),
     'direction_slow': Term(
         'the direction, and exp(-|v|/15 mm/s)',
-        lambda s, m: direction(s, m) * slowness(s.velocity),
+        lambda s, m: direction(s, m) * slowness(s.motion.velocity),
     ),
     'ends': Term(
         '(2x/L - 1)^9',
-        lambda s, m: near_end(s.position, m) * (2.0 * s.position / m.cylinder.stroke - 1.0),
+        lambda s, m: near_end(s.motion.position, m)
+        * (2.0 * s.motion.position / m.cylinder.stroke - 1.0),
     ),
     'ends_velocity': Term(
-        'v (2x/L - 1)^8, per 0.1 m/s', lambda s, m: near_end(s.position, m) * s.velocity / SPEED
+        'v (2x/L - 1)^8, per 0.1 m/s',
+        lambda s, m: near_end(s.motion.position, m) * s.motion.velocity / SPEED,
     ),
     'mass': Term('all that moves, in kg', lambda s, m: m.cylinder.moving_mass
                  + m.operation.load_mass),
     'cold_1': Term('(T_s - T_1)/T_s',
-                   lambda s, m: cold(s.pressure_1, s.volume_1, s.gas_mass_1, m)),
+                   lambda s, m: cold(s.gas.pressure_1, s.gas.volume_1, s.gas.gas_mass_1, m)),
     'cold_2': Term('(T_s - T_2)/T_s',
-                   lambda s, m: cold(s.pressure_2, s.volume_2, s.gas_mass_2, m)),
+                   lambda s, m: cold(s.gas.pressure_2, s.gas.volume_2, s.gas.gas_mass_2, m)),
     'intake_1': Term('u1 - 2.5 V where above 0, per volt',
-                     lambda s, m: np.maximum(s.voltage_1 - CENTRE_VOLTAGE, 0.0)),
+                     lambda s, m: np.maximum(s.ports.voltage_1 - CENTRE_VOLTAGE, 0.0)),
     'intake_2': Term('u2 - 2.5 V where above 0, per volt',
-                     lambda s, m: np.maximum(s.voltage_2 - CENTRE_VOLTAGE, 0.0)),
+                     lambda s, m: np.maximum(s.ports.voltage_2 - CENTRE_VOLTAGE, 0.0)),
     'exhaust_1': Term('2.5 V - u1 where above 0, per volt',
-                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.voltage_1, 0.0)),
+                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_1, 0.0)),
     'exhaust_2': Term('2.5 V - u2 where above 0, per volt',
-                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.voltage_2, 0.0)),
+                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_2, 0.0)),
     'squared_1': Term(
         '(u1 - 2.5 V)|u1 - 2.5 V|, per V^2',
-        lambda s, m: (s.voltage_1 - CENTRE_VOLTAGE) * abs(s.voltage_1 - CENTRE_VOLTAGE),
+        lambda s, m: (s.ports.voltage_1 - CENTRE_VOLTAGE)
+        * abs(s.ports.voltage_1 - CENTRE_VOLTAGE),
     ),
     'squared_2': Term(
         '(u2 - 2.5 V)|u2 - 2.5 V|, per V^2',
-        lambda s, m: (s.voltage_2 - CENTRE_VOLTAGE) * abs(s.voltage_2 - CENTRE_VOLTAGE),
+        lambda s, m: (s.ports.voltage_2 - CENTRE_VOLTAGE)
+        * abs(s.ports.voltage_2 - CENTRE_VOLTAGE),
     ),
     'change_1': Term('u1 less its mean over 20 ms, per volt',
-                     lambda s, m: s.voltage_1 - CENTRE_VOLTAGE, CHANGE),
+                     lambda s, m: s.ports.voltage_1 - CENTRE_VOLTAGE, CHANGE),
     'change_2': Term('u2 less its mean over 20 ms, per volt',
-                     lambda s, m: s.voltage_2 - CENTRE_VOLTAGE, CHANGE),
-    'log_dwell': Term('ln(1 + dwell time / 1 s)', lambda s, m: np.log1p(s.dwell_time)),
+                     lambda s, m: s.ports.voltage_2 - CENTRE_VOLTAGE, CHANGE),
+    'log_dwell': Term('ln(1 + dwell time / 1 s)', lambda s, m: np.log1p(s.seal.dwell_time)),
     'travel': Term('the way gone so far, in strokes',
-                   lambda s, m: abs(s.velocity) / m.cylinder.stroke, TOTAL),
+                   lambda s, m: abs(s.motion.velocity) / m.cylinder.stroke, TOTAL),
 }  # fmt: skip
 
 
@@ -242,7 +247,7 @@ def values(output: str, signals: Signals, model: CompiledModel) -> Array:
         _remembered(term, term.signal(given, model), given.time)
         for term in map(TERMS.__getitem__, OUTPUTS[output].terms)
     ]
-    size = len(given.position)
+    size = len(given.motion.position)
     return np.column_stack([np.broadcast_to(column, size) for column in columns])
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.model.compiled import called, compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Motion, Regime, Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Memory, Term
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -118,8 +118,8 @@ def _from_what_is_left(
     first: float, second: float, s: Signals, model: CompiledModel
 ) -> tuple[float, float]:
     """Let less flow out of a chamber with little gas left: none out of an empty one."""
-    left_1 = min(s.pressure_1 / model.gas.atmospheric_pressure, 1.0)
-    left_2 = min(s.pressure_2 / model.gas.atmospheric_pressure, 1.0)
+    left_1 = min(s.gas.pressure_1 / model.gas.atmospheric_pressure, 1.0)
+    left_2 = min(s.gas.pressure_2 / model.gas.atmospheric_pressure, 1.0)
     return max(first, first * left_1), max(second, second * left_2)
 
 
@@ -129,8 +129,8 @@ def _from_what_is_warm(
 ) -> tuple[float, float]:
     """Let less heat out of a cold gas: none out of one without any."""
     scale = model.gas.gas_constant * model.gas.supply_temperature
-    left_1 = min(s.pressure_1 * s.volume_1 / (s.gas_mass_1 * scale), 1.0)
-    left_2 = min(s.pressure_2 * s.volume_2 / (s.gas_mass_2 * scale), 1.0)
+    left_1 = min(s.gas.pressure_1 * s.gas.volume_1 / (s.gas.gas_mass_1 * scale), 1.0)
+    left_2 = min(s.gas.pressure_2 * s.gas.volume_2 / (s.gas.gas_mass_2 * scale), 1.0)
     return max(first, first * left_1), max(second, second * left_2)
 
 
@@ -178,19 +178,15 @@ def _rate_of(total: Sum) -> Sum:
         step = STEP * model.cylinder.stroke
         ahead = total(_moved(s, step), model, c, state, rate)
         behind = total(_moved(s, -step), model, c, state, rate)
-        return (ahead - behind) / (2.0 * step) * s.velocity
+        return (ahead - behind) / (2.0 * step) * s.motion.velocity
 
     return rate_of
 
 
 @inner
 def _moved(signals: Signals, way: float) -> Signals:
-    s = signals
-    return Signals(
-        s.time, s.position + way, s.velocity, s.pressure_1, s.pressure_2, s.volume_1, s.volume_2,
-        s.gas_mass_1, s.gas_mass_2, s.voltage_1, s.voltage_2, s.supply_1, s.supply_2,
-        s.deflection, s.bristle_force, s.sticking, s.dwell_time, s.coulomb_force, s.static_force,
-    )  # fmt: skip
+    motion = Motion(signals.motion.position + way, signals.motion.velocity)
+    return Signals(signals.time, motion, signals.gas, signals.ports, signals.seal)
 
 
 def _parameters(name: str) -> type[Any]:

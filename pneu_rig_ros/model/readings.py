@@ -8,21 +8,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
 from pneu_rig_ros.model.dynamics import (
     DEFLECTION,
-    GAS_MASS_1,
-    GAS_MASS_2,
     POSITION,
     PRESSURE_1,
     PRESSURE_2,
     VELOCITY,
     Array,
+    signals_of,
 )
-from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.effect import Ports, Seal, Signals
 
 Readings = Callable[..., None]
 
@@ -30,13 +28,10 @@ Readings = Callable[..., None]
 @compiled
 def visible(state: Array, model: CompiledModel) -> Signals:
     """Return the signals that follow from a state alone; the others are NaN."""
-    x, supply = state[POSITION], model.operation.supply_pressure
-    volume_1, volume_2 = chambers.volumes(x, model.cylinder)
-    return Signals(
-        np.nan, x, state[VELOCITY], state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2,
-        state[GAS_MASS_1], state[GAS_MASS_2], np.nan, np.nan, supply, supply, state[DEFLECTION],
-        np.nan, False, np.nan, np.nan, np.nan,
-    )  # fmt: skip
+    supply = model.operation.supply_pressure
+    ports = Ports(np.nan, np.nan, supply, supply)
+    seal = Seal(state[DEFLECTION], np.nan, False, np.nan, np.nan, np.nan)
+    return signals_of(np.nan, state, ports, seal, model)
 
 
 def build_readings(contributions: Contributions) -> Readings:

@@ -162,18 +162,18 @@ def _fill(row: Array, over: str, at: Sequence[float], times: Sequence[float]) ->
 def _common(driver: int, s: Signals) -> float:
     """Return a driver of both contributions; the order is that of ``DRIVERS``."""
     if driver == 0:
-        return s.position
+        return s.motion.position
     if driver == 1:
-        return s.velocity
+        return s.motion.velocity
     if driver == 2:
-        return abs(s.velocity)
+        return abs(s.motion.velocity)
     if driver == 3:
-        return s.pressure_1
+        return s.gas.pressure_1
     if driver == 4:
-        return s.pressure_2
+        return s.gas.pressure_2
     if driver == 5:
-        return abs(s.pressure_1 - s.pressure_2)
-    return s.dwell_time if driver == 6 else s.time
+        return abs(s.gas.pressure_1 - s.gas.pressure_2)
+    return s.seal.dwell_time if driver == 6 else s.time
 
 
 @inner
@@ -209,6 +209,7 @@ def factors(row: Array, s: Signals, model: CompiledModel) -> tuple[float, float]
     if driver < 8:
         factor = _factor(row, _common(driver, s))
         return factor, factor
-    first = _own(driver, s.pressure_1, s.volume_1, s.gas_mass_1, s.voltage_1, model)
-    second = _own(driver, s.pressure_2, s.volume_2, s.gas_mass_2, s.voltage_2, model)
+    gas, ports = s.gas, s.ports
+    first = _own(driver, gas.pressure_1, gas.volume_1, gas.gas_mass_1, ports.voltage_1, model)
+    second = _own(driver, gas.pressure_2, gas.volume_2, gas.gas_mass_2, ports.voltage_2, model)
     return _factor(row, first), _factor(row, second)

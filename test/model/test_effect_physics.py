@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from pneu_rig_ros.model import effects, valve
 from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import LEAST_TIME, Signals
+from pneu_rig_ros.model.effect import LEAST_TIME, ChamberGas, Motion, Ports, Seal, Signals
 from pneu_rig_ros.model.plant import Plant
 
 from .rigs import SHUT, changed, drive, stroke
@@ -20,9 +20,22 @@ COMPILED = compiled_model(MODEL)
 LAW, VALVE, GAS = COMPILED.friction, COMPILED.valve, COMPILED.gas
 STROKE, SUPPLY = MODEL.cylinder.stroke, MODEL.operation.supply_pressure
 AT_REST = Signals(
-    0.0, 0.1, 0.0, 2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4, 2.5, 2.5, SUPPLY, SUPPLY, 0.0, 0.0, False,
-    0.0, LAW.coulomb_force, LAW.breakaway_force,
-)  # fmt: skip
+    time=0.0,
+    motion=Motion(0.1, 0.0),
+    gas=ChamberGas(2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4),
+    ports=Ports(2.5, 2.5, SUPPLY, SUPPLY),
+    seal=Seal(0.0, 0.0, False, 0.0, LAW.coulomb_force, LAW.breakaway_force),
+)
+
+
+def at_rest(time: Any = 0.0, **changes: Any) -> Signals:
+    """Return the signals at rest, some fields of their groups changed."""
+    groups = [
+        group._replace(**{key: changes.pop(key) for key in group._fields if key in changes})
+        for group in AT_REST[1:]
+    ]
+    assert not changes
+    return Signals(time, *groups)
 
 
 def contribute(name: str, values: tuple[float, ...], state: Any = (), **signals: Any) -> Any:
@@ -30,7 +43,7 @@ def contribute(name: str, values: tuple[float, ...], state: Any = (), **signals:
     effect = effects.load(name)
     rate = np.zeros(len(effect.states))
     given = np.array(state if len(state) else np.zeros(len(rate)), dtype=np.float64)
-    seen = AT_REST._replace(**signals)
+    seen = at_rest(**signals)
     pair = effect.contribution(seen, COMPILED, effect.parameters(*values), given, rate)
     return *pair, rate
 
@@ -98,7 +111,7 @@ def test_valve_null_leak_halves_at_the_centre_and_fades_beyond() -> None:
         pair = contribute('valve_null_leak', (1e-9, 0.0), voltage_1=voltage)
         return cast(float, pair[0])
 
-    edge = valve.port_flow(SUPPLY, AT_REST.pressure_1, 1e-9, VALVE, GAS)
+    edge = valve.port_flow(SUPPLY, AT_REST.gas.pressure_1, 1e-9, VALVE, GAS)
     assert leak(VALVE.intake_voltage) == pytest.approx(edge)
     assert leak(2.5) == pytest.approx(0.5 * edge)
     assert leak(0.0) < 0.06 * edge
@@ -188,7 +201,7 @@ def test_lag_has_its_time_constant(name: str) -> None:
     after = settle(name, (0.02,), 0.02, **signals)
     assert after[0] == pytest.approx((1.0 - math.exp(-1.0)) * target[0], rel=1e-6)
     if name == 'line_lag':
-        flow = valve.mass_flow(3.0, AT_REST.pressure_1, SUPPLY, VALVE, GAS)
+        flow = valve.mass_flow(3.0, AT_REST.gas.pressure_1, SUPPLY, VALVE, GAS)
         lack = contribute(name, (0.02,), **signals)[0]
         assert (lack, target[0]) == pytest.approx((-flow, flow / 1e-4))
 

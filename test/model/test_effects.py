@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import READING_BALANCES, Regime, Signals
+from pneu_rig_ros.model.effect import (
+    READING_BALANCES,
+    ChamberGas,
+    Motion,
+    Ports,
+    Regime,
+    Seal,
+    Signals,
+)
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.model.quantity import Quantity, specifications
@@ -101,9 +109,12 @@ def test_regimes_are_named_for_people() -> None:
 def test_null_contribution_is_exactly_zero(name: str) -> None:
     effect = effects.load(name)
     signals = Signals(
-        1.0, 0.1, 0.02, 2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4, 2.8, 2.2, 5e5, 5e5, 1e-4, 5.0, False,
-        3.0, 6.0, 15.0,
-    )  # fmt: skip
+        time=1.0,
+        motion=Motion(0.1, 0.02),
+        gas=ChamberGas(2e5, 1.5e5, 1e-4, 2e-4, 2e-4, 3e-4),
+        ports=Ports(2.8, 2.2, 5e5, 5e5),
+        seal=Seal(1e-4, 5.0, False, 3.0, 6.0, 15.0),
+    )
     size = len(effect.states)
     rate = np.full(size, np.nan)
     pair = effect.contribution(signals, compiled_model(MODEL), effect.null, np.zeros(size), rate)

@@ -14,22 +14,28 @@ from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
 
 from .rigs import SHUT, changed, drive
-from .test_effect_physics import AT_REST, COMPILED, GAS, STROKE, contribute, plant_with, settle
+from .test_effect_physics import COMPILED, GAS, STROKE, at_rest, contribute, plant_with, settle
 
 CYLINDER = (configuration_folder() / 'cylinder_2.yaml').read_text()
 EVERY = [(output, name) for output in OUTPUTS for name in terms(output)]
 STATES = [
-    AT_REST,
-    AT_REST._replace(time=0.01, position=0.02, velocity=0.03, bristle_force=3.0, voltage_1=3.1,
-                     voltage_2=1.9, gas_mass_2=2e-4, pressure_1=4e5, dwell_time=20.0),
-    AT_REST._replace(time=0.03, position=0.15, velocity=-2e-4, bristle_force=-2.0, voltage_1=2.2,
-                     voltage_2=2.6, gas_mass_1=3e-4, pressure_2=3e5, dwell_time=0.3),
+    at_rest(),
+    at_rest(
+        time=0.01, position=0.02, velocity=0.03, bristle_force=3.0, voltage_1=3.1, voltage_2=1.9,
+        gas_mass_2=2e-4, pressure_1=4e5, dwell_time=20.0,
+    ),
+    at_rest(
+        time=0.03, position=0.15, velocity=-2e-4, bristle_force=-2.0, voltage_1=2.2, voltage_2=2.6,
+        gas_mass_1=3e-4, pressure_2=3e5, dwell_time=0.3,
+    ),
 ]  # fmt: skip
 
 
 def along(states: list[Signals]) -> Signals:
     """Return signals as arrays."""
-    return cast(Signals, Signals(*(np.array(column) for column in zip(*states, strict=True))))
+    times, *groups = zip(*states, strict=True)
+    columns = [type(group[0])(*map(np.array, zip(*group, strict=True))) for group in groups]
+    return cast(Signals, Signals(np.array(times), *columns))
 
 
 def own(output: str, name: str, value: float) -> tuple[str, Any]:
@@ -41,7 +47,8 @@ def own(output: str, name: str, value: float) -> tuple[str, Any]:
 def added(output: str, name: str, signals: Signals) -> float:
     """Return what the plant adds to an output where the coefficient of one term is 1e-3."""
     effect, parameters = own(output, name, 1e-3)
-    first, second, _ = contribute(effect, parameters, **signals._asdict())
+    fields = {key: value for group in signals[1:] for key, value in group._asdict().items()}
+    first, second, _ = contribute(effect, parameters, time=signals.time, **fields)
     if output == 'static_friction':
         return cast(float, second - first)
     return cast(float, second if output.endswith('_2') else first)
@@ -62,7 +69,7 @@ def test_change_of_a_voltage_is_forgotten_as_fast_in_both() -> None:
     left = contribute(effect, parameters, after, **signals)[0]
     assert left == pytest.approx(-0.25 * math.exp(-1.0), rel=1e-6)
 
-    held = along([AT_REST._replace(time=t, **signals) for t in np.linspace(0.0, RECENT, 21)])
+    held = along([at_rest(time=t, **signals) for t in np.linspace(0.0, RECENT, 21)])
     column = values('voltage_1', held, COMPILED)[:, terms('voltage_1').index('change_1')]
     assert column[[0, -1]] == pytest.approx([0.5, 0.5 * math.exp(-1.0)], rel=1e-12)
 
@@ -73,7 +80,7 @@ def test_travel_is_the_integral_of_the_speed_in_both() -> None:
     after = settle(effect, parameters, 5.0, **signals)
     assert contribute(effect, parameters, after, **signals)[:2] == pytest.approx((1.0, 1.0))
 
-    moving = along([AT_REST._replace(time=t, **signals) for t in np.linspace(0.0, 5.0, 6)])
+    moving = along([at_rest(time=t, **signals) for t in np.linspace(0.0, 5.0, 6)])
     column = values('friction', moving, COMPILED)[:, terms('friction').index('travel')]
     assert column == pytest.approx(0.1 * np.arange(6))
 

@@ -15,7 +15,7 @@ from pneu_rig_ros.model.shape import DRIVERS, Shape, Shaped, factors, rows, with
 from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
 
 from .rigs import changed, drive, stroke
-from .test_effect_physics import AT_REST, COMPILED
+from .test_effect_physics import AT_REST, COMPILED, at_rest
 
 MODEL = changed('cylinder_2')
 LEAK = effects.load('chamber_leak').parameters
@@ -90,7 +90,7 @@ def test_factor_is_linear_between_knots_and_constant_beyond() -> None:
     table = rows([('it', effect, Shaped(effect.null, shape))])
     assert table is not None
     for pressure, expected in ((0.5e5, 1.0), (2e5, 2.0), (3.5e5, 1.75), (9e5, 0.5)):
-        signals = AT_REST._replace(pressure_1=pressure)
+        signals = at_rest(pressure_1=pressure)
         assert of_row(table[0], signals, COMPILED) == pytest.approx((expected, expected))
 
 

@@ -31,8 +31,8 @@ def contribution(
     if parameters.area_1 <= 0.0 and parameters.area_2 <= 0.0:
         return 0.0, 0.0
     outside = model.gas.atmospheric_pressure
-    leak_1 = port_flow(signals.pressure_1, outside, parameters.area_1, model.valve, model.gas)
-    leak_2 = port_flow(signals.pressure_2, outside, parameters.area_2, model.valve, model.gas)
+    leak_1 = port_flow(signals.gas.pressure_1, outside, parameters.area_1, model.valve, model.gas)
+    leak_2 = port_flow(signals.gas.pressure_2, outside, parameters.area_2, model.valve, model.gas)
     return -leak_1, -leak_2
 
 

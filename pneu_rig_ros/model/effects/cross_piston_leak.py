@@ -29,7 +29,7 @@ def contribution(
     """Return the mass flows [kg/s] into chamber 1 and 2, equal and opposite: Eq. 3."""
     if parameters.area <= 0.0:
         return 0.0, 0.0
-    p1, p2 = signals.pressure_1, signals.pressure_2
+    p1, p2 = signals.gas.pressure_1, signals.gas.pressure_2
     leak = port_flow(p1, p2, parameters.area, model.valve, model.gas)
     return -leak, leak
 

@@ -36,10 +36,10 @@ def contribution(
     if parameters.asymmetry == 0.0:
         return 0.0, 0.0
     law = model.friction
-    if signals.sticking:
-        direction = min(max(2.0 * signals.bristle_force / law.coulomb_force, -1.0), 1.0)
+    if signals.seal.sticking:
+        direction = min(max(2.0 * signals.seal.bristle_force / law.coulomb_force, -1.0), 1.0)
     else:
-        direction = 1.0 if signals.velocity > 0.0 else -1.0
+        direction = 1.0 if signals.motion.velocity > 0.0 else -1.0
     share = parameters.asymmetry * direction
     return share * law.coulomb_force, share * law.breakaway_force
 

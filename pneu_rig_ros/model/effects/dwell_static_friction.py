@@ -38,12 +38,13 @@ def contribution(
     """
     if parameters.breakaway_force <= 0.0:
         return 0.0, 0.0
-    coulomb, added = signals.coulomb_force, signals.static_force - model.friction.breakaway_force
+    seal = signals.seal
+    coulomb, added = seal.coulomb_force, seal.static_force - model.friction.breakaway_force
     static = grown_static_friction(
-        max(signals.dwell_time, 0.0), max(parameters.breakaway_force + added, coulomb), coulomb,
+        max(seal.dwell_time, 0.0), max(parameters.breakaway_force + added, coulomb), coulomb,
         parameters.dwell_coefficient, parameters.dwell_exponent,
     )  # fmt: skip
-    return 0.0, static - signals.static_force
+    return 0.0, static - seal.static_force
 
 
 EFFECT = Effect(

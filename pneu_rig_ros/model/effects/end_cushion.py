@@ -48,7 +48,7 @@ def contribution(
     """Return the force of both cushions along the outstroke [N] and no added mass."""
     if parameters.stiffness <= 0.0 and parameters.damping <= 0.0:
         return 0.0, 0.0
-    x, v, length = signals.position, signals.velocity, parameters.length
+    x, v, length = signals.motion.position, signals.motion.velocity, parameters.length
     outer = push(x - (model.cylinder.stroke - length), v, parameters)
     return push(length - x, -v, parameters) - outer, 0.0
 

@@ -39,9 +39,9 @@ def contribution(
     if parameters.growth <= 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
-    film, ratio = state[0], min(abs(signals.velocity) * parameters.growth, 1.0)
+    film, ratio = state[0], min(abs(signals.motion.velocity) * parameters.growth, 1.0)
     steady = np.cbrt(ratio * ratio)
-    if film_rests(signals.velocity, signals.sticking, model.friction):
+    if film_rests(signals.motion.velocity, signals.seal.sticking, model.friction):
         time = parameters.time_dwell
     elif film <= steady:
         time = parameters.time_acceleration

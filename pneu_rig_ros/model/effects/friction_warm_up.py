@@ -38,8 +38,8 @@ def contribution(
     if parameters.drop <= 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
-    law, v = model.friction, signals.velocity
-    power = abs(signals.bristle_force * v) + law.viscous_coefficient * v * v
+    law, v = model.friction, signals.motion.velocity
+    power = abs(signals.seal.bristle_force * v) + law.viscous_coefficient * v * v
     rate[0] = (1.0 - state[0]) * power / parameters.work
     share = -parameters.drop * state[0]
     return share * law.coulomb_force, share * law.breakaway_force

@@ -46,13 +46,13 @@ def contribution(
         rate[:] = 0.0
         return 0.0, 0.0
     s, valve, gas = signals, model.valve, model.gas
-    flow_1 = mass_flow(s.voltage_1, s.pressure_1, s.supply_1, valve, gas)
-    flow_2 = mass_flow(s.voltage_2, s.pressure_2, s.supply_2, valve, gas)
+    flow_1 = mass_flow(s.ports.voltage_1, s.gas.pressure_1, s.ports.supply_1, valve, gas)
+    flow_2 = mass_flow(s.ports.voltage_2, s.gas.pressure_2, s.ports.supply_2, valve, gas)
     lack_1, lack_2 = FLOW_UNIT * state[0] - flow_1, FLOW_UNIT * state[1] - flow_2
     time, share = integrated_lag(parameters.time_constant)
     rate[0], rate[1] = -lack_1 / (FLOW_UNIT * time), -lack_2 / (FLOW_UNIT * time)
-    held_1 = held_back(FLOW_UNIT * state[0], s.pressure_1, gas.atmospheric_pressure)
-    held_2 = held_back(FLOW_UNIT * state[1], s.pressure_2, gas.atmospheric_pressure)
+    held_1 = held_back(FLOW_UNIT * state[0], s.gas.pressure_1, gas.atmospheric_pressure)
+    held_2 = held_back(FLOW_UNIT * state[1], s.gas.pressure_2, gas.atmospheric_pressure)
     return share * (lack_1 + held_1), share * (lack_2 + held_2)
 
 

@@ -41,7 +41,7 @@ def contribution(
     if parameters.compliance <= 0.0 or mass <= 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
-    stretching = load_velocity - signals.velocity
+    stretching = load_velocity - signals.motion.velocity
     compliance = max(parameters.compliance, 1.0 / (mass * FASTEST * FASTEST))
     damping = min(parameters.damping, mass * FASTEST)
     force = STRETCH_UNIT * state[0] / compliance + damping * stretching

@@ -27,7 +27,7 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the force of the spring along the outstroke [N] and no added mass."""
-    return -parameters.stiffness * (signals.position + parameters.compression), 0.0
+    return -parameters.stiffness * (signals.motion.position + parameters.compression), 0.0
 
 
 EFFECT = Effect(

@@ -51,8 +51,8 @@ def contribution(
     """Return the voltages [V] to add to u1 and u2, so that Eq. 3 gives the bent opening."""
     if parameters.exponent == 1.0:
         return 0.0, 0.0
-    bend_1 = bend(signals.voltage_1, parameters.exponent, model)
-    bend_2 = bend(signals.voltage_2, parameters.exponent, model)
+    bend_1 = bend(signals.ports.voltage_1, parameters.exponent, model)
+    bend_2 = bend(signals.ports.voltage_2, parameters.exponent, model)
     return bend_1, bend_2
 
 

@@ -29,7 +29,7 @@ def contribution(
 ) -> tuple[float, float]:
     """Return what is added to F_c and to F_smax [N]: nothing at mid-stroke, linear in x."""
     law = model.friction
-    share = parameters.gradient * (signals.position / model.cylinder.stroke - 0.5)
+    share = parameters.gradient * (signals.motion.position / model.cylinder.stroke - 0.5)
     return share * law.coulomb_force, share * law.breakaway_force
 
 

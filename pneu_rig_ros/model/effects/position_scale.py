@@ -28,7 +28,7 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return what is added to the readings of position [m] and velocity [m/s]."""
-    return parameters.error * signals.position, parameters.error * signals.velocity
+    return parameters.error * signals.motion.position, parameters.error * signals.motion.velocity
 
 
 EFFECT = Effect(

@@ -41,7 +41,7 @@ def contribution(
         rate[:] = 0.0
         return 0.0, 0.0
     reach = parameters.limit / parameters.stiffness
-    bent = signals.deflection - DEFLECTION_UNIT * state[0]
+    bent = signals.seal.deflection - DEFLECTION_UNIT * state[0]
     inside = min(max(bent, -reach), reach)
     rate[0] = (bent - inside) / (DEFLECTION_UNIT * DRAG_TIME)
     return parameters.stiffness * inside, parameters.stiffness if bent == inside else 0.0

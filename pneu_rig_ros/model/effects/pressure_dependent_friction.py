@@ -26,7 +26,7 @@ def contribution(
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return what is added to F_c and to F_smax [N], from the gauge pressures of both sides."""
-    gauge = signals.pressure_1 + signals.pressure_2 - 2.0 * model.gas.atmospheric_pressure
+    gauge = signals.gas.pressure_1 + signals.gas.pressure_2 - 2.0 * model.gas.atmospheric_pressure
     added = parameters.slope * max(gauge, 0.0)
     return added, added
 

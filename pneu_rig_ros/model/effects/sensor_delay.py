@@ -40,7 +40,7 @@ def contribution(
         return 0.0, 0.0
     behind = LAG_UNIT * state[0]
     time, share = integrated_lag(parameters.time_constant)
-    lack = behind / time - signals.velocity
+    lack = behind / time - signals.motion.velocity
     rate[0] = -lack / LAG_UNIT
     return -share * behind, share * lack
 

@@ -44,8 +44,8 @@ def contribution(
     if parameters.width <= 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
-    lack_1 = CENTRE_VOLTAGE + state[0] - signals.voltage_1
-    lack_2 = CENTRE_VOLTAGE + state[1] - signals.voltage_2
+    lack_1 = CENTRE_VOLTAGE + state[0] - signals.ports.voltage_1
+    lack_2 = CENTRE_VOLTAGE + state[1] - signals.ports.voltage_2
     rate[0] = -beyond(lack_1, 0.5 * parameters.width) / DRAG_TIME
     rate[1] = -beyond(lack_2, 0.5 * parameters.width) / DRAG_TIME
     return lack_1, lack_2

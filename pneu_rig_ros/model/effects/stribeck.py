@@ -31,7 +31,7 @@ def contribution(
     """Return the excess at the present speed, added to F_c [N], and nothing for F_smax."""
     if parameters.excess <= 0.0:
         return 0.0, 0.0
-    ratio = abs(signals.velocity) / parameters.stribeck_velocity
+    ratio = abs(signals.motion.velocity) / parameters.stribeck_velocity
     return parameters.excess * math.exp(-math.pow(ratio, parameters.stribeck_exponent)), 0.0
 
 

@@ -28,11 +28,11 @@ class Parameters(NamedTuple):
 @compiled
 def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
     """Return the mass flow [kg/s] drawn by both valves at a supply pressure [Pa]."""
-    p1, p2, valve, gas = signals.pressure_1, signals.pressure_2, model.valve, model.gas
-    flow_1 = mass_flow(signals.voltage_1, p1, supply, valve, gas)
-    flow_2 = mass_flow(signals.voltage_2, p2, supply, valve, gas)
-    filling_1 = signals.voltage_1 > valve.intake_voltage and p1 < supply
-    filling_2 = signals.voltage_2 > valve.intake_voltage and p2 < supply
+    p1, p2, valve, gas = signals.gas.pressure_1, signals.gas.pressure_2, model.valve, model.gas
+    flow_1 = mass_flow(signals.ports.voltage_1, p1, supply, valve, gas)
+    flow_2 = mass_flow(signals.ports.voltage_2, p2, supply, valve, gas)
+    filling_1 = signals.ports.voltage_1 > valve.intake_voltage and p1 < supply
+    filling_2 = signals.ports.voltage_2 > valve.intake_voltage and p2 < supply
     return (flow_1 if filling_1 else 0.0) + (flow_2 if filling_2 else 0.0)
 
 
@@ -43,7 +43,7 @@ def droop(signals: Signals, model: CompiledModel, resistance: float) -> float:
 
     The flow falls with the droop, so there is one solution, between none and R m'(p_s).
     """
-    supply = signals.supply_1
+    supply = signals.ports.supply_1
     low, high = 0.0, min(resistance * drawn(signals, model, supply), supply)
     excess_low, excess_high = -high, high - resistance * drawn(signals, model, supply - high)
     side = 0

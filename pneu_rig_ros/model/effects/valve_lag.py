@@ -35,8 +35,8 @@ def contribution(
     if parameters.time_constant <= 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
-    lack_1 = CENTRE_VOLTAGE + state[0] - signals.voltage_1
-    lack_2 = CENTRE_VOLTAGE + state[1] - signals.voltage_2
+    lack_1 = CENTRE_VOLTAGE + state[0] - signals.ports.voltage_1
+    lack_2 = CENTRE_VOLTAGE + state[1] - signals.ports.voltage_2
     time, share = integrated_lag(parameters.time_constant)
     rate[0], rate[1] = -lack_1 / time, -lack_2 / time
     return share * lack_1, share * lack_2

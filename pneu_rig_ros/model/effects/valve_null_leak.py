@@ -67,8 +67,8 @@ def contribution(
     if parameters.intake_area <= 0.0 and parameters.exhaust_area <= 0.0:
         return 0.0, 0.0
     s = signals
-    leak_1 = leak_into(s.voltage_1, s.pressure_1, s.supply_1, model, parameters)
-    leak_2 = leak_into(s.voltage_2, s.pressure_2, s.supply_2, model, parameters)
+    leak_1 = leak_into(s.ports.voltage_1, s.gas.pressure_1, s.ports.supply_1, model, parameters)
+    leak_2 = leak_into(s.ports.voltage_2, s.gas.pressure_2, s.ports.supply_2, model, parameters)
     return leak_1, leak_2
 
 

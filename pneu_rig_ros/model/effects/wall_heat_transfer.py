@@ -30,8 +30,8 @@ def contribution(
     if parameters.conductance_1 <= 0.0 and parameters.conductance_2 <= 0.0:
         return 0.0, 0.0
     wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
-    gas_1 = signals.pressure_1 * signals.volume_1 / (signals.gas_mass_1 * gas_constant)
-    gas_2 = signals.pressure_2 * signals.volume_2 / (signals.gas_mass_2 * gas_constant)
+    gas_1 = signals.gas.pressure_1 * signals.gas.volume_1 / (signals.gas.gas_mass_1 * gas_constant)
+    gas_2 = signals.gas.pressure_2 * signals.gas.volume_2 / (signals.gas.gas_mass_2 * gas_constant)
     return parameters.conductance_1 * (wall - gas_1), parameters.conductance_2 * (wall - gas_2)
 
 
