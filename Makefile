@@ -47,7 +47,7 @@ test-long: $(READY)  ## run the tests that take minutes to hours (ARGS='--minute
 	@$(BIN)/python -m pytest -s -m long $(ARGS)
 
 .PHONY: bench
-bench: $(READY)  ## measure everything that the README quotes, write benchmarks/results.json
+bench: $(READY)  ## measure all of docs/benchmarks.md, write benchmarks/results.json
 	@$(BIN)/python -m benchmarks $(ARGS)
 
 .PHONY: blind

@@ -1,1 +1,1 @@
-"""Every figure that the README quotes: ``make bench``."""
+"""Every figure of docs/benchmarks.md: ``make bench``."""

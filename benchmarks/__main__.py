@@ -1,4 +1,4 @@
-"""Run the benchmarks, keep the figures in ``results.json``, print and write the README's table."""
+"""Run the benchmarks, keep the figures in ``results.json``, print and write the table of docs/benchmarks.md."""
 
 import argparse
 import datetime
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.progress import Progress
 
-from benchmarks import live, offline, readme
+from benchmarks import live, offline, page
 
 RESULTS = Path(__file__).with_name('results.json')
 
@@ -28,8 +28,8 @@ def main() -> None:
     if arguments.part in (None, 'live'):
         results['live'] = live.run(seconds=arguments.seconds)
     RESULTS.write_text(json.dumps(results, indent=2) + '\n')
-    readme.update(results)
-    print(readme.table(results))
+    page.update(results)
+    print(page.table(results))
 
 
 def machine() -> str:

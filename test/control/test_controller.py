@@ -20,7 +20,7 @@ SETTLED = ((12.0, 16.0), (20.0, 24.0), (28.0, 32.0))
 LOW_GAINS = PidGains(60.0, 60.0, 2.0)
 """A rate so little fed back that its noise does not carry the valves across their overlap."""
 SETPOINT = 0.1
-"""Reference of the command in the README [m]."""
+"""Reference of the command in docs/controllers.md [m]."""
 
 
 @functools.cache
@@ -70,7 +70,7 @@ def test_a_bare_pid_hunts_and_compensation_ends_it() -> None:
     bare = settled(controlled('cylinder_3', LOW_GAINS, 'reference_steps', compensated=False))
     compensated = settled(controlled('cylinder_3', LOW_GAINS, 'reference_steps'))
     assert sum(figures.slips for figures in bare) >= 2
-    assert all(13e-3 < figures.wander < 18e-3 for figures in bare)  # as the README says
+    assert all(13e-3 < figures.wander < 18e-3 for figures in bare)  # as docs/controllers.md says
     assert sum(figures.slips for figures in compensated) == 0
     assert max(figures.max_error for figures in compensated) < 1.2e-3
     assert max(f.rms_error for f in compensated) < 0.3 * max(f.rms_error for f in bare)
@@ -78,7 +78,7 @@ def test_a_bare_pid_hunts_and_compensation_ends_it() -> None:
 
 @pytest.mark.parametrize('compensated', [False, True])
 def test_the_limit_cycle_lasts_unless_it_is_compensated(compensated: bool) -> None:
-    """With the command in the README; the first 30 s are those of the way there."""
+    """With the command in docs/controllers.md; the first 30 s are those of the way there."""
     rig = Rig(load_configuration('cylinder_3'))
     reference = np.full(round(60.0 / rig.interval), SETPOINT)
     position = closed_loop(rig, LOW_GAINS, reference, compensated)

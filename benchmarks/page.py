@@ -1,9 +1,9 @@
-"""The README's table of measured figures, written from ``results.json``."""
+"""The table of measured figures in docs/benchmarks.md, written from ``results.json``."""
 
 from pathlib import Path
 from typing import Any
 
-README = Path(__file__).resolve().parents[1] / 'README.md'
+PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'benchmarks.md'
 BEGIN, END = '<!-- figures: make bench -->', '<!-- end of figures -->'
 
 
@@ -40,8 +40,8 @@ def number(value: float | None) -> str:
 
 
 def update(results: dict[str, Any]) -> None:
-    """Write the table between its marks in the README."""
-    text = README.read_text()
+    """Write the table between its marks in the page."""
+    text = PAGE.read_text()
     head, rest = text.split(BEGIN)
     tail = rest.split(END)[1]
-    README.write_text(f'{head}{BEGIN}\n{table(results)}\n{END}{tail}')
+    PAGE.write_text(f'{head}{BEGIN}\n{table(results)}\n{END}{tail}')
