@@ -1,4 +1,4 @@
-"""Run the benchmarks, keep the figures in ``results.json``, print and write the table of docs/benchmarks.md."""
+"""Run the benchmarks, keep the figures in ``results.json`` and in docs/benchmarks.md."""
 
 import argparse
 import datetime

@@ -78,12 +78,6 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     ),
 }
 
-# imports that close a cycle, and why that is accepted
-ACCEPTED_CYCLES = {
-    # Dask is loaded on request only
-    (f'{PACKAGE}.executor.tasks', f'{PACKAGE}.executor.distributed'),
-}
-
 
 def imports(tree: ast.AST) -> Iterator[str]:
     """Yield the full name of everything imported anywhere in a module."""
@@ -161,7 +155,6 @@ def declared(*extras: str) -> set[str]:
         (PACKAGE, ('tables', 'scale')),
         ('examples', ()),
         ('benchmarks', ('tables', 'scale', 'test', 'bench')),
-        ('reliability', ('tables', 'scale', 'test', 'fuzz')),
         ('test', ('tables', 'scale', 'test')),
     ],
 )
@@ -208,8 +201,6 @@ def test_no_import_cycles() -> None:
         for path in ROOT.rglob('*.py')
     }
     graph = import_graph(modules)
-    for importer, imported in ACCEPTED_CYCLES:
-        graph.get(importer, set()).discard(imported)
     assert import_cycle(graph) == []
 
 
