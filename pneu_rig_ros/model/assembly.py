@@ -112,7 +112,7 @@ def assemble(effects: tuple[str, ...], shaped: bool = False) -> Assembly:
 
 
 _SOURCES = b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))
-"""All of this room, as it is imported: what changes on the disk later is not what is compiled."""
+"""All of this package, as it is imported: what changes on the disk later is not what is compiled."""
 
 
 def cache_folder() -> Path:
