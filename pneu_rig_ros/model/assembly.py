@@ -10,6 +10,7 @@ import hashlib
 import importlib.util
 import os
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -98,7 +99,9 @@ def build(effects: Sequence[str], shaped: bool = False) -> Assembly:
     )  # fmt: skip
 
 
-@cache
+_ASSEMBLING = threading.Lock()
+
+
 def assemble(effects: tuple[str, ...], shaped: bool = False) -> Assembly:
     """
     Return the compiled, disk-cached functions with the named effects.
@@ -106,6 +109,12 @@ def assemble(effects: tuple[str, ...], shaped: bool = False) -> Assembly:
     :param shaped: whether they take shapes after the parameters; those that take none cost
         nothing for it, and those that do serve any shape of any effect
     """
+    with _ASSEMBLING:  # threads that start together would each compile a plant of their own
+        return _assemble(effects, shaped)
+
+
+@cache
+def _assemble(effects: tuple[str, ...], shaped: bool) -> Assembly:
     module = _module(effects, shaped)
     solver = Solver(module.start, module.run, module.run_imposed)
     return Assembly(module.right_hand_side, solver, module.readings, module.along)
@@ -142,7 +151,7 @@ def kept_module(name: str, text: str) -> ModuleType:
 
 def _write(path: Path, text: str) -> None:
     """Write a file whole or not at all, whoever else starts now."""
-    partial = path.with_suffix(f'.{os.getpid()}')
+    partial = path.with_suffix(f'.{os.getpid()}_{threading.get_ident()}')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.write_text(text)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneu_rig_ros.model import assembly
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.effect import Effect
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
@@ -73,7 +73,7 @@ def drag(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Effect]:
     library.names.cache_clear()
     yield library.load('air_drag')
     library.names.cache_clear()
-    assemble.cache_clear()
+    assembly._assemble.cache_clear()
     sys.modules.pop(f'{library.__name__}.air_drag')
     delattr(importlib.import_module(library.__name__), 'air_drag')
 

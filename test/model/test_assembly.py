@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 
 import numpy as np
 import pytest
@@ -23,6 +25,25 @@ def test_module_is_written_once_and_named_after_sources_and_effects(
     assert first.__file__ == again.__file__ != leaky.__file__
     assert len(list((tmp_path / 'pneu_rig_ros').glob('plant_*.py'))) == 2
     assert "('chamber_leak',)" in Path(str(leaky.__file__)).read_text()
+
+
+def test_threads_that_start_together_keep_one_module(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    threads, barrier = 8, Barrier(8)
+
+    def keep(number: int) -> str:
+        barrier.wait()
+        return str(assembly.kept_module(f'module_{number}', f'NUMBER = {number}\n').__file__)
+
+    with ThreadPoolExecutor(threads) as pool:
+        for number in range(50):
+            assert len(set(pool.map(keep, [number] * threads))) == 1
+    assert len(list((tmp_path / 'pneu_rig_ros').iterdir())) == 50
+    with ThreadPoolExecutor(threads) as pool:
+        plants = list(pool.map(assembly.assemble, [('load_spring', 'chamber_leak')] * threads))
+    assert all(plant is plants[0] for plant in plants)
 
 
 def test_a_cache_that_cannot_be_written_is_told_with_the_remedy(
