@@ -121,7 +121,7 @@ def _assemble(effects: tuple[str, ...], shaped: bool) -> Assembly:
 
 
 _SOURCES = b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))
-"""All of this package, as it is imported: what changes on the disk later is not what is compiled."""
+"""The package as it is imported: what changes on the disk later is not what is compiled."""
 
 
 def cache_folder() -> Path:
