@@ -4,7 +4,7 @@ import time
 from bisect import bisect_right
 
 SMALLEST_STEP_NS = 5_000_000
-"""A smaller step cannot be told from an interruption between two clock readings [ns]."""
+"""A smaller step cannot be distinguished from an interruption between two clock readings [ns]."""
 
 LONGEST_AGE_NS = 1_000_000_000
 """An older message may carry the stamp of a clock that was set since the last update [ns]."""

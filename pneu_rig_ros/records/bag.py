@@ -38,7 +38,7 @@ def bag_directory(path: Path | str) -> Path:
         raise RigError(f'{path} does not exist; give the directory of a bag, e.g. under runs/')
     if path.is_file() and path.suffix != '.mcap' and path.name != 'metadata.yaml':
         raise RigError(
-            f'{path} is no bag; give its directory, or turn it into one: pneu-rig import'
+            f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig import'
         )
     directory = path.parent if path.is_file() else path
     if not storage_files(directory):

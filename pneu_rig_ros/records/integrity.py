@@ -3,7 +3,7 @@ Finds damage in a bag before its messages are read, and refuses what would fill 
 
 A bag of this project has a checksum over each chunk, over the index of its MCAP file and over its
 metadata.yaml, so that a changed bit anywhere is found. In a bag of others without checksums only
-contradictions are found; `unprotected_messages` tells the two apart.
+contradictions are found; `unprotected_messages` distinguishes the two.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ def read_recording(
     if mapping is None:
         if path.exists() and not is_bag(path):
             raise RigError(
-                f'{path} is no bag; give its directory, or turn it into one: pneu-rig '
+                f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig '
                 'import; a mapping must say which column is what'
             )
         if holds_rig(path):

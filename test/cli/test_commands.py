@@ -99,7 +99,7 @@ def test_import_is_light() -> None:
         (['info'], "Missing argument 'BAG'; see: pneu-rig info --help"),
         (['info', 'nowhere'], 'nowhere does not exist'),
         (['friction', '.'], 'holds no .mcap file'),
-        (['friction', __file__], 'is no bag; give its directory'),
+        (['friction', __file__], 'is not a bag; pass the bag directory'),
         (['export', 'nowhere', '--csv', '--parquet'], 'say which one: --csv or --parquet'),
         (['repair', 'nowhere'], 'nowhere does not exist'),
         (['simulat'], "No such command 'simulat'"),

@@ -175,7 +175,7 @@ def test_wrong_quality_of_service_is_told_while_it_is_there(
     subscription = witness.node.create_subscription(Float64, 'position', lambda _: None, kept)
     concerned = 'valve_command', 'recorder', 'plant'
     for node in concerned:
-        witness.told(node, WARN, 'incompatible QoS')
+        witness.reports(node, WARN, 'incompatible QoS')
     witness.node.destroy_publisher(publisher)
     witness.node.destroy_subscription(subscription)
     witness.until(
@@ -252,7 +252,7 @@ def test_flood_of_commands_costs_no_sample(rig: ProcessRig, witness: Witness) ->
     flooder = get_context('spawn').Process(target=publish_commands, args=(20e3, 3.0))
     flooder.start()
     try:
-        witness.told('valve_command', WARN, 'times a second')
+        witness.reports('valve_command', WARN, 'times a second')
         while flooder.is_alive():
             witness.turn()
             values = witness.said['valve_command'].values
@@ -285,7 +285,7 @@ def test_full_disk_ends_the_recording_and_keeps_it(tmp_path: Path) -> None:
         pytest.skip('here no small disk can be mounted')
     try:
         with ProcessRig(disk / 'bag') as rig, Witness() as witness:
-            witness.told('recorder', ERROR, 'No space left on device')
+            witness.reports('recorder', ERROR, 'No space left on device')
             assert witness.hears('joint_states') < PAUSE
             (line,) = [one for one in rig.log('recorder').splitlines() if 'No space' in one]
             full_ns = round(float(line.split('[')[2].split(']')[0]) * 1e9)
@@ -360,7 +360,7 @@ def test_wall_clock_that_is_set_leaves_stamps_and_log_times_even(tmp_path: Path)
             (tmp_path / 'new').write_text(jump)
             (tmp_path / 'new').replace(clock)
             for node in ('plant', 'recorder'):
-                witness.told(node, WARN, f'set by {jump}.')
+                witness.reports(node, WARN, f'set by {jump}.')
             rig.check()
         witness.listen(1.0)
     record = read_recording(tmp_path / 'bag')

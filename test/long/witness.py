@@ -128,7 +128,7 @@ class Witness:
         known = len(self.received[topic])
         return self.until(lambda: len(self.received[topic]) > known, f'a message on {topic}')
 
-    def told(self, node: str, level: bytes, word: str) -> str:
+    def reports(self, node: str, level: bytes, word: str) -> str:
         """Listen until a node says something on /diagnostics at a level; return what it said."""
 
         def said() -> bool:
