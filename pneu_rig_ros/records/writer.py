@@ -38,6 +38,7 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import typestore
 from pneu_rig_ros.records.growing_file import MAGIC, GrowingFile, encode
+from pneu_rig_ros.records.interrupts import deferred_interrupts
 from pneu_rig_ros.records.mcap_index import index_bytes, scan_chunks
 from pneu_rig_ros.records.rosbag2_metadata import (
     TYPE_HASH,
@@ -139,13 +140,19 @@ class BagWriter:
         if channel is None:
             self.add_topic(topic, type_name)
             channel = self._channel_ids[topic]
-        entry = log_time_ns, len(self._content)
+        start = len(self._content)
         # Packed here: a quarter of the time that mcap.records.Message takes.
-        length = _MESSAGE_HEAD + len(cdr)
-        self._content += (
-            _MESSAGE.pack(Opcode.MESSAGE, length, channel, 0, log_time_ns, log_time_ns) + cdr
+        head = _MESSAGE.pack(
+            Opcode.MESSAGE, _MESSAGE_HEAD + len(cdr), channel, 0, log_time_ns, log_time_ns
         )
-        self._entries[channel].append(entry)
+        entries = self._entries[channel]
+        try:
+            self._content += head + cdr
+            entries.append((log_time_ns, start))
+        except KeyboardInterrupt:
+            if not entries or entries[-1][1] != start:
+                del self._content[start:]  # of a message without its entry in the index
+            raise
         self.message_count += 1
         if len(self._content) > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
             self.flush()
@@ -153,7 +160,11 @@ class BagWriter:
     def flush(self) -> None:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
         self._flushed = time.monotonic()
-        if not self._entries:
+        with deferred_interrupts():
+            self._write_chunk()
+
+    def _write_chunk(self) -> None:
+        if not any(self._entries.values()):
             return
         content, entries = bytes(self._content), self._entries
         self._content, self._entries = bytearray(), defaultdict(list)
@@ -166,7 +177,9 @@ class BagWriter:
             uncompressed_crc=crc32(content),
             uncompressed_size=len(content),
         )
-        indexes = (MessageIndex(channel, records) for channel, records in entries.items())
+        indexes = (
+            MessageIndex(channel, records) for channel, records in entries.items() if records
+        )
         with self._one_line_errors():
             self._file.append(encode(chunk, *indexes))
 
@@ -179,7 +192,7 @@ class BagWriter:
         try:
             self.flush()
         finally:
-            with self._one_line_errors():
+            with self._one_line_errors(), deferred_interrupts():
                 self._write_index(metadata)
 
     def _write_index(self, custom_data: Mapping[str, str]) -> None:
