@@ -6,7 +6,7 @@ from typing import Any
 
 from pneu_rig_ros.diagnosis.candidates import Explanation
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.scoring import ScoredFit, as_good_as, remaining_share
+from pneu_rig_ros.diagnosis.scoring import ScoredFit, as_good_as, excess
 from pneu_rig_ros.diagnosis.selection import Search
 
 MOST_ROWS = 20
@@ -23,6 +23,13 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
     :param unknown: whether the answer is none of the causes
     """
     rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    residuals = search.held_out.without_cycles
+    before = excess(residuals, search.given)
+
+    def gap_left(explanation: Explanation) -> float:
+        after = excess(residuals, explanation.apply(search.given))
+        return min(after / before, 1.0) if before > 0.0 else 0.0
+
     fits = sorted(search.ranking, key=lambda fit: fit.cost)
     if best is not None and search.causes(best.explanation):
         fits = [best, *fits]
@@ -43,7 +50,7 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
             'stage': 'simulation' if fit.simulated else 'regression',
             'score': -fit.cost,
             'error': fit.difference(search.best)[1] if search.best and comparable else 0.0,
-            'gap_left': _gap_left(fit.explanation, search),
+            'gap_left': gap_left(fit.explanation),
             'parameters': values,
         }
     for result in search.screened[: MOST_ROWS - len(rows)]:
@@ -56,16 +63,10 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
                 'stage': 'screened',
                 'score': -result.loss,
                 'error': 0.0,
-                'gap_left': _gap_left(alone, search),
+                'gap_left': gap_left(alone),
                 'parameters': {},
             }
     return list(rows.values())
-
-
-def _gap_left(explanation: Explanation, search: Search) -> float:
-    """Return the remaining share of the excess of the held-out residuals, at most 1 [-]."""
-    residuals = search.held_out.without_cycles
-    return min(remaining_share(residuals, search.given, explanation.apply(search.given)), 1.0)
 
 
 def indistinguishable(search: Search, best: ScoredFit | None) -> list[list[str]]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2, false_discovery_control, norm
@@ -88,30 +89,59 @@ class Cell:
     high: float | None
     members: Members
 
-    def test(self) -> tuple[float, float, float]:
-        """Return mean and standard deviation of the residual [unit], and the p-value."""
-        top = bottom = squares = mean = 0.0
-        count = 0
-        for group, flags in self.members:
-            weights = group.indicator(flags)
-            clipped = np.clip(group.whitened, -LARGEST_RESIDUAL, LARGEST_RESIDUAL)
-            top += float(weights @ clipped)
-            mean += float(weights @ group.whitened)
-            bottom += float(weights @ weights)
-            squares += float(np.sum(clipped[flags] ** 2))
-            count += int(flags.sum())
-        z = top / np.sqrt(bottom) / NOISE_ERROR
-        p_mean = 2.0 * float(norm.sf(abs(z)))
-        p_spread = float(chi2.sf(squares / NOISE_ERROR**2, count))
-        return mean / bottom, 1.0 / np.sqrt(bottom), min(2.0 * min(p_mean, p_spread), 1.0)
 
-    @property
-    def excess(self) -> float:
-        """The sum of squares beyond that of noise: of all windows, or of their mean [-]."""
-        whitened = np.concatenate([group.whitened[flags] for group, flags in self.members])
-        spread = float(np.sum(whitened**2)) - whitened.size * NOISE_ERROR**2
-        mean, deviation, _ = self.test()
-        return max(spread, (mean / deviation) ** 2 - NOISE_ERROR**2, 0.0)
+class CellTest(NamedTuple):
+    """
+    Mean of the residual in a cell and its standard deviation [unit], and its significance.
+
+    :param p_value: of the mean and of the spread together
+    :param excess: sum of squares beyond that of noise: of all windows, or of their mean [-]
+    """
+
+    mean: float
+    deviation: float
+    p_value: float
+    excess: float
+
+
+def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
+    """
+    Return the test of a cell.
+
+    :param indicators: of each member, whitened, see ``Windows.indicators``
+    """
+    top = bottom = clipped_squares = squares = mean = 0.0
+    count = 0
+    for (group, flags), weights in zip(cell.members, indicators, strict=True):
+        clipped = np.clip(group.whitened, -LARGEST_RESIDUAL, LARGEST_RESIDUAL)
+        top += float(weights @ clipped)
+        mean += float(weights @ group.whitened)
+        bottom += float(weights @ weights)
+        clipped_squares += float(np.sum(clipped[flags] ** 2))
+        squares += float(np.sum(group.whitened[flags] ** 2))
+        count += int(flags.sum())
+    z = top / np.sqrt(bottom) / NOISE_ERROR
+    p_mean = 2.0 * float(norm.sf(abs(z)))
+    p_spread = float(chi2.sf(clipped_squares / NOISE_ERROR**2, count))
+    excess = max(squares - count * NOISE_ERROR**2, mean**2 / bottom - NOISE_ERROR**2, 0.0)
+    p_value = min(2.0 * min(p_mean, p_spread), 1.0)
+    return CellTest(mean / bottom, 1.0 / np.sqrt(bottom), p_value, excess)
+
+
+def cell_tests(cells: Sequence[Cell]) -> list[CellTest]:
+    """Return the tests of all cells; the indicators of a group are whitened in one go."""
+    flags: dict[int, list[Flags]] = {}
+    groups: dict[int, Windows] = {}
+    for group, members in (member for cell in cells for member in cell.members):
+        groups[id(group)] = group
+        flags.setdefault(id(group), []).append(members)
+    columns = {
+        key: iter(np.ascontiguousarray(groups[key].indicators(each).T))
+        for key, each in flags.items()
+    }
+    return [
+        cell_test(cell, [next(columns[id(group)]) for group, _ in cell.members]) for cell in cells
+    ]
 
 
 def cells(groups: Sequence[Windows]) -> Iterator[Cell]:
@@ -168,24 +198,25 @@ def _stretches(place: tuple[str, str, str], members: Members) -> Iterator[Cell]:
             yield Cell(place, 'time', begin, end, [(group, inside)])
 
 
-def significant_cells(groups: Sequence[Windows]) -> list[tuple[Cell, tuple[float, float, float]]]:
-    """Return the significant cells with their mean, its standard deviation and the p-value."""
-    tested = [(cell, cell.test()) for cell in cells(groups)]
-    if not tested:
+def significant_cells(groups: Sequence[Windows]) -> list[tuple[Cell, CellTest]]:
+    """Return the significant cells with their tests."""
+    candidates = list(cells(groups))
+    if not candidates:
         return []
-    adjusted = false_discovery_control([p_value for _, (_, _, p_value) in tested])
-    pairs = zip(tested, adjusted, strict=True)
-    return [pair for pair, rate in pairs if rate < FALSE_DISCOVERY_RATE]
+    tests = cell_tests(candidates)
+    adjusted = false_discovery_control([test.p_value for test in tests])
+    triples = zip(candidates, tests, adjusted, strict=True)
+    return [(cell, test) for cell, test, rate in triples if rate < FALSE_DISCOVERY_RATE]
 
 
 def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
     """Return the regimes with significant residuals, the most significant first."""
-    regimes: dict[tuple[str, str, str], list[tuple[Cell, tuple[float, float, float]]]] = {}
-    for cell, result in significant_cells(groups):
-        regimes.setdefault(cell.place, []).append((cell, result))
+    regimes: dict[tuple[str, str, str], list[tuple[Cell, CellTest]]] = {}
+    for cell, test in significant_cells(groups):
+        regimes.setdefault(cell.place, []).append((cell, test))
     residuals = []
     for place, significant in regimes.items():
-        cell, result = min(significant, key=lambda pair: pair[1][2])
+        cell, test = min(significant, key=lambda pair: pair[1].p_value)
         spans = [
             (each.members[0][0].recording, float(each.low or 0.0), float(each.high or 0.0))
             for each, _ in significant
@@ -193,6 +224,7 @@ def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
         ]
         names = dict.fromkeys(g.recording for each, _ in significant for g, _ in each.members)
         bounds, unit = (cell.variable, cell.low, cell.high), UNITS[place[0]]
-        row = SignificantResidual(*place, unit, *result, *bounds, tuple(names), tuple(spans))
+        values = test.mean, test.deviation, test.p_value
+        row = SignificantResidual(*place, unit, *values, *bounds, tuple(names), tuple(spans))
         residuals.append(row)
     return sorted(residuals, key=lambda residual: residual.p_value)

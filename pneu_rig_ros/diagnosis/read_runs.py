@@ -13,6 +13,7 @@ from pneu_rig_ros.diagnosis.run import LARGEST_DELAY, Noise, Run, Span
 from pneu_rig_ros.diagnosis.system import System, on_bench
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.records.conditions import apply_conditions
@@ -61,21 +62,26 @@ def split_paths(
     return [path for path in paths if path not in held_out], held_out
 
 
-def read_runs(paths: Sequence[Path], system: System, mapping: Path | None) -> list[Run]:
+def read_runs(
+    paths: Sequence[Path],
+    system: System,
+    mapping: Path | None,
+    executor: Executor | None = None,
+) -> list[Run]:
     """
     Return the runs in bags or text tables, prepared for a system.
 
     :param mapping: file that maps the columns of a text table to signals with units
+    :param executor: where they are read; this process if omitted
     :raises RigError: for a recording that cannot be read, or cannot be of the system
     """
     bags = [path for path in paths if is_bag(path)]
     if mapping is not None and system.rig is not None and len(bags) == len(paths):
         raise RigError(f'--map {mapping}: is for text tables, and there is none')
     zero = system.hypothesis.model.gas.atmospheric_pressure
-    recordings = []
-    for path in paths:
-        own = path in bags and system.rig is not None
-        recordings.append(read_recording(path, None if own else mapping, zero))
+    own = set(bags if system.rig is not None else ())
+    tasks = [(path, None if path in own else mapping) for path in paths]
+    recordings = map_tasks(executor or SerialExecutor(), _read, tasks, zero)
     cylinders = [
         (each.name, each.configuration.model.cylinder)
         for each in recordings
@@ -89,6 +95,11 @@ def read_runs(paths: Sequence[Path], system: System, mapping: Path | None) -> li
             )
     pairs = zip(recordings, paths, strict=True)
     return [prepare_run(recording, system, path) for recording, path in pairs]
+
+
+def _read(task: tuple[Path, Path | None], zero: float) -> Recording:
+    path, mapping = task
+    return read_recording(path, mapping, zero)
 
 
 def prepare_run(recording: Recording, system: System, path: Path) -> Run:

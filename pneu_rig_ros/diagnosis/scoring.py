@@ -131,7 +131,7 @@ def excess(dataset: Dataset, hypothesis: Hypothesis) -> float:
     """
     if dataset.cycles is None:
         significant = significant_cells(windows_of(dataset, hypothesis))
-        return float(np.sqrt(sum(cell.excess for cell, _ in significant)))
+        return float(np.sqrt(sum(test.excess for _, test in significant)))
     losses = dataset.cycles.losses(hypothesis) - TRUE_LOSS
     return max(float(losses.mean()), 0.0)
 

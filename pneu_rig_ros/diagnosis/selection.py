@@ -99,14 +99,14 @@ class Search:
         if self.base.parts:
             self.best = self.calibrated = self._fit_thoroughly(self.base)
             self.base = self.best.explanation
-        without_cause = Fit(self.base, 0.0, np.zeros((0, 0)))
         beam = [self.base]
         for size in range(1, MOST_CAUSES + 1):
             if not self._needs_a_cause():
                 break
-            fits = [fit for base in beam for fit in self._forward_step(base, size)]
-            smaller = without_cause if self.best is None else self.best.fit
-            fits, before = self._with_discrepancy(fits, smaller)
+            fits, before = self._grown(beam, size)
+            if size == 1 and not improves(preferred(fits), before) and self._can_simulate():
+                self._add_cycles()  # too little evidence in the residuals: simulation may decide
+                fits, before = self._grown(beam, size)
             chosen = preferred(fits)
             if not improves(chosen, before) or (size > 1 and not self._closes_the_gap(chosen)):
                 break
@@ -162,10 +162,11 @@ class Search:
 
     def reproduced(self) -> bool:
         """Return whether a cause was found, or the held-out data disagree in the same balances."""
-        if self.first_cycle_test is not None or self.best is not None:
+        found = self.best is not None and self.best is not self.calibrated
+        if found or self.first_cycle_test is not None or self.training.cycles is not None:
             return True
         balances = [
-            {residual.balance for residual in localise(windows_of(dataset, self.given))}
+            {residual.balance for residual in localise(windows_of(dataset, self.hypothesis))}
             for dataset in (self.training, self.held_out)
         ]
         return bool(balances[0] & balances[1])
@@ -202,6 +203,17 @@ class Search:
         if self.best is not None and self.remaining() < CYCLES_EXPLAINED:
             return False
         return self.cycles_differ()
+
+    def _grown(self, beam: Sequence[Explanation], size: int) -> tuple[list[ScoredFit], ScoredFit]:
+        """Return the fits of explanations with one more cause, and the best one without it."""
+        fits = [fit for base in beam for fit in self._forward_step(base, size)]
+        without_cause = Fit(self.base, 0.0, np.zeros((0, 0)))
+        return self._with_discrepancy(fits, without_cause if self.best is None else self.best.fit)
+
+    def _can_simulate(self) -> bool:
+        """Return whether simulated cycles may join the data."""
+        free = all(comparison.free for comparison in self.training.comparisons)
+        return free and self.training.cycles is None
 
     def _add_cycles(self) -> None:
         """Add simulated cycles to the data, and fit the best explanation to them."""
@@ -249,8 +261,7 @@ class Search:
             for values in (result.values, *result.alternatives)
         ]
         fits = best_of_each(self._fits(starts))
-        free = all(comparison.free for comparison in self.training.comparisons)
-        if free and self.training.cycles is None and ambiguous(fits):
+        if self._can_simulate() and ambiguous(fits):
             self._add_cycles()
             fits = self._fits([each.explanation for each in fits])
         return fits

@@ -23,7 +23,11 @@ from pathlib import Path
 from typing import Any, cast
 
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.nuisances import read_nuisances, written_nuisances
+from pneu_rig_ros.diagnosis.nuisances import (
+    INITIAL_TEMPERATURE,
+    read_nuisances,
+    written_nuisances,
+)
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import SECTIONS, Model
@@ -228,16 +232,26 @@ def _read(data: dict[str, Any], origin: str) -> System:
     sensors = data.get('sensors')
     if sensors is not None:
         sensors = cast(Sensors, read_section(Sensors, sensors, f'{origin}: sensors'))
+    fixed = _parsed({} if data.get('fixed') is None else data['fixed'], FIXED, f'{origin}: fixed')
     return System(
         str(data.get('name', Path(origin).stem)),
         Hypothesis(model, _effects(data.get('effects'), origin)),
         given,
         sensors,
         shut,
-        _parsed({} if data.get('fixed') is None else data['fixed'], FIXED, f'{origin}: fixed'),
-        read_nuisances(data.get('each_recording'), f'{origin}: each_recording'),
+        fixed,
+        _each_recording(
+            data.get('each_recording'), shut and 'position' in fixed, f'{origin}: each_recording'
+        ),
         _refit(data.get('refit'), model, origin),
     )
+
+
+def _each_recording(data: object, vessel: bool, where: str) -> dict[str, float]:
+    """Return name -> standard deviation [SI] of the nuisance parameters of a file."""
+    stated = read_nuisances(data, where)
+    # a vessel has just been filled, which warms its gas, and nobody measures by how much
+    return {**read_nuisances([INITIAL_TEMPERATURE], where), **stated} if vessel else stated
 
 
 def _parsed(data: object, allowed: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -44,11 +44,16 @@ class Whitener:
     def __call__(self, residual: Floats) -> Floats:
         """Return the kept residuals, independent and of standard deviation 1, shape (kept,)."""
         values = residual[self.kept]
+        return self.columns(np.where(np.isfinite(values), values, NOT_FINITE * self.deviation))
+
+    def columns(self, values: Floats) -> Floats:
+        """Return finite kept residuals whitened, shape (kept,) or (kept, k) for k of them."""
         if not values.size:
             return values
-        whitened = self._own(np.where(np.isfinite(values), values, NOT_FINITE * self.deviation))
+        whitened = self._own(values)
         directions, shrinkage = self._shared
-        both: Floats = whitened - directions @ (shrinkage * (directions.T @ whitened))
+        along_shared = (shrinkage * (directions.T @ whitened).T).T
+        both: Floats = whitened - directions @ along_shared
         return both
 
     @cached_property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -56,11 +57,16 @@ class Windows:
         """Middles of the windows [s], shape (m,)."""
         return 0.5 * (self.start + self.end)
 
-    def indicator(self, cell: Flags) -> Floats:
-        """Return the whitened form of a residual that is 1 in the windows of a cell."""
-        residual = np.zeros(self.whiten.kept.size)
-        residual[np.flatnonzero(self.whiten.kept)[cell]] = 1.0
-        return self.whiten(residual) / self.factor
+    def indicators(self, cells: Sequence[Flags]) -> Floats:
+        """
+        Return the whitened forms of residuals that are 1 in the windows of a cell, 0 elsewhere.
+
+        :param cells: windows of each of k cells, shape (m,) each
+        :return: shape (m, k)
+        """
+        ones = np.array(cells, dtype=np.float64).T
+        whitened: Floats = self.whiten.columns(ones) / self.factor[:, np.newaxis]
+        return whitened
 
 
 def windows_of(dataset: Dataset, hypothesis: Hypothesis) -> list[Windows]:

@@ -26,7 +26,7 @@ from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
-from pneu_rig_ros.diagnosis.scoring import ScoredFit
+from pneu_rig_ros.diagnosis.scoring import ScoredFit, remaining_share
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.windows import Windows, windows_of
@@ -141,7 +141,9 @@ def diagnose(
     system, rng = load_system(model), np.random.default_rng(seed)
     progress('reading', 0.02)
     groups = split_paths(bags, verify)
-    runs = read_runs([path for group in groups for path in group], system, mapping)
+    workers = executor or SerialExecutor()
+    paths = [path for group in groups for path in group]
+    runs = read_runs(paths, system, mapping, workers)
     progress('localising residuals', 0.06)
     given, count = system.hypothesis, len(groups[0])
     training, held_out = (
@@ -156,17 +158,17 @@ def diagnose(
         progress(stage, 0.1 + 0.75 * min(next(steps) / SEARCH_STEPS, 1.0))
 
     candidates, base = pool(system, runs, without)
-    workers = executor or SerialExecutor()
     search = Search(given, training, held_out, candidates, rng, report, workers, base)
     best = search.run()
     progress('testing what is left', 0.85)
     remaining = search.significant()
     unknown = None
-    if not search.reproduced():
+    if search.reproduced():
+        if search.leaves_much(remaining):
+            progress('describing the unknown cause', 0.88)
+            unknown = _unknown(search, where)
+    elif best is None:
         where = []
-    elif search.leaves_much(remaining):
-        progress('describing the unknown cause', 0.88)
-        unknown = _unknown(search, where)
     progress('designing the next experiment', 0.95)
     experiment = next_experiment(rivals(search), training, system)
     return Diagnosis(
@@ -190,15 +192,16 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
 
     A cause with a name has to leave little, and about as little as a formula without one.
     """
-    named = search.best
-    share = search.remaining(simulated=not search.residuals_significant)
+    named, data = search.best, (search.training, search.held_out)
     # the noise of the sensors is no measure of what a cause may leave where all models are far off
     discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
-    data = search.training, search.held_out
     search.restart()
     description = describe(search, (where or search.cycle_residuals())[0])
     if named is None or named is search.calibrated:
         return description
+    # on the data on which the description was judged, with their noise
+    better = named.explanation.apply(search.given)
+    share = remaining_share(search.held_out, search.hypothesis, better)
     inadequate = share > MOST_LEFT and not discrepant
     if inadequate or description.gap_left < MUCH_BETTER * share:
         return description
