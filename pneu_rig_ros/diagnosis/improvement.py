@@ -21,7 +21,7 @@ NO_EVENTS = {'unit': '-', 'measured': None, 'before': None, 'after': None}
 
 
 class SignalGap(NamedTuple):
-    """Simulated less measured values of a signal [unit], shape (n,), and its noise [unit]."""
+    """Simulated minus measured values of a signal [unit], shape (n,), and its noise [unit]."""
 
     name: str
     unit: str

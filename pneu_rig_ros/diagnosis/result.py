@@ -1,4 +1,4 @@
-"""The answer of a diagnosis as plain data: diagnosis.json version 2, schema in docs/."""
+"""The answer of a diagnosis as a JSON-compatible dict: diagnosis.json version 2, schema in docs/."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ UNEXPLAINED = 3.0
 
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return diagnosis.json as plain data."""
+    """Return diagnosis.json as a JSON-compatible dict."""
     estimates = list(_estimates(diagnosis))
     parameters = [row for part, row in estimates if part.is_parameter]
     effects = [row for part, row in estimates if part.is_effect and not part.is_empirical]

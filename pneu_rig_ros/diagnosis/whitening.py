@@ -17,7 +17,7 @@ from scipy.linalg import cholesky_banded, solve_banded
 from pneu_rig_ros.diagnosis.weak_form import Flags, Floats
 
 NOT_FINITE = 1e4
-"""Residual of a window in which a hypothesis breaks down [standard deviations]."""
+"""Residual of a window in which a hypothesis yields no finite value [standard deviations]."""
 NUGGET = 0.02
 """
 White share added to a variance [-]: without it the sum of all windows, which is the difference of
