@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 BANNED = {
-    r'(?<!\.)\b(told|tells?)\b(?! ((them|it|both|two) )?apart)': 'reported, given, callback(...); says, prints, lists',
+    r'(?<!\.)\b(told|tells?)\b(?! ((them|it|both|two) )?apart)': 'reported; says, prints',
     r'\bnoises\b': 'in standard deviations',
     r'\b(left|leaves?|leave) out\b': 'held-out, excluded, omitted, skipped',
     r'\bsays? nothing\b': 'is ignored, has no information',
@@ -33,14 +33,20 @@ BANNED = {
     r'\bin (their|its) pace\b': 'at recorded speed',
 }
 """Pattern -> words to use in its place."""
-FILES = sorted(
-    path
-    for pattern in (
-        'Makefile *.md *.rst docs/*.md docs/*.py config/**/*.yaml launch/*.py benchmarks/*.py '
-        'examples/**/*.py pneu_rig_ros/**/*.py pneu_rig_ros/**/*.html'
-    ).split()
-    for path in ROOT.glob(pattern)
+PLACES = (
+    'Makefile',
+    '*.md',
+    '*.rst',
+    'docs/*.md',
+    'docs/*.py',
+    'config/**/*.yaml',
+    'launch/*.py',
+    'benchmarks/*.py',
+    'examples/**/*.py',
+    'pneu_rig_ros/**/*.py',
+    'pneu_rig_ros/**/*.html',
 )
+FILES = sorted(path for place in PLACES for path in ROOT.glob(place))
 
 
 def hits(text: str) -> list[str]:
