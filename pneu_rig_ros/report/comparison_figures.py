@@ -77,6 +77,7 @@ def draw_differences(comparison: Comparison) -> Figure:
         axes.plot(time, scale * values, color=BLUE, linewidth=0.8)
         noise = 2.0 * scale * comparison.noise.get(name, 0.0)
         axes.axhspan(-noise, noise, color=GREY, alpha=0.35, linewidth=0.0)
+        axes.margins(y=0.15)  # room for the letter
         axes.set_ylabel(f'{SIGNALS[name].label}\n[{SIGNALS[name].difference_unit}]')
     return figure
 
