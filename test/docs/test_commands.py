@@ -8,31 +8,25 @@ runs the slow ones.
 """
 
 import importlib
+import json
 import os
 import re
 import shlex
 import shutil
-import signal
 import subprocess
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import click
 import numpy as np
 import pytest
-import rclpy
 import yaml
-from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.context import Context
-from rclpy.serialization import deserialize_message
-from rclpy.signals import SignalHandlerOptions
-from ros.bystander import DOMAIN, Bystander, until
+from ros.bystander import DOMAIN
 
 from pneu_rig_ros.cli import command, main
 from pneu_rig_ros.nodes.parameters import RIG_PARAMETERS
 from pneu_rig_ros.nodes.rig_node import COMMON, RigNode
+from pneu_rig_ros.nodes.runner import embedded
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.configuration import OVERRIDES
@@ -223,9 +217,9 @@ def test_launch_arguments_exist(words: list[str]) -> None:
         assert f"'{word.split(':=')[0]}'" in source, word
 
 
-def parameters_of(node: str) -> set[str]:
-    """Return the names of all parameters of a node."""
-    module = importlib.import_module(f'pneu_rig_ros.nodes.{node}')
+def node_class(name: str) -> type[RigNode]:
+    """Return the class of a node."""
+    module = importlib.import_module(f'pneu_rig_ros.nodes.{name}')
     (kind,) = (
         kind
         for kind in vars(module).values()
@@ -233,16 +227,15 @@ def parameters_of(node: str) -> set[str]:
         and issubclass(kind, RigNode)
         and kind.__module__ == module.__name__
     )
-    names = {parameter.name for parameter in (*kind.PARAMETERS, *COMMON)}
-    return names | (
-        {p.name for p in RIG_PARAMETERS} | set(OVERRIDES) if node == 'plant' else set()
-    )
+    return kind
 
 
 @pytest.mark.parametrize('words', words_of(*PACKAGE), ids=' '.join)
 def test_parameters_of_node_exist(words: list[str]) -> None:
-    given = {word.split(':=')[0] for word in words[4:] if ':=' in word}
-    assert given <= parameters_of(words[3])
+    of_rig = (*RIG_PARAMETERS,) if words[3] == 'plant' else ()
+    declared = {p.name for p in (*node_class(words[3]).PARAMETERS, *of_rig, *COMMON)}
+    declared |= set(OVERRIDES if words[3] == 'plant' else ())
+    assert {word.split(':=')[0] for word in words[4:] if ':=' in word} <= declared
 
 
 @pytest.mark.parametrize('words', words_of('ros2', 'topic', 'pub'), ids=' '.join)
@@ -252,52 +245,26 @@ def test_published_topic_exists(words: list[str]) -> None:
     assert set(yaml.safe_load(message)) == {'data'}
 
 
-@pytest.fixture
-def bystander(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bystander]:
-    """Return a node in the domain of this process, which nodes started from here share."""
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
-    context = Context()
-    rclpy.init(context=context, domain_id=DOMAIN, signal_handler_options=SignalHandlerOptions.NO)
-    node = Bystander(context)
-    yield node
-    node.destroy_node()
-    context.try_shutdown()
+def typed(text: str) -> object:
+    """Return a value of a ROS argument: a number or flag, else the text."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
 
 
 @pytest.mark.live
-def test_nodes_start_and_end(bystander: Bystander, workspace: Path) -> None:
-    lines = [words for words in words_of(*PACKAGE) if '--enclave' not in words]
+@pytest.mark.parametrize('words', words_of(*PACKAGE), ids=' '.join)
+def test_node_starts_with_the_parameters(
+    words: list[str], workspace: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In this process; `test/ros` starts the executables."""
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+    given = [word.split(':=') for word in words[4:] if ':=' in word]
+    overrides = {name: typed(value) for name, value in given}
     shutil.rmtree(workspace / 'runs' / 'monday')  # the recorder creates it
-    processes = []
-    for index, words in enumerate(lines):
-        start = [sys.executable, '-m', f'pneu_rig_ros.nodes.{words[3]}', *words[4:]]
-        start += [] if '--ros-args' in start else ['--ros-args']
-        processes.append(
-            subprocess.Popen(
-                [*start, '-r', f'__ns:=/page_{index}'], stderr=subprocess.PIPE, text=True
-            )
-        )
-    silent = {f'page_{index}' for index in range(len(lines))}
-    diagnostics = bystander.hear('/diagnostics')
-
-    def all_run() -> bool:
-        for message in diagnostics.take_all():
-            names = [one.name for one in deserialize_message(message, DiagnosticArray).status]
-            silent.difference_update(name.split('/')[1] for name in names)
-        ended = [process for process in processes if process.poll() is not None]
-        assert not ended, [process.communicate() for process in ended]
-        return not silent
-
-    try:
-        until(all_run)
-    finally:
-        for process in processes:
-            process.send_signal(signal.SIGINT)
-        try:
-            ends = [process.communicate(timeout=60)[1] for process in processes]
-        finally:
-            for process in processes:
-                process.kill()
-    for words, process, complaint in zip(lines, processes, ends, strict=True):
-        assert process.returncode == 0, f'{" ".join(words)}: {complaint}'
+    kind = node_class(words[3])
+    with embedded(lambda context: kind(context, overrides), 'page') as (node, _):
+        for name, value in overrides.items():
+            assert node.get_parameter(name).value == value
