@@ -113,7 +113,7 @@ $(READY): requirements.txt setup.py | $(BIN)/python
 	@echo 'Installing the pinned packages into $(VENV) (once, takes a minute or two) ...'
 	@$(BIN)/python -m pip install -qq --requirement requirements.txt \
 	    && $(BIN)/python -m pip install -qq --no-deps --no-build-isolation --editable . \
-	    || { echo 'error: the set-up failed as told above; is the network up? Then: make again' >&2; exit 1; }
+	    || { echo 'error: set-up failed (see above); check the network and run make again' >&2; exit 1; }
 	@touch $@
 
 $(BIN)/python:

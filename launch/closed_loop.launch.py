@@ -20,7 +20,7 @@ from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'law': ('pid', 'pid or sliding_mode'),
     'compensation': ('true', 'whether friction and valve overlap are compensated'),

@@ -21,14 +21,14 @@ from pneu_rig_ros.records.bag import last_text, open_bag
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'bag': (None, 'directory of the bag'),
     'rate': ('1.0', 'played over recorded time, 0.01 to 100'),
     'repeat': ('false', 'whether the bag is played again and again'),
     'clock': ('false', 'whether /clock is published, from the log times'),
     'topics': ('', 'topics to play, comma-separated; all that no node computes when empty'),
-    'exclude': ('', 'topics to leave out, comma-separated'),
+    'exclude': ('', 'topics to exclude, comma-separated'),
     'delay': ('2.0', 'time to find subscribers before the start [s]'),
     'estimate': ('true', 'whether the friction estimator runs beside it'),
     'namespace': ('', 'namespace to play into'),

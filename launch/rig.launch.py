@@ -27,7 +27,7 @@ from pneu_rig_ros.rig.urdf import robot_description
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'cylinder': ('cylinder_2', 'name of a shipped cylinder, or a YAML file'),
     'model': (

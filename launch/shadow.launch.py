@@ -20,7 +20,7 @@ from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'model': ('', 'cylinder, name or YAML file; the configuration of the rig when empty'),
     'input': ('valve_voltages', 'what drives the model: valve_voltages or u'),

@@ -148,10 +148,13 @@ class Laboratory:
     """
 
     def __init__(
-        self, reading: Reading | None = None, conditions: Conditions | None = None,
-        tolerance: float = 1e-5, threads: int | None = None,
+        self,
+        reading: Reading | None = None,
+        conditions: Conditions | None = None,
+        tolerance: float = 1e-5,
+        threads: int | None = None,
         cylinders: Sequence[str] = CYLINDERS,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.reading = reading or Reading()
         self.conditions = conditions or Conditions()
         self.cylinders = tuple(cylinders)

@@ -86,7 +86,7 @@ def claims(
     if as_json == STDOUT:
         click.echo(text, nl=False)
     elif markdown:
-        from pneu_rig_ros.report.claims_table import markdown as table
+        from pneu_rig_ros.claims.findings import markdown as table
 
         click.echo(table(rows, shares))
     elif not quiet:
@@ -119,10 +119,10 @@ def _page(
     page: Path, rows: Sequence[Row], laboratory: Laboratory, shares: Mapping[int, float],
     quiet: bool,
 ) -> Path:  # fmt: skip
-    from pneu_rig_ros.report.claims_figures import pictures
+    from pneu_rig_ros.report.claims_figures import drawings
     from pneu_rig_ros.report.claims_page import write_page
 
-    with output.step_bar('figures', len(list(pictures())), quiet) as progress:
+    with output.step_bar('figures', len(drawings()), quiet) as progress:
         return write_page(page, rows, laboratory, shares, progress)
 
 

@@ -1,4 +1,4 @@
-"""A recording as plain data for a page: signals thinned where they must be, regimes and cycles."""
+"""A recording as data for the scripts of a page: thinned signals, regimes and cycles."""
 
 from __future__ import annotations
 

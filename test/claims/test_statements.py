@@ -195,11 +195,15 @@ def test_margin_is_positive_when_it_is_so(
 @pytest.mark.parametrize(
     'margin',
     [
-        at_least(np.nan, 1.0), at_most(1.0, 0.0), rises_throughout([1.0, np.nan, 2.0]),
-        falls_throughout([2.0, 0.0, 1.0]), unchanged([1.0, np.nan], 0.3), unchanged([0.0], 0.3),
+        at_least(np.nan, 1.0),
+        at_most(1.0, 0.0),
+        rises_throughout([1.0, np.nan, 2.0]),
+        falls_throughout([2.0, 0.0, 1.0]),
+        unchanged([1.0, np.nan], 0.3),
+        unchanged([0.0], 0.3),
         falls(np.array([2.0, 1.0])),
     ],
-)  # fmt: skip
+)
 def test_nothing_measured_does_not_hold(margin: float) -> None:
     finding = Finding('says', 'nothing', margin)
     assert not finding.holds
