@@ -1,4 +1,4 @@
-"""The live page of a rig on this computer: HTTP and a WebSocket, for local browsers only."""
+"""The live page of a rig: HTTP and a WebSocket, for browsers on this computer only."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.web.page import render
 
 HOST = '127.0.0.1'
-"""Never another: who reaches the page moves the rig."""
+"""Never another: whoever reaches the page can move the rig."""
 
 PERIOD = 0.04
-"""Time between two batches of samples [s]: smooth for the eye."""
+"""Time between two batches of samples [s], short enough to look smooth."""
 
 LARGEST_MESSAGE = 1024
-"""A command from a page is shorter [byte]."""
+"""Longest message that a page may send [byte]."""
 
 FULL_COMMAND = 2.5
-"""Of u: beyond it the valves saturate [V]."""
+"""Command at which the valves saturate [V]."""
 
 ENDING_TIME = 5.0
-"""The server has so long to close its connections [s]."""
+"""Time that the server has to start or to close its connections [s]."""
 
 Columns = Mapping[str, list[float | None]]
 
 
 class Stream(Protocol):
-    """Rows of values that come one after the other; the last ones are kept."""
+    """A stream of rows of values of which the last ones are kept."""
 
     def since(self, number: int) -> tuple[int, Columns]:
         """Return how many rows there have been, and those kept after the first `number`."""
@@ -52,13 +52,13 @@ class Rig(Protocol):
         """Return what the page shows besides the streams, as plain data."""
 
     def command(self, u: float | None) -> None:
-        """Hold the command u [V] from now on; None leaves it to others, after u = 0."""
+        """Hold the command u [V]; None sets u = 0 and then stops commanding."""
 
     def set_supply_pressure(self, pressure: float) -> None:
-        """Ask for an absolute supply pressure [Pa]."""
+        """Request an absolute supply pressure [Pa]."""
 
     def reset(self) -> None:
-        """Ask for the initial state."""
+        """Request the initial state."""
 
 
 @contextlib.contextmanager
@@ -104,11 +104,11 @@ class LivePage:
     """
     The page and its WebSocket.
 
-    A page of another site could otherwise command the rig through the user's browser: what does
-    not come from this page's own address is refused, and so is any other name of this host.
+    A page of another site could otherwise command the rig through the user's browser. So a
+    request with another Origin than this page, or another Host than this computer, is refused.
 
-    :param rig: what is shown and commanded
-    :param port: that the page is served on
+    :param rig: the rig that is shown and commanded
+    :param port: on which the page is served
     """
 
     def __init__(self, rig: Rig, port: int) -> None:
@@ -146,7 +146,8 @@ class LivePage:
         origin = request.headers.get('Origin')
         if origin not in self._origins:
             raise web.HTTPForbidden(text=f'origin {origin} is not this page\n')
-        # nothing leaves this computer; a frame that is being compressed would outlive its sender
+        # No compression: nothing leaves this computer, and a frame that is being compressed would
+        # outlive its sender.
         connection = web.WebSocketResponse(
             heartbeat=10.0, compress=False, max_msg_size=LARGEST_MESSAGE
         )
@@ -164,7 +165,7 @@ class LivePage:
         return connection
 
     async def _send(self, connection: web.WebSocketResponse) -> None:
-        """Send what is new, again and again; a slow browser gets fewer and larger batches."""
+        """Send new samples periodically; a slow browser gets fewer and larger batches."""
         seen = dict.fromkeys(self._rig.streams, 0)
         with contextlib.suppress(ConnectionError):
             while True:
@@ -175,13 +176,13 @@ class LivePage:
                 await asyncio.sleep(PERIOD)
 
     async def _take(self, connection: web.WebSocketResponse, text: str) -> None:
-        """Obey a message, or say why not."""
+        """Execute a command, or answer why it is refused."""
         try:
-            self._obey(connection, text)
+            self._execute(connection, text)
         except RigError as error:
             await connection.send_str(json.dumps({'error': str(error)}))
 
-    def _obey(self, connection: web.WebSocketResponse, text: str) -> None:
+    def _execute(self, connection: web.WebSocketResponse, text: str) -> None:
         name, value = _request(text)
         if name == 'u':
             u = None if value is None else _number(value, 'u')
@@ -197,7 +198,7 @@ class LivePage:
             raise RigError(f'{name!r}: allowed are u, supply_pressure, reset')
 
     def _leave(self, connection: web.WebSocketResponse) -> None:
-        """Let go of the rig when the page that commands it is closed."""
+        """Stop commanding when the page that commands is closed."""
         if self._commander is connection:
             self._commander = None
             self._rig.command(None)
