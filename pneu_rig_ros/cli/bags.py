@@ -54,14 +54,9 @@ def info(bag: Path, as_json: bool) -> None:
     ),
 )
 @options.bag_argument
-@click.option(
-    '--out',
-    type=options.NewFile(),
-    metavar='FILE',
-    help='page to write; must not exist  [default: BAG.html]',
-)
-@click.option('--from', 'start', type=options.FINITE, metavar='SECOND', help='start of the part')
-@click.option('--to', 'stop', type=options.FINITE, metavar='SECOND', help='end of the part')
+@options.out_file(help='page to write; must not exist  [default: BAG.html]')
+@options.seconds_option('--from', 'start', help='start of the part to show')
+@options.seconds_option('--to', 'stop', help='end of the part to show')
 @options.quiet_option
 def view(
     bag: Path, out: Path | None, start: float | None, stop: float | None, quiet: bool
@@ -215,13 +210,7 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
     metavar='NAME|FILE',
     help='the rig, if known: stored in the bag, so that friction can be estimated',
 )
-@click.option(
-    '--out',
-    type=options.PATH,
-    required=True,
-    metavar='DIRECTORY',
-    help='bag to create; must not exist',
-)
+@options.out_directory(required=True, help='bag to create; must not exist')
 @options.output_options
 def import_(
     source: Path,
@@ -294,12 +283,7 @@ def import_(
 @options.bag_argument
 @click.option('--csv', is_flag=True, help='write a CSV file')
 @click.option('--parquet', is_flag=True, help='write a Parquet file')
-@click.option(
-    '--out',
-    type=options.NewFile(),
-    metavar='FILE',
-    help='file to write; must not exist  [default: BAG.csv or BAG.parquet, beside the bag]',
-)
+@options.out_file(help='file to write; must not exist  [default: BAG.csv or BAG.parquet]')
 @options.output_options
 def export(
     bag: Path, csv: bool, parquet: bool, out: Path | None, as_json: bool, quiet: bool

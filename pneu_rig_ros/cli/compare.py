@@ -30,13 +30,10 @@ SIGNALS = ('signal', '>RMSE', '>largest', '>bias', 'unit', '>sensor noise', '>RM
     metavar='NAME|FILE|BAG',
     help='a cylinder, a YAML file of your own, or another bag',
 )
-@click.option(
-    '--shift',
-    type=options.FINITE,
-    metavar='SECOND',
-    help='delay of the second bag [s]  [default: aligned by the onset of the command]',
+@options.seconds_option(
+    '--shift', help='delay of the second bag [s]  [default: aligned by the onset of the command]'
 )
-@click.option('--out', type=options.NewFile(), metavar='FILE', help='write an HTML page')
+@options.out_file(help='write an HTML page')
 @options.output_options
 def compare(
     measured: Path, model: str, shift: float | None, out: Path | None, as_json: bool, quiet: bool

@@ -61,21 +61,10 @@ EVENTS = ('', '>measured', '>before', '>after')
     help='held-out bags for validation  [default: every third BAG]',
 )
 @options.map_option(help='columns, signals and units of BAGs that are text tables (see import)')
-@click.option(
-    '--out',
-    type=options.PATH,
-    required=True,
-    metavar='DIRECTORY',
-    help='for diagnosis.json, improved.yaml, report.html; new or empty',
+@options.out_directory(
+    required=True, help='for diagnosis.json, improved.yaml, report.html; new or empty'
 )
-@click.option(
-    '--seed',
-    type=options.SEED,
-    default=0,
-    metavar='INTEGER',
-    show_default=True,
-    help='seed of the propagated sensor noise',
-)
+@options.seed_option(default=0, show_default=True, help='seed of the propagated sensor noise')
 @click.option(
     '--without', multiple=True, metavar='EFFECT', help='exclude an effect from the candidates'
 )

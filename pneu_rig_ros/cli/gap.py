@@ -33,18 +33,8 @@ GAPS = ('signal', '>before', '>after', '>noise of two runs', 'unit', '>gap close
         'pneu-rig gap --effect inclination',
     ),
 )
-@click.option(
-    '--seed',
-    type=options.SEED,
-    metavar='INTEGER',
-    help='seed of the choice of the effect and of the noise  [default: random]',
-)
-@click.option(
-    '--out',
-    type=options.PATH,
-    metavar='DIRECTORY',
-    help='directory to create  [default: runs/DATE_gap]',
-)
+@options.seed_option(help='seed of the effect and of the noise  [default: random]')
+@options.out_directory(help='directory to create  [default: runs/DATE_gap]')
 @click.option(
     '--effect',
     metavar='NAME',

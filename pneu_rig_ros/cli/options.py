@@ -97,6 +97,10 @@ namespace_option = click.option(
     '--namespace', default='', metavar='NAME', help='ROS namespace of the rig'
 )
 map_option = functools.partial(click.option, '--map', 'mapping', type=PATH, metavar='YAML')
+out_directory = functools.partial(click.option, '--out', type=PATH, metavar='DIRECTORY')
+out_file = functools.partial(click.option, '--out', type=NewFile(), metavar='FILE')
+seed_option = functools.partial(click.option, '--seed', type=SEED, metavar='INTEGER')
+seconds_option = functools.partial(click.option, type=FINITE, metavar='SECOND')
 cylinder_option = click.option(
     '--cylinder',
     default='cylinder_2',
@@ -135,17 +139,12 @@ stroke_options = together(
         metavar='SECOND',
         help='length of the stroke [s]',
     ),
-    click.option(
-        '--out',
-        type=PATH,
-        metavar='DIRECTORY',
-        help='bag to create; must not exist  [default: runs/DATE_CYLINDER]',
-    ),
+    out_directory(help='bag to create; must not exist  [default: runs/DATE_CYLINDER]'),
     cylinder_option,
     friction_option,
     *(click.option(name, type=float, metavar=unit, help=text) for name, unit, text in CONDITIONS),
     click.option('--sensors', metavar='KIND', help="'rig' (noise, 12 bit) or 'ideal'"),
-    click.option('--seed', type=SEED, metavar='INTEGER', help='seed of the sensor noise'),
+    seed_option(help='seed of the sensor noise'),
 )
 """Options of a stroke of a configured rig."""
 

@@ -47,7 +47,7 @@ PRINTED = 40
     help='time after which a stroke is given up [s]',
 )
 @options.workers_options(default=1, help='processes; 1: this one, with a thread per processor')
-@click.option('--out', type=options.NewFile(), metavar='FILE', help='write a CSV table')
+@options.out_file(help='write a CSV table')
 @options.output_options
 def sweep(
     cylinder: str,

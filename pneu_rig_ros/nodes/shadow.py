@@ -113,8 +113,10 @@ class ShadowNode(RigNode):
         pressures = predicted.pressure_1, predicted.pressure_2
         motion_error = error.position, sample.velocity - predicted.velocity
         model, residuals = self._messages
-        messages = model.pack(sample.stamp_ns, joint, pressures)
-        messages |= residuals.pack(sample.stamp_ns, motion_error, error[1:])
+        messages = {
+            **model.pack(sample.stamp_ns, joint, pressures),
+            **residuals.pack(sample.stamp_ns, motion_error, error[1:]),
+        }
         for topic, cdr in messages.items():
             self._publish[topic](cdr)
         self.rate.count += 1
