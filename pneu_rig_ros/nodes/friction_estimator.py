@@ -10,7 +10,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
-from pneu_rig_ros.nodes.sync import Sample, SampleSubscription
+from pneu_rig_ros.nodes.sync import SampleSubscription
 from pneu_rig_ros.records.cdr import FrictionMessage
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 
@@ -54,18 +54,15 @@ class FrictionEstimatorNode(RigNode):
         if self._filter is None or not self.ready():
             return
         for sample in self._samples.take_all():
-            self._estimate(self._filter, sample)
-
-    def _estimate(self, causal: CausalFriction, sample: Sample) -> None:
-        if sample.stamp_ns - self._last_ns != self._interval_ns:
-            causal.reset()
-            self._restarts += 1
-        self._last_ns = sample.stamp_ns
-        force = causal.push(sample.position, sample.pressure_1, sample.pressure_2)
-        if force is not None and math.isfinite(force):
-            stamp_ns = sample.stamp_ns - causal.delay_samples * self._interval_ns
-            self._publish(self._message.pack(force, stamp_ns))
-            self.rate.count += 1
+            if sample.stamp_ns - self._last_ns != self._interval_ns:
+                self._filter.reset()
+                self._restarts += 1
+            self._last_ns = sample.stamp_ns
+            force = self._filter.push(sample.position, sample.pressure_1, sample.pressure_2)
+            if force is not None and math.isfinite(force):
+                stamp_ns = sample.stamp_ns - self._filter.delay_samples * self._interval_ns
+                self._publish(self._message.pack(force, stamp_ns))
+                self.rate.count += 1
 
     def close(self) -> None:
         """Estimate the friction of the samples since the last update."""

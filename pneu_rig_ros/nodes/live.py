@@ -150,7 +150,11 @@ class LiveNode(RigNode):
         while self._requests:
             self._requests.popleft()()
         self.take_configurations(self._descriptions, self._use_description)
-        self._take_valve_signals()
+        # Commands and voltages have no stamp: the newest ones apply to the next samples.
+        for u in self.take_decoded(self._commands, unpack_float64):
+            self._u = _finite(u)
+        for voltage_1, voltage_2 in self.take_decoded(self._valves, unpack_valve_voltages):
+            self._voltages = _finite(voltage_1), _finite(voltage_2)
         self._take_samples()
 
     def _use_description(self, configuration: RigConfiguration) -> None:
@@ -161,13 +165,6 @@ class LiveNode(RigNode):
         if wanted is not None or self._held is not None:
             self._publish(pack_float64(wanted or 0.0))
         self._held = wanted
-
-    def _take_valve_signals(self) -> None:
-        """Take the newest command and voltages; without a stamp they apply to the next samples."""
-        for u in self.take_decoded(self._commands, unpack_float64):
-            self._u = _finite(u)
-        for voltage_1, voltage_2 in self.take_decoded(self._valves, unpack_valve_voltages):
-            self._voltages = _finite(voltage_1), _finite(voltage_2)
 
     def _take_samples(self) -> None:
         held = (self._u, *self._voltages)

@@ -138,10 +138,18 @@ class PlantNode(RigNode):
         """Do one tick; in lock step only after the answer to the last sample."""
         if not self._described:
             self._describe()
-        if self._awaiting and not self._take_answer():
-            return
+        if self._awaiting:
+            answer = self._commands.take()
+            if answer is None:
+                return
+            self._accept(answer)
+            self._awaiting = False
+            self._advance()
         if self._paused or not self.ready():
-            self._skip()
+            # Wall time goes on, simulated time stands still.
+            if self._start_ns is not None and not self.simulated_time:
+                self._tick += 1
+                self._prepare()
             return
         if self._start_ns is None:
             self._begin()
@@ -154,22 +162,6 @@ class PlantNode(RigNode):
             self._advance()
         else:
             self._awaiting = True
-
-    def _take_answer(self) -> bool:
-        """Lock step: advance by one interval if the answer to the last sample has arrived."""
-        cdr = self._commands.take()
-        if cdr is None:
-            return False
-        self._accept(cdr)
-        self._awaiting = False
-        self._advance()
-        return True
-
-    def _skip(self) -> None:
-        """Skip a tick: wall time goes on, simulated time stands still."""
-        if self._start_ns is not None and not self.simulated_time:
-            self._tick += 1
-            self._prepare()
 
     def _begin(self) -> None:
         """Set the stamp of tick 0 and restart the tick errors."""

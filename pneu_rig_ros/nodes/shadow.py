@@ -76,15 +76,6 @@ class ShadowNode(RigNode):
         self.take_configurations(self._descriptions, self._use_description)
         if self._observer is None or not self.ready():
             return
-        self._take_inputs()
-        for sample in self._samples.take_all():
-            # The inputs that were sent before a sample led to it.
-            while self._pending_inputs and self._pending_inputs[0][0] < sample.sent_ns:
-                self._voltages = self._pending_inputs.popleft()[1]
-            self._predict(self._observer, sample)
-
-    def _take_inputs(self) -> None:
-        """Take the waiting voltages, or those that follow from the waiting commands."""
         by_command = self.text('input') == COMMAND
         for message in self._inputs.take_all_with_info():
             with self.skip_invalid(self._inputs):
@@ -93,6 +84,11 @@ class ShadowNode(RigNode):
                 else:
                     voltages = unpack_valve_voltages(message.cdr)
                 self._pending_inputs.append((message.sent_ns, voltages))
+        for sample in self._samples.take_all():
+            # The inputs that were sent before a sample led to it.
+            while self._pending_inputs and self._pending_inputs[0][0] < sample.sent_ns:
+                self._voltages = self._pending_inputs.popleft()[1]
+            self._predict(self._observer, sample)
 
     def _predict(self, observer: Observer, sample: Sample) -> None:
         measured = Measured(sample.position, sample.pressure_1, sample.pressure_2)

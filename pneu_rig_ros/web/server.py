@@ -69,7 +69,11 @@ def serve(rig: Rig, port: int) -> Iterator[str]:
     :param port: 0 for any that is free
     :raises RigError: when the port is taken
     """
-    listener = _listen(port)
+    try:
+        listener = socket.create_server((HOST, port))
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise RigError(f'port {port}: {reason}; choose another with --port') from None
     number = int(listener.getsockname()[1])
     loop = asyncio.new_event_loop()
     thread = Thread(target=loop.run_forever, name='web', daemon=True)
@@ -85,14 +89,6 @@ def serve(rig: Rig, port: int) -> Iterator[str]:
         loop.call_soon_threadsafe(loop.stop)
         thread.join()
         loop.close()
-
-
-def _listen(port: int) -> socket.socket:
-    try:
-        return socket.create_server((HOST, port))
-    except (OSError, OverflowError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'port {port}: {reason}; choose another with --port') from None
 
 
 async def _start(runner: web.AppRunner, listener: socket.socket) -> None:
@@ -156,12 +152,18 @@ class LivePage:
         sender = asyncio.create_task(self._send(connection))
         try:
             async for message in connection:
-                if message.type is WSMsgType.TEXT:
-                    await self._take(connection, message.data)
+                if message.type is not WSMsgType.TEXT:
+                    continue
+                try:
+                    self._execute(connection, message.data)
+                except RigError as error:
+                    await connection.send_str(json.dumps({'error': str(error)}))
         finally:
             sender.cancel()
             self._sockets.discard(connection)
-            self._leave(connection)
+            if self._commander is connection:  # a closed page commands no longer
+                self._commander = None
+                self._rig.command(None)
         return connection
 
     async def _send(self, connection: web.WebSocketResponse) -> None:
@@ -175,15 +177,15 @@ class LivePage:
                 await connection.send_str(json.dumps(batch, allow_nan=False))
                 await asyncio.sleep(PERIOD)
 
-    async def _take(self, connection: web.WebSocketResponse, text: str) -> None:
-        """Execute a command, or answer why it is refused."""
-        try:
-            self._execute(connection, text)
-        except RigError as error:
-            await connection.send_str(json.dumps({'error': str(error)}))
-
     def _execute(self, connection: web.WebSocketResponse, text: str) -> None:
-        name, value = _request(text)
+        """Execute a message such as {"u": 0.34}; RigError if it is not valid."""
+        try:
+            data = json.loads(text)
+        except ValueError:
+            raise RigError('a message must be JSON') from None
+        if not isinstance(data, dict) or len(data) != 1:
+            raise RigError('a message must be one name with its value')
+        ((name, value),) = data.items()
         if name == 'u':
             u = None if value is None else _number(value, 'u')
             if u is not None and abs(u) > FULL_COMMAND:
@@ -197,27 +199,9 @@ class LivePage:
         else:
             raise RigError(f'{name!r}: allowed are u, supply_pressure, reset')
 
-    def _leave(self, connection: web.WebSocketResponse) -> None:
-        """Stop commanding when the page that commands is closed."""
-        if self._commander is connection:
-            self._commander = None
-            self._rig.command(None)
-
     async def _close(self, _: web.Application) -> None:
         for connection in list(self._sockets):
             await connection.close(code=1001, message=b'the live view has ended')
-
-
-def _request(text: str) -> tuple[str, object]:
-    """Return name and value of a message such as {"u": 0.34}."""
-    try:
-        data = json.loads(text)
-    except ValueError:
-        raise RigError('a message must be JSON') from None
-    if not isinstance(data, dict) or len(data) != 1:
-        raise RigError('a message must be one name with its value')
-    ((name, value),) = data.items()
-    return str(name), value
 
 
 def _number(value: object, name: str) -> float:
