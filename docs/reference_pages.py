@@ -69,7 +69,7 @@ def topics() -> Lines:
 
 def nodes() -> Lines:
     """Yield the page of the nodes and their parameters."""
-    from pneu_rig_ros.nodes.parameters import RIG_PARAMETERS, RUNTIME_SETTERS
+    from pneu_rig_ros.nodes.plant import RUNTIME_SETTERS
     from pneu_rig_ros.nodes.rig_node import COMMON
 
     yield from ('# Nodes and parameters', '', 'Given with `--ros-args -p NAME:=VALUE`, or all')
@@ -77,9 +77,8 @@ def nodes() -> Lines:
     yield 'or a value out of range is refused. *At run time*: `ros2 param set` may change it.'
     for name, kind in NODES.items():
         node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), kind)
-        declared = [*(RIG_PARAMETERS if name == 'plant' else ()), *node.PARAMETERS]
         yield from ('', f'## {name}', '', paragraph(node.__doc__))
-        rows = [_parameter_row(p) for p in declared]
+        rows = [_parameter_row(p) for p in node.PARAMETERS]
         if name == 'plant':
             for key, q in OVERRIDES.items():
                 changes = 'yes' if key in RUNTIME_SETTERS else ''

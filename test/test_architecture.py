@@ -52,9 +52,9 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
         {'model', 'rig', 'records', 'analysis', 'control'},
         BAGS | {'scipy'} | ROS,
     ),
-    'demo': ({'model', 'rig', 'records', 'analysis', 'report', 'nodes'}, FIGURES | TERMINAL),
+    'demo': ({'model', 'rig', 'records', 'nodes'}, BAGS),
     'scenarios': (
-        {'model', 'rig', 'records', 'analysis', 'report', 'demo'},
+        {'model', 'rig', 'records', 'analysis', 'executor', 'diagnosis', 'report', 'demo'},
         {'numpy', 'yaml'},
     ),
     'cli': (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 from pathlib import Path
@@ -25,6 +26,7 @@ from pneu_rig_ros.report.improvement_figures import (
 )
 from pneu_rig_ros.report.latent_figures import draw_latent, tracks_of
 from pneu_rig_ros.report.page import Picture, data_address, render
+from pneu_rig_ros.rig import configuration_from_yaml
 
 MOST_RANKED = 12
 """Candidates on the page."""
@@ -62,6 +64,28 @@ class Recorded(NamedTuple):
     used: str
     duration: str
     conditions: Sequence[str]
+
+
+def write_files(
+    out: Path,
+    diagnosis: Diagnosis,
+    answer: rows.Answer,
+    progress: Callable[[float], None] = lambda share: None,
+) -> None:
+    """
+    Write diagnosis.json, report.html and improved.yaml, each as a whole or not at all.
+
+    :param out: directory that exists
+    :param answer: of the diagnosis, as plain data
+    :param progress: callback(fraction of the pictures drawn)
+    :raises RigError: when a file cannot be written, or a rig does not accept a fitted value
+    """
+    atomic_write(out / 'diagnosis.json', json.dumps(answer, indent=2, allow_nan=False) + '\n')
+    write_page(out / 'report.html', diagnosis, answer, progress)
+    model = diagnosis.improved_system.to_yaml(diagnosis.improved)
+    if diagnosis.system.rig is not None:
+        configuration_from_yaml(model, 'improved.yaml')
+    atomic_write(out / 'improved.yaml', model)
 
 
 def write_page(

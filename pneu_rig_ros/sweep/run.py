@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -119,3 +121,35 @@ def summary(run: Trajectory, interval: float, finished: bool, plant: Plant) -> M
         mean_slip=float(np.mean([cycle.slip for cycle in cycles])) if cycles else np.nan,
         peak_friction=max((cycle.peak_friction for cycle in cycles), default=np.nan),
     )
+
+
+def units(axes: Sequence[Axis]) -> dict[str, str]:
+    """Return column of a table of strokes -> its unit."""
+    return {axis.name: axis.unit for axis in axes} | UNITS
+
+
+def rows(axes: Sequence[Axis], measures: Sequence[Measures]) -> list[dict[str, float | str]]:
+    """Return a row for each stroke of `sweep`: what is varied, and what was measured."""
+    return [
+        {axis.name: axis.shown(value) for axis, value in zip(axes, point, strict=True)}
+        | row._asdict()
+        for point, row in zip(grid(axes), measures, strict=True)
+    ]
+
+
+def to_csv(columns: Mapping[str, str], table: Sequence[Mapping[str, float | str]]) -> str:
+    """
+    Return a table as CSV text, with names such as 'stroke_time_s' and empty cells for NaN.
+
+    :param columns: name -> unit
+    :param table: rows
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(
+        name if unit == '-' else f'{name}_{unit.replace("/", "_per_")}'
+        for name, unit in columns.items()
+    )
+    for row in table:
+        writer.writerow('' if value != value else value for value in row.values())
+    return text.getvalue()

@@ -35,7 +35,7 @@ def test_json_says_the_same_as_the_library(terminal: Terminal) -> None:
 
 
 def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:
-    above, below = terminal.run('effects').out.split('\nDescriptions of what has no name')
+    above, below = terminal.run('effects').out.split('\nEmpirical terms, not physical causes')
     data = json.loads(terminal.run('effects', '--json').out)
     for name in effects.names():
         is_cause = not name.startswith('empirical_')

@@ -19,7 +19,7 @@ from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.report.dependence import dependence
-from pneu_rig_ros.report.diagnosis_page import spans_of
+from pneu_rig_ros.report.diagnosis_page import spans_of, write_files
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
 from pneu_rig_ros.report.latent_figures import connected, draw_latent, tracks_of
 
@@ -108,7 +108,7 @@ def test_files_are_whole_and_the_model_loads(
 ) -> None:
     data = answer(bench)
     shares: list[float] = []
-    COMMAND.write_files(tmp_path, bench, data, shares.append)
+    write_files(tmp_path, bench, data, shares.append)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         'diagnosis.json',
         'improved.yaml',
