@@ -153,7 +153,7 @@ def improved_yaml(diagnosis: Diagnosis) -> str:
     """
     from pneu_rig_ros.rig.configuration import configuration_from_yaml
 
-    text = diagnosis.system.to_yaml(diagnosis.improved)
+    text = diagnosis.improved_system.to_yaml(diagnosis.improved)
     if diagnosis.system.rig is not None:
         configuration_from_yaml(text, 'improved.yaml')
     return text
