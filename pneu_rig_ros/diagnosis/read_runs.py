@@ -141,6 +141,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(FORCE_OFFSET, 0.0),
         deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
+        system.repeatability,
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
 
