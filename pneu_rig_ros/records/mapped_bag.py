@@ -20,13 +20,13 @@ from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
-from pneu_rig_ros.records.bag import custom_data, find_namespace, first_line
+from pneu_rig_ros.records.bag import check_bag, custom_data, find_namespace, first_line
 from pneu_rig_ros.records.cdr import NANOSECONDS
 from pneu_rig_ros.records.decompression import check_ros1_chunks
 from pneu_rig_ros.records.grid import HELD, Columns, resample
-from pneu_rig_ros.records.integrity import check_bag, unprotected_messages
 from pneu_rig_ros.records.mapping import Source, TableMapping
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats, Stamps
+from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.scaling import in_si, unit_of
 
 USUAL_FIELDS = {
@@ -97,14 +97,12 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Ma
         raise RigError(f'{mapping.origin}: maps columns, but {path} is a bag; write topics: ...')
     directory = path if path.is_dir() or path.suffix == '.bag' else path.parent
     try:
-        if directory.is_dir():
-            check_bag(directory)
+        protected = directory.is_dir() and check_bag(directory)
         with AnyReader([directory], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
             _check_ros1(reader)
             sources = dict(mapping.signals) if mapping else _own(reader.connections)
             streams, gauge = _streams(reader, sources, mapping.origin if mapping else path, zero)
-            custom = custom_data(reader, directory) if directory.is_dir() else {}
-        protected = directory.is_dir() and not unprotected_messages(directory)
+            custom = custom_data(reader, read_metadata(directory))
     except RigError:
         raise
     except Exception as error:
@@ -137,7 +135,7 @@ def _own(connections: list[Connection]) -> dict[str, Source]:
 
 def _namespace(connections: list[Connection]) -> str:
     has_joint = any(c.topic.endswith('/joint_states') for c in connections)
-    return find_namespace(connections) if has_joint else ''
+    return find_namespace(c.topic for c in connections) if has_joint else ''
 
 
 def _streams(

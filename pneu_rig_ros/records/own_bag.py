@@ -7,11 +7,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bag import bag_directory, custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.bag import Bag, Connection, custom_data, find_namespace, open_bag
 from pneu_rig_ros.records.cdr import (
     unpack_float64,
     unpack_fluid_pressure,
@@ -20,7 +18,6 @@ from pneu_rig_ros.records.cdr import (
 )
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps
-from pneu_rig_ros.records.integrity import unprotected_messages
 from pneu_rig_ros.records.recording import NEVER, Floats, Stamps, check_stamps
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import RigConfiguration
@@ -95,7 +92,7 @@ def holds_rig(path: Path) -> bool:
         topics = [connection.topic for connection in reader.connections]
         if not any(topic.endswith('/joint_states') for topic in topics):
             return False
-        namespace = find_namespace(reader.connections)
+        namespace = find_namespace(topics)
         return all(f'{namespace}/{topic}' in topics for topic in SAMPLED)
 
 
@@ -106,11 +103,10 @@ def read_own_bag(path: Path) -> OwnBag:
     :param path: the bag's directory, or a file in it
     :raises RigError: when it is not a bag, is cut off, or lacks the signals of a rig
     """
-    directory = bag_directory(path)
     with open_bag(path) as reader:
-        namespace = find_namespace(reader.connections)
-        metadata = custom_data(reader, directory)
-        protected = not unprotected_messages(directory)
+        namespace = find_namespace(c.topic for c in reader.connections)
+        metadata = custom_data(reader, reader.information)
+        protected = reader.protected()
         counts = _counts(reader, namespace)
         try:
             streams = _streams(reader, namespace)
@@ -122,13 +118,13 @@ def read_own_bag(path: Path) -> OwnBag:
         raise RigError(f'{path}: {error}') from error
 
 
-def _counts(reader: Reader, namespace: str) -> dict[str, int]:
+def _counts(reader: Bag, namespace: str) -> dict[str, int]:
     present = {c.topic: c.msgcount for c in reader.connections}
     names = {topic: topic if topic.startswith('/') else f'{namespace}/{topic}' for topic in TOPICS}
     return {topic: present[name] for topic, name in names.items() if name in present}
 
 
-def _streams(reader: Reader, namespace: str) -> dict[str, Stream]:
+def _streams(reader: Bag, namespace: str) -> dict[str, Stream]:
     """Decode the topics of a recording in one pass over the bag."""
     names = {f'{namespace}/{topic}': topic for topic in _DECODERS}
     connections = [c for c in reader.connections if c.topic in names]

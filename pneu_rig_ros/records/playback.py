@@ -7,11 +7,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
-
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bag import find_namespace, open_bag
+from pneu_rig_ros.records.bag import Bag, Connection, find_namespace, open_bag
 from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS
 
 COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
@@ -55,9 +52,8 @@ class Playback:
         except RigError as error:
             self._opened.__exit__(None, None, None)
             raise RigError(f'{self._path}: {error}') from error
-        self.start_ns = int(self._reader.start_time)
-        # rosbags counts the end one nanosecond after the last message
-        self.duration = max(self._reader.duration - 1, 0) * 1e-9
+        self.start_ns = self._reader.start_time
+        self.duration = (self._reader.end_time - self.start_ns) * 1e-9
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -70,17 +66,17 @@ class Playback:
 
     def messages(self) -> Iterator[Message]:
         """Yield the messages; of those logged at the same time, the sample comes first."""
-        names = {connection.id: topic for topic, connection in self._connections.items()}
+        names = {connection: topic for topic, connection in self._connections.items()}
         rank = {topic: index for index, topic in enumerate(_CAUSES_FIRST)}
         found = (
-            Message(time_ns, names[connection.id], bytes(cdr))
+            Message(time_ns, names[connection], cdr)
             for connection, time_ns, cdr in self._reader.messages(self._connections.values())
         )
         for _, together in groupby(found, key=lambda message: message.time_ns):
             yield from sorted(together, key=lambda message: rank[message.topic])
 
-    def _choose(self, reader: Reader) -> dict[str, Connection]:
-        namespace = find_namespace(reader.connections)
+    def _choose(self, reader: Bag) -> dict[str, Connection]:
+        namespace = find_namespace(c.topic for c in reader.connections)
         present = {c.topic: c for c in reader.connections if c.msgcount}
         names = {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
         known = {t: present[name] for t, name in names.items() if name in present}
