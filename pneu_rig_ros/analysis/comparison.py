@@ -22,8 +22,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.records import Recording, read_recording
-from pneu_rig_ros.records.conditions import CONDITIONS, apply_conditions
-from pneu_rig_ros.records.plausible import check_plausible
+from pneu_rig_ros.records.conditions import CONDITIONS, apply_conditions, check_plausible
 from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import IDEAL, sensor_noise

@@ -40,13 +40,17 @@ class Columns(NamedTuple):
     :param epoch_ns: zero of the time [ns since 1970], 0 if unknown
     :param gauge: whether some were gauge pressures
     :param notes: remarks for the user
+    :param metadata: custom data of a bag
+    :param protected: whether no message of a bag lacks a checksum
     """
 
     time: Floats
     signals: Mapping[str, Floats]
     epoch_ns: int
-    gauge: bool
+    gauge: bool = False
     notes: tuple[str, ...] = ()
+    metadata: Mapping[str, str] = {}
+    protected: bool = True
 
 
 class Grid(NamedTuple):
