@@ -127,8 +127,10 @@ def acceleration_zero_phase(
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
     if 2.0 * cutoff * interval >= 1.0:
-        raise RigError(f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
-                       f'{cutoff:g} Hz filter of the acceleration')  # fmt: skip
+        raise RigError(
+            f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
+            f'{cutoff:g} Hz filter of the acceleration'
+        )
     # Turned about its end points, the position goes on beyond them without a jump in velocity.
     margin = min(x.size - 1, 2 * delay_samples(interval))
     extended = np.pad(x, margin, mode='reflect', reflect_type='odd')
@@ -138,9 +140,12 @@ def acceleration_zero_phase(
 
 
 def friction_zero_phase(
-    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
+    position: Floats,
+    pressure_1: Floats,
+    pressure_2: Floats,
+    interval: float,
     balance: ForceBalance,
-) -> Floats:  # fmt: skip
+) -> Floats:
     """
     Return the friction force F_r of Eq. 2 [N], offline, in phase with the samples.
 

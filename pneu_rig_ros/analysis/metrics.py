@@ -14,13 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
+from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
 
-UNITS = {'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa',
-         'friction': 'N'}  # fmt: skip
+UNITS = {
+    'position': 'm',
+    'velocity': 'm/s',
+    'pressure_1': 'Pa',
+    'pressure_2': 'Pa',
+    'friction': 'N',
+}
 """Signal that is compared -> its unit."""
 
 END_SHARE = 0.98
@@ -97,9 +102,13 @@ def analyse_run(recording: Recording) -> AnalysedRun:
     """
     rig = recording.configuration
     signals = derived_signals(
-        recording.position, recording.pressure_1, recording.pressure_2, recording.interval,
-        ForceBalance.of(rig) if rig else None, recording.name,
-    )  # fmt: skip
+        recording.position,
+        recording.pressure_1,
+        recording.pressure_2,
+        recording.interval,
+        ForceBalance.of(rig) if rig else None,
+        recording.name,
+    )
     stroke = rig.model.cylinder.stroke if rig else None
     cycles = cycles_of(recording, signals.get('friction'))
     reached = stroke_time(recording.position, recording.interval, stroke)
@@ -107,9 +116,13 @@ def analyse_run(recording: Recording) -> AnalysedRun:
 
 
 def derived_signals(
-    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
-    balance: ForceBalance | None, name: str = 'run',
-) -> dict[str, Floats]:  # fmt: skip
+    position: Floats,
+    pressure_1: Floats,
+    pressure_2: Floats,
+    interval: float,
+    balance: ForceBalance | None,
+    name: str = 'run',
+) -> dict[str, Floats]:
     """
     Return the signals that are compared, each of shape (n,).
 
@@ -151,8 +164,10 @@ def compare_signals(
     gaps = {}
     for name in (name for name in measured if name in simulated):
         if measured[name].shape != simulated[name].shape:
-            raise RigError(f'{name}: {measured[name].shape} measured values against '
-                           f'{simulated[name].shape} simulated ones')  # fmt: skip
+            raise RigError(
+                f'{name}: {measured[name].shape} measured values against '
+                f'{simulated[name].shape} simulated ones'
+            )
         difference = simulated[name] - measured[name]
         kept = difference if where is None else difference[where]
         kept = kept[np.isfinite(kept)]
@@ -170,9 +185,11 @@ def _gap(difference: Floats, unit: str, noise: float | None) -> SignalGap:
 
 
 def signal_noise(
-    position_noise: float, pressure_noise: float, interval: float,
+    position_noise: float,
+    pressure_noise: float,
+    interval: float,
     balance: ForceBalance | None = None,
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     """
     Return the standard deviation of the noise of each signal of :data:`UNITS`.
 
@@ -186,13 +203,19 @@ def signal_noise(
     """
     draws = np.random.default_rng(0).standard_normal((3, NOISE_SAMPLES))
     x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])
-    still = None if balance is None else ForceBalance(
-        balance.area_1, balance.area_2, balance.mass, 0.0)  # fmt: skip
+    still = (
+        None
+        if balance is None
+        else ForceBalance(balance.area_1, balance.area_2, balance.mass, 0.0)
+    )
     signals = derived_signals(x, p1, p2, interval, still)
     inner = slice(NOISE_SAMPLES // 8, -NOISE_SAMPLES // 8)  # ends are padded, not estimated
     found = {name: float(np.std(signal[inner])) for name, signal in signals.items()}
-    return found | {'position': position_noise,
-                    'pressure_1': pressure_noise, 'pressure_2': pressure_noise}  # fmt: skip
+    return found | {
+        'position': position_noise,
+        'pressure_1': pressure_noise,
+        'pressure_2': pressure_noise,
+    }
 
 
 def stroke_time(position: Floats, interval: float, stroke: float | None) -> float | None:

@@ -87,9 +87,13 @@ class Slide(NamedTuple):
 
 
 def regimes(
-    position: Floats, interval: float, stroke: float, forces: Forces | None = None,
-    noise: float = NOISE, resolution: float = RESOLUTION,
-) -> Regimes:  # fmt: skip
+    position: Floats,
+    interval: float,
+    stroke: float,
+    forces: Forces | None = None,
+    noise: float = NOISE,
+    resolution: float = RESOLUTION,
+) -> Regimes:
     """
     Return the :class:`Regime` of every sample, shape (n,); the module says what each one is.
 
@@ -131,10 +135,13 @@ def regimes_of(recording: Recording) -> Regimes:
     balance = ForceBalance.of(recording.configuration)
     friction = friction_zero_phase(x, p1, p2, recording.interval, balance)
     return regimes(
-        x, recording.interval, recording.configuration.model.cylinder.stroke,
+        x,
+        recording.interval,
+        recording.configuration.model.cylinder.stroke,
         Forces(friction, balance.pressure_force(p1, p2)),
-        recording.noise['position'], recording.resolution['position'],
-    )  # fmt: skip
+        recording.noise['position'],
+        recording.resolution['position'],
+    )
 
 
 def find_slides(

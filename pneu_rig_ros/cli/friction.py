@@ -11,7 +11,7 @@ from pneu_rig_ros.cli import options, output
 
 if TYPE_CHECKING:
     from pneu_rig_ros.analysis.friction import Floats
-    from pneu_rig_ros.analysis.stick_slip import Cycle
+    from pneu_rig_ros.analysis.motion import Cycle
     from pneu_rig_ros.records import Recording
 
 
@@ -37,7 +37,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     png = options.new_picture(png)
 
     from pneu_rig_ros.analysis.friction import friction_of
-    from pneu_rig_ros.analysis.stick_slip import cycles_of
+    from pneu_rig_ros.analysis.motion import cycles_of
     from pneu_rig_ros.records import read_recording
 
     recording = read_recording(bag)

@@ -13,13 +13,16 @@ measurement, as in multiple shooting, but no more often than needed to see what 
   velocity and pressures are set to the measured ones, and the bristle goes on as it is.
 - A hole in the samples, or their start, is bridged by waiting for a rest.
 
-What is measured is averaged over 50 ms, so that noise is not fed into the model.
+What is measured is averaged over 50 ms, so that noise is not fed into the model. A residual is the
+measured less the predicted signal; `NoiseBand` says how far from 0 the sensors may bring it, and
+`Watch` counts for how long it was further.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +32,7 @@ from pneu_rig_ros.control.rest import RestDetector
 from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Plant, PlantState
 from pneu_rig_ros.rig.configuration import RigConfiguration, override
-from pneu_rig_ros.rig.sensors import sensor_noise
+from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
 
 HORIZON = 1.0
 """Default longest prediction of a piston that does not come to rest [s]."""
@@ -92,9 +95,12 @@ class Observer:
     def _warm_up(self) -> None:
         """Make one step before time counts: the first one loads compiled code."""
         self._plant.run_imposed(
-            np.zeros((1, 2)), self._interval, np.zeros(1, dtype=np.int64), np.zeros((1, 4)),
+            np.zeros((1, 2)),
+            self._interval,
+            np.zeros(1, dtype=np.int64),
+            np.zeros((1, 4)),
             np.zeros(1),
-        )  # fmt: skip
+        )
         self._plant.reset()
 
     def reset(self) -> None:
@@ -142,9 +148,12 @@ class Observer:
 
     def _advance(self, voltages: tuple[float, float]) -> PlantState:
         self._plant.run_imposed(
-            np.array([voltages]), self._interval, np.array([self._action]),
-            np.array([self._start]), np.array([self._slide]),
-        )  # fmt: skip
+            np.array([voltages]),
+            self._interval,
+            np.array([self._action]),
+            np.array([self._start]),
+            np.array([self._slide]),
+        )
         self._action = Impose.RELEASE if self._action & Impose.MOTION else 0
         self._since_restart += self._interval
         state = self._plant.state
@@ -178,3 +187,80 @@ class Observer:
         self._start = self._window.state()
         self._action, self._running, self._since_restart = action, True, 0.0
         self.restarts += 1
+
+
+SIGNALS = ('position', 'pressure_1', 'pressure_2')
+
+
+class Residual(NamedTuple):
+    """Measured less predicted: [m], [Pa], [Pa]."""
+
+    position: float
+    pressure_1: float
+    pressure_2: float
+
+
+def residual(measured: Measured, predicted: PlantState) -> Residual:
+    """Return measured less predicted."""
+    return Residual(
+        measured.position - predicted.position,
+        measured.pressure_1 - predicted.pressure_1,
+        measured.pressure_2 - predicted.pressure_2,
+    )
+
+
+class NoiseBand:
+    """
+    How far a residual may be from 0 by noise, quantisation and accuracy class of the sensors.
+
+    The class counts for what has changed since the model was restarted from the measurement.
+
+    :param sensors: data of the sensors
+    :param multiple: of the standard deviation of a reading [-]
+    """
+
+    def __init__(self, sensors: Sensors, multiple: float) -> None:
+        position, pressure = sensor_noise(sensors)
+        self._noise = [multiple * level for level in (position, pressure, pressure)]
+        self._classes = (sensors.position_class, sensors.pressure_class, sensors.pressure_class)
+
+    def outside(self, left: Residual, measured: Measured, origin: Measured) -> list[bool]:
+        """
+        Return for each signal whether its residual is outside.
+
+        :param left: the residual
+        :param measured: the sample
+        :param origin: what the model was restarted from
+        """
+        rows = zip(left, measured, origin, self._noise, self._classes, strict=True)
+        return [abs(r) > noise + share * abs(y - y0) for r, y, y0, noise, share in rows]
+
+
+class Watch:
+    """
+    Counts for how large a share of the last samples each signal was outside.
+
+    :param samples: how many samples count
+    """
+
+    def __init__(self, samples: int) -> None:
+        self._samples = samples
+        self._history: deque[list[bool]] = deque()
+        self._counts = [0] * len(SIGNALS)
+
+    def note(self, outside: list[bool]) -> None:
+        """Note the next sample."""
+        self._history.append(outside)
+        self._add(outside, 1)
+        if len(self._history) > self._samples:
+            self._add(self._history.popleft(), -1)
+
+    def _add(self, outside: list[bool], sign: int) -> None:
+        for index, out in enumerate(outside):
+            self._counts[index] += sign * out
+
+    def shares(self) -> Mapping[str, float]:
+        """Return signal -> share of samples outside [-], of as many as a full window has."""
+        return {
+            name: count / self._samples for name, count in zip(SIGNALS, self._counts, strict=True)
+        }

@@ -7,8 +7,15 @@ from typing import Any
 
 from rclpy.context import Context
 
-from pneu_rig_ros.control.observer import HORIZON, Measured, Observer
-from pneu_rig_ros.control.residual import NoiseBand, Residual, Watch, residual
+from pneu_rig_ros.control.observer import (
+    HORIZON,
+    Measured,
+    NoiseBand,
+    Observer,
+    Residual,
+    Watch,
+    residual,
+)
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.plant import PlantState
 from pneu_rig_ros.nodes import runner

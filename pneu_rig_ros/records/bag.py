@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import unpack_string
@@ -15,6 +15,9 @@ from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mcap_file import McapFile
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import DERIVED
+
+if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
 
 ATTEMPTS = 8
 PAUSE = 0.01
@@ -30,17 +33,6 @@ class Connection(NamedTuple):
     topic: str
     msgtype: str
     msgcount: int
-
-
-class OpenBag(Protocol):
-    """What `Bag` has in common with the readers of `rosbags`."""
-
-    @property
-    def connections(self) -> Sequence[Any]:
-        """The topics in the bag."""
-
-    def messages(self, connections: Any = ...) -> Iterator[tuple[Any, int, Any]]:
-        """Yield connection, log time [ns] and bytes of the messages on some topics, else all."""
 
 
 class Bag:
@@ -93,10 +85,9 @@ class Bag:
 
     def check_counts(self) -> None:
         """Raise RigError when metadata.yaml and the indexes count messages differently."""
-        listed: Counter[str] = Counter()
+        listed, indexed = Counter[str](), Counter[str]()
         for topic in self.information['topics_with_message_count']:
             listed[topic['topic_metadata']['name']] += topic['message_count']
-        indexed: Counter[str] = Counter()
         for connection in self.connections:
             indexed[connection.topic] += connection.msgcount
         for topic in listed | indexed:
@@ -193,7 +184,7 @@ def check_bag(directory: Path) -> bool:
         return bag.protected()
 
 
-def custom_data(bag: OpenBag, information: Mapping[str, Any]) -> dict[str, str]:
+def custom_data(bag: Bag | AnyReader, information: Mapping[str, Any]) -> dict[str, str]:
     """
     Return the custom data of an open bag, see `pneu_rig_ros.records.description`.
 
@@ -208,17 +199,17 @@ def custom_data(bag: OpenBag, information: Mapping[str, Any]) -> dict[str, str]:
     return bag_metadata(text) if text else {}
 
 
-def last_text(bag: OpenBag, topic: str) -> str:
+def last_text(bag: Bag | AnyReader, topic: str) -> str:
     """Return the last text on a topic in any namespace, empty if there was none."""
-    connections = [
+    wanted: list[Any] = [
         c
         for c in bag.connections
         if c.topic.endswith(f'/{topic}') and c.msgtype == 'std_msgs/msg/String'
     ]
-    if not connections:
-        return ''
-    texts = [unpack_string(bytes(cdr)) for _, _, cdr in bag.messages(connections)]
-    return texts[-1] if texts else ''
+    text = ''
+    for _, _, cdr in bag.messages(wanted) if wanted else ():
+        text = unpack_string(bytes(cdr))
+    return text
 
 
 def first_line(error: BaseException) -> str:

@@ -59,15 +59,17 @@ def conditions_of(
     :return: name of :data:`CONDITIONS` -> value
     :raises RigError: when a source holds anything else
     """
-    found = {}
-    if configuration is not None:
-        model = configuration.model
-        values = model.operation._asdict() | model.gas._asdict()
-        found = {name: values[name] for name in CONDITIONS}
+    found = configured_conditions(configuration) if configuration else {}
     text = metadata.get('conditions')
     if text:
         found |= parse_conditions(text, f'{path}: metadata conditions')
     return found | conditions_beside(path)
+
+
+def configured_conditions(configuration: RigConfiguration) -> dict[str, float]:
+    """Return the conditions in the configuration of a rig."""
+    values = configuration.model.operation._asdict() | configuration.model.gas._asdict()
+    return {name: values[name] for name in CONDITIONS}
 
 
 def conditions_beside(path: Path | str) -> dict[str, float]:

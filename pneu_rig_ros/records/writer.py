@@ -21,8 +21,6 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Literal
 from zlib import crc32
 
 import yaml
@@ -287,18 +285,12 @@ class BagWriter:
     def __enter__(self) -> BagWriter:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> Literal[False]:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if not self._file.closed:
             if kind is None:
                 self.close({})
             else:
                 self.abort()
-        return False
 
     @contextlib.contextmanager
     def _one_line_errors(self) -> Iterator[None]:

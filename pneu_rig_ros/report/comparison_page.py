@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.comparison import Comparison
 from pneu_rig_ros.analysis.metrics import AnalysedRun
-from pneu_rig_ros.analysis.stick_slip import Cycle
+from pneu_rig_ros.analysis.motion import Cycle
 from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import CONDITIONS
 from pneu_rig_ros.records.description import git_revision
