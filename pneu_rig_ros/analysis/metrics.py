@@ -1,7 +1,7 @@
 """
 Error metrics between two runs on one time axis, and the stick-slip events of a run.
 
-Velocity and friction are estimated for both runs by the same filters, so that a difference is one
+Velocity and friction of both runs are estimated by the same filters, so that differences are those
 of the runs and not of the filters.
 """
 
@@ -35,12 +35,12 @@ LEAST_SAMPLES = 4
 """Shorter runs have no friction force."""
 
 NOISE_SAMPLES = 8192
-"""Samples of white noise by which the noise of the derived signals is estimated."""
+"""Samples of white noise from which the noise of derived signals is estimated."""
 
 
 class SignalGap(NamedTuple):
     """
-    How far a simulated signal is from a measured one, in the unit of the signal.
+    Error of a simulated signal against a measured one, in the unit of the signal.
 
     :param unit: of the following four
     :param rmse: root of the mean square of simulated less measured
@@ -152,7 +152,7 @@ def compare_signals(
     where: NDArray[np.bool_] | None = None,
 ) -> dict[str, SignalGap]:
     """
-    Return how far simulated signals are from measured ones, for every signal that both have.
+    Return the errors of simulated signals against measured ones, for every signal of both.
 
     :param measured: name -> signal, each of shape (n,), SI units
     :param simulated: the same at the same instants
@@ -172,16 +172,16 @@ def compare_signals(
         kept = difference if where is None else difference[where]
         kept = kept[np.isfinite(kept)]
         if kept.size:
-            unit = (units or UNITS).get(name, '')
-            gaps[name] = _gap(kept, unit, (noise or {}).get(name))
+            gaps[name] = SignalGap(
+                unit=(units or UNITS).get(name, ''),
+                rmse=float(np.sqrt(np.mean(kept**2))),
+                largest=float(np.abs(kept).max()),
+                bias=float(kept.mean()),
+                noise=(noise or {}).get(name),
+            )
     if not gaps:
         raise RigError('nothing to compare: the runs share no signal')
     return gaps
-
-
-def _gap(difference: Floats, unit: str, noise: float | None) -> SignalGap:
-    rmse = float(np.sqrt(np.mean(difference**2)))
-    return SignalGap(unit, rmse, float(np.abs(difference).max()), float(difference.mean()), noise)
 
 
 def signal_noise(

@@ -52,7 +52,7 @@ PUSH_WINDOW = 0.012
 """Length of the mean of the driving force at an end stop [s]."""
 
 GAIN_ERROR = 0.01
-"""Share of the stroke by which the position sensor may be wrong at its end; 0 is 0 [-]."""
+"""Gain error of the position sensor, as a share of the stroke; it has no zero error [-]."""
 
 AT_STOP, AT_STOP_NOISE = 1.5, 3.5
 """
@@ -61,7 +61,7 @@ deviations of a reading [-].
 """
 
 LEAST_PUSH = 1.0
-"""A driving force below this is none, by the noise of the pressure sensors [N]."""
+"""A smaller driving force is within the noise of the pressure sensors [N]."""
 
 
 class Rest(NamedTuple):
@@ -89,9 +89,9 @@ def find_rests(position: Floats, interval: float, noise: float = NOISE) -> list[
 
 def rests_of(speed: Floats, interval: float, noise: float = NOISE) -> list[Rest]:
     """Return the rests of a piston with the speed [m/s], shape (n,), by ``adaptive_velocity``."""
-    # a slope that is so small says so of its whole window: what keeps it from being so for less
-    # than a window is noise, and the rest reaches half a window further than the slopes. There the
-    # piston comes to rest and sets off, faster than 1 mm/s for the most part.
+    # Each slope describes its whole window. So an interruption shorter than a window is noise, and
+    # a rest extends half a window beyond the slow slopes on either side: there the piston comes to
+    # rest or sets off, mostly faster than 1 mm/s.
     longer = window_for(interval, noise) / WINDOW
     window = round(longer * WINDOW / interval)
     return [
@@ -118,9 +118,9 @@ def end_stops(
     Return where an end stop holds the piston, shape (n,).
 
     The reading at the end L is only known to the gain error of the sensor, so the stop is where
-    the piston got farthest. A dwell within the gain error of L that a recording ends with cannot
-    be told from it. Without the driving force, a piston that has been at an end from the first
-    sample on does not count as held: nothing says that it is pushed.
+    the piston got farthest. A final dwell within the gain error of L cannot be distinguished from
+    it. Without the driving force, a piston that is at an end from the first sample on does not
+    count as held, as it may not be pushed.
 
     :param position: measured position [m], shape (n,), equally spaced
     :param stroke: L [m]
@@ -138,24 +138,20 @@ def end_stops(
             pushed = near & (side * running_mean(push, interval, PUSH_WINDOW) > LEAST_PUSH)
         else:
             came = np.logical_or.accumulate(side * mean < side * end)
-            pushed = near & came & _resting(position, interval, noise)
+            resting = np.zeros(position.size, dtype=np.bool_)
+            for rest in find_rests(position, interval, noise):
+                resting[rest.first : rest.end] = True
+            pushed = near & came & resting
         if pushed.any():
             held |= pushed & (side * position >= (side * mean[pushed]).max() - margin)
     return held
-
-
-def _resting(position: Floats, interval: float, noise: float) -> Flags:
-    resting = np.zeros(position.size, dtype=np.bool_)
-    for rest in find_rests(position, interval, noise):
-        resting[rest.first : rest.end] = True
-    return resting
 
 
 def strokes(position: Floats, interval: float, noise: float = NOISE) -> list[tuple[int, int]]:
     """
     Return first sample and one after the last of each stroke: between two changes of direction.
 
-    A way back shorter than what counts as motion is none, see ``velocity.least_travel``.
+    A reversal shorter than ``velocity.least_travel`` is not counted as a change of direction.
     """
     step = max(1, round(MEAN_WINDOW / interval))
     places = running_mean(position, interval, MEAN_WINDOW)[::step]

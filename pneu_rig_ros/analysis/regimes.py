@@ -46,7 +46,7 @@ from pneu_rig_ros.records import Recording
 Regimes = NDArray[np.int8]
 
 LEAST_SPEED_TO_NOISE = 6.6
-"""Slower motion than so many standard deviations of the speed gets longer fits [-]."""
+"""Motion slower than this many standard deviations of the speed gets longer fits [-]."""
 
 DIP = 0.004
 """A dip of the speed as short as this is noise [s]."""
@@ -95,7 +95,7 @@ def regimes(
     resolution: float = RESOLUTION,
 ) -> Regimes:
     """
-    Return the :class:`Regime` of every sample, shape (n,); the module says what each one is.
+    Return the :class:`Regime` of every sample, shape (n,), as defined above.
 
     :param position: measured position [m], shape (n,), equally spaced
     :param interval: sampling interval [s]
@@ -110,7 +110,10 @@ def regimes(
         part = position[first:end]
         mean = feed(part, interval, noise)
         for slide in find_slides(part, mean, interval, noise):
-            peak = slide.fed if load is None else _peak(slide, load[first:end])
+            peak = slide.fed
+            if load is not None:  # the largest friction force on the way to gross sliding
+                rise = load[first + slide.start : first + slide.onset + 1]
+                peak = slide.start + int(rise.argmax())
             found[first + slide.start : first + peak] = Regime.PRESLIDING
             found[first + peak : first + slide.onset] = Regime.BREAKAWAY
             found[first + slide.onset : first + slide.end] = Regime.SLIDING
@@ -124,7 +127,7 @@ def regimes_of(recording: Recording) -> Regimes:
     """
     Return the regime of every sample of a recording of a whole rig.
 
-    :raises RigError: when it does not say what rig it is of, or has fewer than 4 samples
+    :raises RigError: when it lacks the configuration of the rig, or has fewer than 4 samples
     """
     if recording.configuration is None:
         raise RigError(
@@ -182,8 +185,3 @@ def _slide(speed: Floats, mean: float, start: int, end: int) -> Slide:
     as_fast = speed[start:onset] > mean
     fed = start + int(as_fast.argmax()) if as_fast.any() else onset
     return Slide(start, onset, fed, end)
-
-
-def _peak(slide: Slide, friction: Floats) -> int:
-    """Return the sample of the largest friction force on the way to gross sliding."""
-    return slide.start + int(friction[slide.start : slide.onset + 1].argmax())

@@ -107,8 +107,8 @@ def measure_timing(recording: Recording) -> Timing:
     """
     Return the timing of a recording.
 
-    The delay of a sample is its arrival less its stamp; jitter is how far a delay lies from the
-    median delay. NaN where a recording is too short to say.
+    The delay of a sample is its arrival time minus its stamp; jitter is the distance of a delay
+    from the median. NaN for recordings that are too short.
     """
     index = np.flatnonzero(recording.arrival_ns != NEVER)
     arrival = recording.arrival_ns[index]

@@ -20,10 +20,10 @@ class Law(Protocol):
         """Return the raw command [V] for an error [m], its rate and the reference's [m/s]."""
 
     def learn(self, error: float, interval: float) -> None:
-        """Take note of an error [m] that lasted for an interval [s] and was not saturated."""
+        """Update the memory with an error [m] over an interval [s] without saturation."""
 
     def rest(self) -> None:
-        """Forget, as the piston rests where it shall be."""
+        """Clear the memory: the piston rests at its reference."""
 
 
 class PidGains(NamedTuple):
@@ -114,12 +114,12 @@ STILL = 1e-4
 """A reference slower than this stands still [m/s]."""
 
 JUMP = 3.0
-"""A reference faster than this has jumped, which is no motion to follow [m/s]."""
+"""A reference faster than this is a step, not a motion to follow [m/s]."""
 
 
 class Compensation(NamedTuple):
     """
-    What keeps friction and valve overlap from making a limit cycle.
+    Compensation of friction and valve overlap, which would otherwise cause a limit cycle.
 
     Small commands jump over the overlap of the valves, so that a held piston is pushed at once and
     not when an integral has grown. Where the piston is close enough to a reference that stands
@@ -163,8 +163,8 @@ class PositionController:
         Return the command u [V].
 
         :param interval: time since the last call [s], 0 in the first one
-        :param reference: where the piston shall be [m]
-        :param position: where it is [m]
+        :param reference: position reference [m]
+        :param position: measured position [m]
         :param velocity: its velocity [m/s]
         """
         rate = self._rate(reference, interval)
@@ -175,6 +175,7 @@ class PositionController:
         raw = self._law.command(error, rate - velocity, rate)
         wanted = self._compensation.jump(raw)
         command = min(max(wanted, -self._limit), self._limit)
+        # Anti-windup: a saturated command only lets the integral unwind.
         if command == wanted or (wanted - command) * error < 0.0:
             self._law.learn(error, interval)
         return command

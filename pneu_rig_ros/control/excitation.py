@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from pathlib import Path
@@ -124,11 +123,8 @@ class DwellLadder(NamedTuple):
 
     def level(self, time: float) -> float:
         """Return the level at a time since the start [s]: first a rest, then a move, ..."""
-        return self.drive if bisect.bisect_right(list(self._edges()), time) % 2 else self.rest
-
-    def _edges(self) -> Iterator[float]:
-        """Yield the times at which rest and move take turns [s]."""
-        return accumulate(part for dwell in self.dwells for part in (dwell, self.move))
+        edges = accumulate(part for dwell in self.dwells for part in (dwell, self.move))
+        return self.drive if bisect.bisect_right(list(edges), time) % 2 else self.rest
 
 
 Shape = Step | Ramp | Staircase | SineSweep | DwellLadder
@@ -146,7 +142,7 @@ SHAPES: dict[str, type[Shape]] = {
 COMMAND, REFERENCE = 'u', 'reference'
 LEVELS = {
     COMMAND: LEVEL,
-    REFERENCE: Quantity('m', 0.0, 10.0, 'position that the piston shall have'),
+    REFERENCE: Quantity('m', 0.0, 10.0, 'position reference'),
 }
 """Topic that is driven -> what its level is."""
 

@@ -1,21 +1,21 @@
 """
-A model that runs beside a rig, fed with the same valve voltages, and what it gets wrong.
+A model that runs beside a rig with the same valve voltages, and its prediction errors.
 
-Left to itself it would drift off: stick-slip amplifies a small error of pressure into a slip that
-comes earlier or later, and from then on everything differs. So it is brought back to the
-measurement, as in multiple shooting, but no more often than needed to see what it predicts:
+A free-running model would diverge: stick-slip amplifies a small pressure error into a slip that
+comes earlier or later, and everything after it differs. So it is reset to the measurement, as in
+multiple shooting, but only as often as its predictions remain meaningful:
 
 - When the measured piston comes to rest, position, creep and pressures are set to the measured
   ones and the bristle is deflected so that it holds the driving force. Film, dwell clock and the
   states of the effects cannot be measured and are carried on; a model that has missed the slip
   breaks away for its memory's sake. One stick-slip cycle is predicted at a time.
-- A piston that does not come to rest within ``horizon`` is brought back under way: position,
+- A piston that does not come to rest within ``horizon`` is reset while moving: position,
   velocity and pressures are set to the measured ones, and the bristle goes on as it is.
-- A hole in the samples, or their start, is bridged by waiting for a rest.
+- After a gap in the samples, and at their start, it waits for a rest.
 
-What is measured is averaged over 50 ms, so that noise is not fed into the model. A residual is the
-measured less the predicted signal; `NoiseBand` says how far from 0 the sensors may bring it, and
-`Watch` counts for how long it was further.
+Measurements are averaged over 50 ms, so that noise is not fed into the model. A residual is the
+measured minus the predicted signal; `NoiseBand` is the range that sensor errors explain, `Watch`
+the share of recent samples outside of it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Measured(NamedTuple):
 
 class Window:
     """
-    The latest samples: where exactly is everything?
+    The latest samples, for a state with little noise.
 
     :param size: samples of the line fits
     :param interval: sampling interval [s]
@@ -77,7 +77,7 @@ class Observer:
     """
     The model beside the rig.
 
-    :param configuration: the model; its sensors tell how noisy what is measured is
+    :param configuration: the model; its sensors give the noise of the measurements
     :param horizon: longest prediction of a piston that does not come to rest [s]
     """
 
@@ -87,21 +87,13 @@ class Observer:
         self._interval = configuration.interval_ns * 1e-9
         self._horizon = horizon
         self._plant = Plant(configuration.model, configuration.effects)
-        self._warm_up()
         self._rest = RestDetector(self._interval, sensor_noise(configuration.sensors)[0])
         self._window = Window(self._rest.size, self._interval)
         self.reset()
-
-    def _warm_up(self) -> None:
-        """Make one step before time counts: the first one loads compiled code."""
-        self._plant.run_imposed(
-            np.zeros((1, 2)),
-            self._interval,
-            np.zeros(1, dtype=np.int64),
-            np.zeros((1, 4)),
-            np.zeros(1),
-        )
+        # The first step loads compiled code: it is made before time counts.
+        self._advance((0.0, 0.0))
         self._plant.reset()
+        self.reset()
 
     def reset(self) -> None:
         """Forget the rig: wait for its next rest."""
@@ -147,6 +139,7 @@ class Observer:
         return state
 
     def _advance(self, voltages: tuple[float, float]) -> PlantState:
+        """Simulate one sampling interval, from the measured state where one is imposed."""
         self._plant.run_imposed(
             np.array([voltages]),
             self._interval,
@@ -184,6 +177,7 @@ class Observer:
             self._restart(Impose.MOTION | Impose.PRESSURES)
 
     def _restart(self, action: int) -> None:
+        """Impose the measured state on the next step."""
         self._start = self._window.state()
         self._action, self._running, self._since_restart = action, True, 0.0
         self.restarts += 1
@@ -193,7 +187,7 @@ SIGNALS = ('position', 'pressure_1', 'pressure_2')
 
 
 class Residual(NamedTuple):
-    """Measured less predicted: [m], [Pa], [Pa]."""
+    """Measured minus predicted: [m], [Pa], [Pa]."""
 
     position: float
     pressure_1: float
@@ -201,7 +195,7 @@ class Residual(NamedTuple):
 
 
 def residual(measured: Measured, predicted: PlantState) -> Residual:
-    """Return measured less predicted."""
+    """Return measured minus predicted."""
     return Residual(
         measured.position - predicted.position,
         measured.pressure_1 - predicted.pressure_1,
@@ -211,9 +205,9 @@ def residual(measured: Measured, predicted: PlantState) -> Residual:
 
 class NoiseBand:
     """
-    How far a residual may be from 0 by noise, quantisation and accuracy class of the sensors.
+    Largest residual explained by noise, quantisation and accuracy class of the sensors.
 
-    The class counts for what has changed since the model was restarted from the measurement.
+    The accuracy class applies to the change since the model was reset to the measurement.
 
     :param sensors: data of the sensors
     :param multiple: of the standard deviation of a reading [-]
@@ -238,7 +232,7 @@ class NoiseBand:
 
 class Watch:
     """
-    Counts for how large a share of the last samples each signal was outside.
+    Share of the last samples in which each signal was outside its noise band.
 
     :param samples: how many samples count
     """

@@ -47,7 +47,7 @@ def read_signals(bag: Path | str) -> Signals:
 
     A bag of a part of a rig gives the signals that it has.
 
-    :raises RigError: when it is no bag, or is cut off
+    :raises RigError: when it is not a bag, or is cut off
     """
     recording = read_recording(bag)
     columns = [Column('stamp_ns', 'ns', recording.stamps), Column('time_s', 's', recording.time)]

@@ -75,14 +75,14 @@ def write_bag(
     """
     Write a recording as a bag.
 
-    The bag appears as a whole or not at all. Samples that are missing stay so. Without `voltage_1`
+    The bag is written atomically. Missing samples stay missing. Without `voltage_1`
     and `voltage_2` the valve voltages follow from `u` by Eq. 1, if it was recorded.
 
     :param recording: the signals
     :param out: the bag's directory, must not exist
-    :param conditions: go into ``conditions.yaml`` in the bag, beside those that the recording
-        knows and the surroundings that gauge pressures were counted from
-    :param configuration: the rig, if it is known: goes into the bag under these conditions
+    :param conditions: written to ``conditions.yaml`` in the bag, with those of the recording and
+        the atmospheric pressure that gauge pressures were converted with
+    :param configuration: the rig, if known; written to the bag under these conditions
     :param progress: called with the number of samples written
     :raises RigError: when the bag exists or cannot be written, or a voltage lacks the other
     """

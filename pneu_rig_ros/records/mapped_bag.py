@@ -71,7 +71,7 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
     Read the mapped signals of a bag; those of this project without a mapping.
 
     :param zero: pressure of the surroundings [Pa], for gauge pressures
-    :raises RigError: when it is no bag, a topic or field is missing, or a value is no number
+    :raises RigError: when it is not a bag, a topic or field is missing, or a value is not a number
     """
     if mapping is not None and not mapping.of_bag:
         raise RigError(f'{mapping.origin}: maps columns, but {path} is a bag; write topics: ...')

@@ -14,6 +14,21 @@ from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS
 COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
 """Topics that nodes compute from the others; they are not played by default."""
 
+ORDER = [
+    *(topic.name for topic in TOPICS.values() if topic.latched),
+    CLOCK,
+    'joint_states',
+    'position',
+    'velocity',
+    'chamber_1/pressure',
+    'chamber_2/pressure',
+    'reference',
+    'u',
+    'valve_voltages',
+]
+"""Causes before effects: descriptions, then samples, then the responses to them."""
+ORDER += [topic for topic in TOPICS if topic not in ORDER]
+
 
 class Message(NamedTuple):
     """One message: log time [ns], topic of the table, bytes."""
@@ -67,13 +82,12 @@ class Playback:
     def messages(self) -> Iterator[Message]:
         """Yield the messages; of those logged at the same time, the sample comes first."""
         names = {connection: topic for topic, connection in self._connections.items()}
-        rank = {topic: index for index, topic in enumerate(_CAUSES_FIRST)}
         found = (
             Message(time_ns, names[connection], cdr)
             for connection, time_ns, cdr in self._reader.messages(self._connections.values())
         )
         for _, together in groupby(found, key=lambda message: message.time_ns):
-            yield from sorted(together, key=lambda message: rank[message.topic])
+            yield from sorted(together, key=lambda message: ORDER.index(message.topic))
 
     def _choose(self, reader: Bag) -> dict[str, Connection]:
         namespace = find_namespace(c.topic for c in reader.connections)
@@ -81,7 +95,7 @@ class Playback:
         names = {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
         known = {t: present[name] for t, name in names.items() if name in present}
         for topic in (self._only | self._without) - set(TOPICS):
-            raise RigError(f'{topic} is no topic of a rig, allowed: {", ".join(TOPICS)}')
+            raise RigError(f'{topic} is not a topic of a rig, allowed: {", ".join(TOPICS)}')
         for topic in self._only - set(known):
             raise RigError(f'the bag has no message on {topic}, it has {", ".join(known)}')
         wanted = self._only or set(known) - COMPUTED
@@ -89,15 +103,3 @@ class Playback:
         if not chosen:
             raise RigError('no topic is left to play')
         return chosen
-
-
-def _causes_first() -> list[str]:
-    """Return all topics: descriptions, then samples, then the responses to them."""
-    sampled = ['joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure']
-    latched = [topic.name for topic in TOPICS.values() if topic.latched]
-    answers = ['reference', 'u', 'valve_voltages']
-    first = [*latched, CLOCK, *sampled, *answers]
-    return [*first, *(topic for topic in TOPICS if topic not in first)]
-
-
-_CAUSES_FIRST = _causes_first()

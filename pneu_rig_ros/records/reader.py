@@ -49,7 +49,9 @@ def read_recording(
             f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig '
             'import; a mapping must say which column is what'
         )
-    if known is None and not _is_of_others(path):
+    # The recorder writes MCAP: another storage is that of another recorder.
+    others = path.suffix in ('.db3', '.bag') or (path.is_dir() and any(path.glob('*.db3')))
+    if known is None and not others:
         recording = read_own_bag(path, _run_name(path))
         if recording is not None:
             return recording
@@ -68,11 +70,6 @@ def read_recording(
 def is_bag(path: Path) -> bool:
     """Return whether a path is that of a bag, or of a file in one, and not of a text table."""
     return path.is_dir() or path.suffix in (*BAG_FILES, '.bag') or path.name == 'metadata.yaml'
-
-
-def _is_of_others(path: Path) -> bool:
-    """Return whether a bag has another storage than MCAP, which the recorder does not write."""
-    return path.suffix in ('.db3', '.bag') or (path.is_dir() and any(path.glob('*.db3')))
 
 
 def _run_name(path: Path) -> str:

@@ -68,7 +68,9 @@ def repair(path: Path | str) -> RepairReport:
     files = storage_files(directory)
     if len(files) > 1:
         names = ', '.join(file.name for file in files)
-        raise RigError(f'{directory} holds several .mcap files ({names}); repair knows one a bag')
+        raise RigError(
+            f'{directory} holds several .mcap files ({names}); repair handles bags of one file'
+        )
     try:
         return _healthy(directory)
     except RigError:
@@ -89,8 +91,13 @@ def _healthy(directory: Path) -> RepairReport:
 
 
 def _rewrite(directory: Path, file: Path) -> RepairReport:
+    """Write what can be read beside the bag, check it, and put it into its place."""
     folder = directory.parent / f'.{directory.name}.repair'
-    _make_folder(folder)
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+    except OSError as error:
+        raise RigError(f'cannot write beside the bag, {folder}: {error.strerror}') from error
     try:
         new = folder / file.stem
         damaged = _copy_messages(file, new, _custom_data(directory))
@@ -109,14 +116,6 @@ def _rewrite(directory: Path, file: Path) -> RepairReport:
         damaged_chunks=len(damaged),
         configuration_lost=was_there and not report.configuration_found,
     )
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-    except OSError as error:
-        raise RigError(f'cannot write beside the bag, {folder}: {error.strerror}') from error
 
 
 def _custom_data(directory: Path) -> dict[str, str]:
@@ -138,7 +137,7 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
     metadata: dict[str, str] = {}
     summary, damaged = Summary(), []
     with file.open('rb') as stream, BagWriter(new) as writer:
-        with contextlib.suppress(Exception):  # up to the first record that is none
+        with contextlib.suppress(Exception):  # up to the first invalid record
             scan_records(stream, summary)
         for chunk in summary.chunk_indexes:
             try:
@@ -171,7 +170,9 @@ def _swap(new: Path, directory: Path, file: Path) -> Path:
     for part in (fresh, new / 'metadata.yaml'):
         with part.open('rb') as written:
             os.fsync(written.fileno())
-    cut_file = _unused(file)
+    numbers = ('', *range(2, 10_000))
+    names = (Path(f'{file}{CUT_SUFFIX}{number}') for number in numbers)
+    cut_file = next(name for name in names if not name.exists())
     try:
         os.link(file, cut_file)
     except OSError:  # a file system without links
@@ -179,12 +180,3 @@ def _swap(new: Path, directory: Path, file: Path) -> Path:
     fresh.replace(file)
     (new / 'metadata.yaml').replace(directory / 'metadata.yaml')
     return cut_file
-
-
-def _unused(file: Path) -> Path:
-    name = Path(f'{file}{CUT_SUFFIX}')
-    number = 2
-    while name.exists():
-        name = Path(f'{file}{CUT_SUFFIX}{number}')
-        number += 1
-    return name
