@@ -209,12 +209,17 @@ def friction_of(recording: Recording) -> Floats:
 
     :raises RigError: when the recording lacks the configuration of the rig
     """
-    if recording.configuration is None:
-        raise RigError(
-            'the bag does not hold the configuration of the rig, so piston areas and mass for '
-            'Eq. 2 are unknown; import it with --cylinder, or record rig_description too'
-        )
-    balance = ForceBalance.of(recording.configuration)
+    balance = ForceBalance.of(require_rig(recording))
     return friction_zero_phase(
         recording.position, recording.pressure_1, recording.pressure_2, recording.interval, balance
     )
+
+
+def require_rig(recording: Recording) -> RigConfiguration:
+    """Return the configuration of the recorded rig; RigError when it is not known."""
+    if recording.configuration is None:
+        raise RigError(
+            'the bag does not hold the configuration of the rig, so piston areas, mass and stroke '
+            'are unknown; import it with --cylinder, or record rig_description too'
+        )
+    return recording.configuration

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase, require_rig
 from pneu_rig_ros.analysis.motion import MEAN_WINDOW, end_stops, stretches, strokes
 from pneu_rig_ros.analysis.velocity import (
     NOISE,
@@ -39,7 +39,6 @@ from pneu_rig_ros.analysis.velocity import (
     running_mean,
     speed_noise,
 )
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
 
@@ -129,18 +128,14 @@ def regimes_of(recording: Recording) -> Regimes:
 
     :raises RigError: when it lacks the configuration of the rig, or has fewer than 4 samples
     """
-    if recording.configuration is None:
-        raise RigError(
-            'the bag does not hold the configuration of the rig, so piston areas, mass and stroke '
-            'are unknown; import it with --cylinder, or record rig_description too'
-        )
+    rig = require_rig(recording)
     x, p1, p2 = recording.position, recording.pressure_1, recording.pressure_2
-    balance = ForceBalance.of(recording.configuration)
+    balance = ForceBalance.of(rig)
     friction = friction_zero_phase(x, p1, p2, recording.interval, balance)
     return regimes(
         x,
         recording.interval,
-        recording.configuration.model.cylinder.stroke,
+        rig.model.cylinder.stroke,
         Forces(friction, balance.pressure_force(p1, p2)),
         recording.noise['position'],
         recording.resolution['position'],

@@ -15,16 +15,14 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, specifications, unknown
+from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
-
-Floats = NDArray[np.float64]
 
 FILE_NAME = 'conditions.yaml'
 """In the bag's directory."""

@@ -26,7 +26,6 @@ JITTER = 0.02
 LONGEST = 4e9
 """Most seconds from the epoch to a sample: in nanoseconds it must be a 64-bit number."""
 
-
 MOST_MISSING = 1_000_000
 """Samples that may be missing in addition to ten for each recorded one."""
 

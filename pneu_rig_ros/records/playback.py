@@ -14,20 +14,14 @@ from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS
 COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
 """Topics that nodes compute from the others; they are not played by default."""
 
-ORDER = [
+_FIRST = (
     *(topic.name for topic in TOPICS.values() if topic.latched),
     CLOCK,
-    'joint_states',
-    'position',
-    'velocity',
-    'chamber_1/pressure',
-    'chamber_2/pressure',
-    'reference',
-    'u',
-    'valve_voltages',
-]
+    *('joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure'),
+    *('reference', 'u', 'valve_voltages'),
+)
+ORDER = (*_FIRST, *(topic for topic in TOPICS if topic not in _FIRST))
 """Causes before effects: descriptions, then samples, then the responses to them."""
-ORDER += [topic for topic in TOPICS if topic not in ORDER]
 
 
 class Message(NamedTuple):
