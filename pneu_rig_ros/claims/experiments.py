@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.motion import Cycle, find_cycles
 from pneu_rig_ros.batch.strokes import END_SHARE, strokes
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory

@@ -16,9 +16,8 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
-from pneu_rig_ros.records.conditions import apply_conditions
+from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
 from pneu_rig_ros.records.noise import reading_noise
-from pneu_rig_ros.records.plausible import check_plausible
 from pneu_rig_ros.records.reader import is_bag, read_recording
 from pneu_rig_ros.records.recording import PRESSURES, Recording
 from pneu_rig_ros.rig.sensors import Sensors, sensor_noise

@@ -7,9 +7,17 @@ from typing import Any, cast
 
 from rclpy.context import Context
 
-from pneu_rig_ros.control.controller import NONE, Compensation, PositionController
+from pneu_rig_ros.control.controller import (
+    NONE,
+    Compensation,
+    Law,
+    Pid,
+    PidGains,
+    PositionController,
+    SlidingGains,
+    SlidingMode,
+)
 from pneu_rig_ros.control.excitation import REFERENCE, Excitation, load_excitation
-from pneu_rig_ros.control.laws import Law, Pid, PidGains, SlidingGains, SlidingMode
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.nodes import runner

@@ -6,8 +6,15 @@ from functools import partial
 
 from rclpy.context import Context
 
-from pneu_rig_ros.control.observer import HORIZON, Measured, Observer
-from pneu_rig_ros.control.residual import NoiseBand, Residual, Watch, residual
+from pneu_rig_ros.control.observer import (
+    HORIZON,
+    Measured,
+    NoiseBand,
+    Observer,
+    Residual,
+    Watch,
+    residual,
+)
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.parameters import Parameter

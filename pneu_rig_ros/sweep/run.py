@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.batch.strokes import at_end, strokes
 from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.model.plant import Plant, Trajectory
