@@ -173,9 +173,12 @@ def static_friction(
     if friction.model != REVISED_LUGRE_DWELL:
         return breakaway_force
     return grown_static_friction(
-        dwell_time, breakaway_force, coulomb_force, friction.dwell_coefficient,
+        dwell_time,
+        breakaway_force,
+        coulomb_force,
+        friction.dwell_coefficient,
         friction.dwell_exponent,
-    )  # fmt: skip
+    )
 
 
 @compiled

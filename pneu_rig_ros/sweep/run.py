@@ -68,9 +68,12 @@ def grid(axes: Sequence[Axis]) -> list[Point]:
 
 
 def sweep(
-    configuration: RigConfiguration, axes: Sequence[Axis], longest: float,
-    executor: Executor, progress: Callable[[int], None] = lambda _: None,
-) -> list[Measures]:  # fmt: skip
+    configuration: RigConfiguration,
+    axes: Sequence[Axis],
+    longest: float,
+    executor: Executor,
+    progress: Callable[[int], None] = lambda _: None,
+) -> list[Measures]:
     """
     Return what the stroke at each point of the grid comes to.
 
@@ -84,9 +87,12 @@ def sweep(
     setting = Setting(configuration, tuple(one.name for one in axes), longest)
     blocks = [points[i : i + BLOCK] for i in range(0, len(points), BLOCK)]
     done = map_tasks(
-        executor, measure, blocks, setting,
+        executor,
+        measure,
+        blocks,
+        setting,
         progress=lambda number: progress(min(number * BLOCK, len(points))),
-    )  # fmt: skip
+    )
     return [measures for block in done for measures in block]
 
 
