@@ -39,7 +39,7 @@ SOURCE_1, SOURCE_2, FORCE, INERTIA, LOADING = range(5)
 """
 Columns of the rates: gas sources of chamber 1 and 2 [kg/s], the force that accelerates a free
 piston and what it accelerates [N, kg], and how far the seal of a piston at rest is loaded [-], 1
-where it is about to break away; NaN where a column says nothing.
+where it is about to break away; NaN where a column does not apply.
 """
 COLUMNS = 5
 
@@ -49,7 +49,7 @@ MOVES, RESTS, AT_INNER_STOP, AT_OUTER_STOP = range(4)
 SLOWEST_CREEP = 1e-7
 """Speed at which g(v, h) is that at rest [m/s]."""
 FASTEST_CREEP = 1e-3
-"""A piston at rest is slower: the speed that tells rest from motion, see ``analysis`` [m/s]."""
+"""A piston at rest is slower: the speed between rest and motion, see ``analysis`` [m/s]."""
 
 
 @compiled

@@ -24,10 +24,10 @@ class _UniqueNumbers(Iterator[int]):
     """
     Numbers that no other process draws, nor a forked one.
 
-    Numba tells functions of one name and one signature apart in machine code by a number that
-    each process counts from 1. Plants kept on disk by different processes would so hold
-    different functions under one symbol, and a process that loads both would run the first of
-    them in place of the other without a word (Numba issue 10486).
+    Numba distinguishes functions of one name and signature in machine code by a number that each
+    process counts from 1. Plants cached by different processes would therefore hold different
+    functions under one symbol, and a process that loads both would silently run the first of
+    them in place of the other (Numba issue 10486).
     """
 
     def __next__(self) -> int:

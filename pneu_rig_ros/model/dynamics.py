@@ -47,7 +47,7 @@ HELD = 2.0
 ARROW_SIZE = 12
 
 REST_SPEED = 1e-5
-"""Speed below which the Jacobian, and only that, leaves out the sign of the velocity [m/s]."""
+"""Speed below which the Jacobian, and only that, ignores the sign of the velocity [m/s]."""
 LEAST_SHARE = 0.01
 """Share of F_c and F_smax that remains whatever the effects take away: friction never drives."""
 
@@ -56,7 +56,7 @@ LEAST_SHARE = 0.01
 def signals_of(
     time: float, state: Array, ports: Ports, seal: Seal, model: CompiledModel
 ) -> Signals:
-    """Return what the contributions look at in a state at ``time`` [s]."""
+    """Return the signals of the contributions in a state at ``time`` [s]."""
     volume_1, volume_2 = chambers.volumes(state[POSITION], model.cylinder)
     mass_1, mass_2 = state[GAS_MASS_1], state[GAS_MASS_2]
     gas = ChamberGas(state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2, mass_1, mass_2)

@@ -1,7 +1,7 @@
 """
 The effects that add empirical terms to the plant: one for each balance, made of the table.
 
-They describe what no cause explains, and are none.
+They describe what no physical effect explains, and are not causes themselves.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -109,7 +109,7 @@ def locate_event(
     Return the first event of a step: its code, its share of the step, and whether it is met.
 
     An event is met when the step ends beyond its threshold by no more than the tolerance. A
-    reversal is none: it only bounds the step, so that F(z) sees the turning point.
+    reversal is not an event: it only bounds the step, so that F(z) sees the turning point.
 
     :param step: length of the step [s]
     :param y0, f0, y1, f1: states and rates at both ends

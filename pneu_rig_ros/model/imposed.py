@@ -1,9 +1,9 @@
 """
 A run that keeps to a measured one: restarted from it, or with its motion or pressures imposed.
 
-What a measured signal imposes is no longer predicted, so that the other balances can be looked at
-alone; what is restarted at every rest is predicted over one stick-slip cycle only. All that
-cannot be measured - film, dwell clock, states of the effects - is carried on.
+What a measured signal imposes is no longer predicted, so that the other balances can be
+examined alone; what is restarted at every rest is predicted over one stick-slip cycle only. All
+that cannot be measured - film, dwell clock, states of the effects - is carried on.
 """
 
 from collections.abc import Callable
@@ -63,7 +63,7 @@ class Impose(IntFlag):
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
 AT_STOP = 3e-4
-"""A rest this close to an end stop cannot be told from one at it [m]."""
+"""A rest this close to an end stop cannot be distinguished from one at it [m]."""
 LEAST_STIFFNESS = 1e-3
 """Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
 
@@ -101,7 +101,7 @@ def touched_stop(position: float, state: Array, contact: float, model: CompiledM
     """
     Return the end stop, -1 or +1, that holds the piston at a measured position [m], else 0.
 
-    So near to one that they cannot be told apart, it is at the stop if the gas pushes it there.
+    Within ``AT_STOP`` of a stop, the piston is at the stop if the gas pushes it there.
     """
     stop = 0.0
     if position < AT_STOP:

@@ -222,13 +222,13 @@ def build_advance(
                 h = max(h * share * (1.0 if aims <= MOST_AIMS else 0.5), SHORTEST)
             counts[REJECTED] += 1
         counts[STEPS] += 1
-        lost = ratio == LARGEST_ERROR  # not a number: there is nowhere to go on from
+        lost = ratio == LARGEST_ERROR  # non-finite state: the run ends here
         clock[START], clock[END] = time, math.inf if lost else time + h
         counts[PENDING] = code if code != events.REVERSAL else events.NONE
         events.update_anchors(y1, memory, model)
         if aims == 0:
             clock[SUGGESTED] = h * step_factor(ratio)
-        else:  # the step was cut for the event and says nothing about its error
+        else:  # cut for the event, so its error does not limit the next step
             clock[SUGGESTED] = min(clock[SUGGESTED], max(LARGEST_FACTOR * h, AFTER_EVENT))
 
     return advance

@@ -82,7 +82,7 @@ class Trajectory(NamedTuple):
 
 class RunState(NamedTuple):
     """
-    Everything that the compiled run of a plant goes on from.
+    Everything that the compiled run of a plant continues from.
 
     :param run: the compiled run, see ``run.build_run``
     :param carry: the integration
@@ -193,12 +193,12 @@ class Plant:
 
     def advanced(self, states: Array, extras: Array, interval: float) -> Trajectory:
         """
-        Return what has been run; the plant goes on from there.
+        Return the trajectory of what has been run, from which the plant continues.
 
         :param states: after each interval, shape (m, n)
         :param extras: see ``integrator.EXTRA_NAMES``, shape (m, 4)
         :param interval: [s]
-        :raises RigError: if the states are no longer numbers
+        :raises RigError: if a state is not finite
         """
         self._check()
         count = len(states)
@@ -280,12 +280,12 @@ class Plant:
     def _check(self) -> None:
         start, end = self._carry.clock[: integrator.END + 1].tolist()
         if math.isinf(end):
-            when = f'{start:.6g} s after the start'
-            raise RigError(f'the simulation broke down {when}: not a number')
+            when = f'at t = {start:.6g} s'
+            raise RigError(f'simulation failed {when}: non-finite state')
 
     @property
     def run_state(self) -> RunState:
-        """What the compiled run goes on from."""
+        """What the compiled run continues from."""
         return RunState(
             self._compiled_run,
             self._carry,

@@ -40,7 +40,7 @@ def build_readings(contributions: Contributions) -> Readings:
 
     ``readings(states, out, scratch, model, effects)`` writes the readings of x [m], v [m/s], p1
     and p2 [Pa, absolute] of each row of ``states``, shape (m, n), into ``out``, shape (m, 4), and
-    rates that nobody needs into ``scratch``, shape (n,).
+    rates that are not needed into ``scratch``, shape (n,).
     """
     add_motion, add_pressure = contributions.motion_reading, contributions.pressure_reading
 

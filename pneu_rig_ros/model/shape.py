@@ -67,7 +67,7 @@ class Shaped(NamedTuple):
 
 
 def without_shape(own: Any) -> Any:
-    """Return the parameters of an effect, be they with a shape or alone."""
+    """Return the parameters of an effect, with or without a shape."""
     return own.parameters if isinstance(own, Shaped) else own
 
 

@@ -52,7 +52,7 @@ def axis(name: str, text: str) -> Axis:
     """
     Return the axis of a name and of values such as ``0.3``, ``0.3,0.4`` or ``0.2:0.4:21``.
 
-    :raises RigError: for an unknown name, or values that are none or out of range
+    :raises RigError: for an unknown name, or values that are not numbers or out of range
     """
     specification = _specification(name)
     if isinstance(specification, Choice):
