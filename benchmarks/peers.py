@@ -52,7 +52,7 @@ class Problem(NamedTuple):
 
 def problem(plant: Plant, voltages: tuple[float, float]) -> Problem:
     """Return the stroke of a plant from rest, without effects and with one bristle element."""
-    carry = plant.initial_carry()
+    carry = plant.initial_integrator_state()
     model, memory = compiled_model(plant.model), carry.memory
     into, signs_into, auxiliary = _callbacks(plant.right_hand_side, model, voltages)
     size = plant.state_size
@@ -124,7 +124,7 @@ def carry_out(event: int, t: float, y: Array, task: Problem) -> None:
         grown = float(task.auxiliary(t, y)[GROWN_STATIC])
         events.break_away(t, memory, grown, task.model.friction)
     elif event == ARREST or (event == TOUCH and not resting):
-        events.rest(t, memory, task.model.friction)
+        events.enter_rest(t, memory, task.model.friction)
     if event == TOUCH:
         outer = y[POSITION] > 0.5 * task.model.cylinder.stroke
         y[POSITION], y[VELOCITY] = (task.model.cylinder.stroke if outer else 0.0), 0.0

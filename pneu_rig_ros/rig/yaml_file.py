@@ -51,7 +51,7 @@ def read_yaml(path: Path | str) -> dict[str, Any]:
 
 
 def read_text(path: Path | str) -> str:
-    """Return a text file in UTF-8, with or without a byte order mark; RigError if it is none."""
+    """Return a text file in UTF-8, with or without a byte order mark; RigError if unreadable."""
     try:
         with Path(path).open(encoding='utf-8-sig') as file:
             return file.read(LARGEST_FILE + 1)
@@ -77,7 +77,7 @@ def parse_yaml(
         check_yaml(text, longest)
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, OverflowError) as error:
-        # dates and numbers that are none are told as ValueError
+        # invalid dates and numbers raise ValueError
         raise RigError(f'{origin}: not valid YAML: {error}') from None
 
 

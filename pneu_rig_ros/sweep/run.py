@@ -1,4 +1,4 @@
-"""The strokes of a grid: simulated block by block, each looked at and forgotten."""
+"""The strokes of a grid: simulated block by block and summarised."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Point = tuple[float, ...]
 
 class Measures(NamedTuple):
     """
-    What a stroke comes to; NaN where there is nothing to measure.
+    Summary of a stroke; NaN where there is nothing to measure.
 
     :param stroke_time: time to the end of the stroke [s], NaN if it is not reached
     :param travel: [m]
@@ -70,30 +70,36 @@ def grid(axes: Sequence[Axis]) -> list[Point]:
 
 
 def sweep(
-    configuration: RigConfiguration, axes: Sequence[Axis], longest: float,
-    executor: Executor, progress: Callable[[int], None] = lambda _: None,
-) -> list[Measures]:  # fmt: skip
+    configuration: RigConfiguration,
+    axes: Sequence[Axis],
+    longest: float,
+    executor: Executor,
+    progress: Callable[[int], None] = lambda _: None,
+) -> list[Measures]:
     """
-    Return what the stroke at each point of the grid comes to.
+    Return the summary of the stroke at each point of the grid.
 
     :param axes: the command ``u`` is one of them
     :param longest: a stroke is given up after this time [s]
     :param executor: where strokes are simulated
-    :param progress: told the number of strokes done
+    :param progress: called with the number of completed strokes
     :raises RigError: when values of a point contradict each other
     """
     points = grid(axes)
     setting = Setting(configuration, tuple(one.name for one in axes), longest)
     blocks = [points[i : i + BLOCK] for i in range(0, len(points), BLOCK)]
     done = map_tasks(
-        executor, measure, blocks, setting,
+        executor,
+        measure,
+        blocks,
+        setting,
         progress=lambda number: progress(min(number * BLOCK, len(points))),
-    )  # fmt: skip
+    )
     return [measures for block in done for measures in block]
 
 
 def measure(points: Sequence[Point], setting: Setting) -> list[Measures]:
-    """Return what the strokes at some points come to."""
+    """Return the summaries of the strokes at some points."""
     rigs = [at_point(setting.configuration, setting.names, point) for point in points]
     plants = [Plant(rig.model, rig.effects) for rig in rigs]
     u = setting.names.index('u')
@@ -107,7 +113,7 @@ def measure(points: Sequence[Point], setting: Setting) -> list[Measures]:
 
 
 def summary(run: Trajectory, interval: float, finished: bool, plant: Plant) -> Measures:
-    """Return what a stroke comes to."""
+    """Return the summary of a stroke."""
     cycles = find_cycles(run.position, interval, run.friction_force)
     dwells = np.array([cycle.dwell for cycle in cycles] or [np.nan])
     start = plant.model.operation.initial_position

@@ -21,14 +21,28 @@ EVERY = [(output, name) for output in OUTPUTS for name in terms(output)]
 STATES = [
     at_rest(),
     at_rest(
-        time=0.01, position=0.02, velocity=0.03, bristle_force=3.0, voltage_1=3.1, voltage_2=1.9,
-        gas_mass_2=2e-4, pressure_1=4e5, dwell_time=20.0,
+        time=0.01,
+        position=0.02,
+        velocity=0.03,
+        bristle_force=3.0,
+        voltage_1=3.1,
+        voltage_2=1.9,
+        gas_mass_2=2e-4,
+        pressure_1=4e5,
+        dwell_time=20.0,
     ),
     at_rest(
-        time=0.03, position=0.15, velocity=-2e-4, bristle_force=-2.0, voltage_1=2.2, voltage_2=2.6,
-        gas_mass_1=3e-4, pressure_2=3e5, dwell_time=0.3,
+        time=0.03,
+        position=0.15,
+        velocity=-2e-4,
+        bristle_force=-2.0,
+        voltage_1=2.2,
+        voltage_2=2.6,
+        gas_mass_1=3e-4,
+        pressure_2=3e5,
+        dwell_time=0.3,
     ),
-]  # fmt: skip
+]
 
 
 def along(states: list[Signals]) -> Signals:
