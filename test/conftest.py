@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import shutil
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+from rerun import rerun_commands
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -39,6 +40,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.timeout(0))
         if item.get_closest_marker('live'):
             item.add_marker(pytest.mark.xdist_group('live'))
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)  # after all else that is written
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter,
+) -> Generator[None, None, None]:
+    """End with a command for each failed test that runs it again."""
+    yield
+    stats = terminalreporter.stats
+    commands = rerun_commands([*stats.get('failed', []), *stats.get('error', [])])
+    if commands:
+        terminalreporter.section(f'{len(commands)} failed; run one again with')
+        terminalreporter.write_line('\n'.join(commands))
 
 
 @pytest.fixture(scope='module')

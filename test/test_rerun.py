@@ -1,0 +1,37 @@
+"""The command that `make test` prints for a failed test runs that test."""
+
+import shlex
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from rerun import rerun_command
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def report(node: str, *keywords: str) -> object:
+    return SimpleNamespace(nodeid=node, keywords=dict.fromkeys(keywords, 1))
+
+
+@pytest.mark.parametrize(
+    'node',
+    [
+        'test/test_rerun.py',
+        'test/test_rerun.py::test_it',
+        'test/test_rerun.py::test_it[a-0.5]',
+        "test/test_rerun.py::test_it[it's $HOME; `x`]",
+        'test/test_rerun.py::test_it[a@b.c]',
+    ],
+)
+@pytest.mark.parametrize('group', ['', '@live'])
+def test_make_hands_on_the_name_of_the_test(node: str, group: str) -> None:
+    command = rerun_command(report(node + group))
+    words = ['bash', '-c', command.replace('make', 'make --dry-run', 1)]
+    told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert shlex.split(told.splitlines()[-1])[-1] == node
+
+
+def test_long_tests_are_run_again_as_long_tests() -> None:
+    assert rerun_command(report('a.py::b', 'long')) == 'make test-long ARGS=a.py::b'
