@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+from other_noise import draw_other_noise
 from rerun import rerun_commands
 
 if TYPE_CHECKING:
@@ -25,11 +26,18 @@ settings.load_profile('steady')
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options that say how much the long tests try."""
+    """Add the options of the noise, and of how much the long tests try."""
+    parser.addoption('--noise', type=int, default=0, help='draw other noise, number (0: none)')
     group = parser.getgroup('long tests')
     group.addoption('--minutes', type=float, help='of the soak (60), of damaged input (10)')
     group.addoption('--rigs', type=int, help='number of random rigs (10 000)')
     group.addoption('--kills', type=int, help='of each node (20)')
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw other noise if that is asked for."""
+    if number := config.getoption('--noise'):
+        draw_other_noise(number)
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups

@@ -1,5 +1,6 @@
 """The command that runs a failed test again."""
 
+import os
 import re
 import shlex
 from collections.abc import Iterable
@@ -20,7 +21,7 @@ def rerun_commands(
 
 def rerun_command(report: pytest.TestReport | pytest.CollectReport) -> str:
     """Return the line for a shell that runs one of them."""
-    target = 'test-long' if 'long' in getattr(report, 'keywords', ()) else 'test'
+    target = os.environ.get('MAKE_TARGET', 'test')
     node = GROUP.sub('', report.nodeid)
     if not PLAIN.fullmatch(node):  # quoted once more, for the shell that make starts
         node = shlex.quote(node).replace('$', '$$')

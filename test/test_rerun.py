@@ -11,10 +11,6 @@ from rerun import rerun_command
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def report(node: str, *keywords: str) -> object:
-    return SimpleNamespace(nodeid=node, keywords=dict.fromkeys(keywords, 1))
-
-
 @pytest.mark.parametrize(
     'node',
     [
@@ -26,12 +22,19 @@ def report(node: str, *keywords: str) -> object:
     ],
 )
 @pytest.mark.parametrize('group', ['', '@live'])
-def test_make_hands_on_the_name_of_the_test(node: str, group: str) -> None:
-    command = rerun_command(report(node + group))
+def test_make_hands_on_the_name_of_the_test(
+    node: str, group: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv('MAKE_TARGET', raising=False)
+    command = rerun_command(SimpleNamespace(nodeid=node + group))
     words = ['bash', '-c', command.replace('make', 'make --dry-run', 1)]
     told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     assert shlex.split(told.splitlines()[-1])[-1] == node
 
 
-def test_long_tests_are_run_again_as_long_tests() -> None:
-    assert rerun_command(report('a.py::b', 'long')) == 'make test-long ARGS=a.py::b'
+@pytest.mark.parametrize('target', ['test', 'test-long', 'test-no-fma'])
+def test_command_is_of_the_target_that_was_made(
+    target: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('MAKE_TARGET', target)
+    assert rerun_command(SimpleNamespace(nodeid='a.py::b')) == f'make {target} ARGS=a.py::b'
