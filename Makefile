@@ -8,6 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PYTEST = MAKE_TARGET=$@ $(BIN)/python -m pytest
+SHARED := -n 2 --dist loadgroup --no-loadscope-reorder
 LONG_TESTS := MAKE_TARGET=test-long $(BIN)/python -m pytest -s -m long
 
 # make demo: which cylinder, for how long [s], at which valve command [V] (a stick-slip stroke of each)
@@ -42,7 +43,7 @@ gap: $(READY)  ## hide an effect in the rig, find it, close the gap (ARGS='--see
 
 .PHONY: test
 test: $(READY)  ## run the whole test suite (ARGS='-k name' passes options to pytest)
-	@$(PYTEST) -n 2 --dist loadgroup $(ARGS)
+	@$(PYTEST) $(SHARED) $(ARGS)
 
 .PHONY: test-long
 test-long: $(READY)  ## run the tests that take minutes to hours (ARGS='--minutes=1 --rigs=500 --kills=2')
@@ -62,7 +63,7 @@ test-arithmetic:  ## run the tests without live nodes as other processors comput
 .PHONY: $(ARITHMETIC:%=test-%)
 $(ARITHMETIC:%=test-%): test-%: $(READY)
 	@echo 'arithmetic: $*'
-	@$(ENVIRONMENT_$*) $(PYTEST) -n 2 --dist loadgroup -m 'not live and not long' $(OPTIONS_$*) $(ARGS)
+	@$(ENVIRONMENT_$*) $(PYTEST) $(SHARED) -m 'not live and not long' $(OPTIONS_$*) $(ARGS)
 
 .PHONY: bench
 bench: $(READY)  ## measure all of docs/benchmarks.md, write benchmarks/results.json

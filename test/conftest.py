@@ -5,12 +5,13 @@ from __future__ import annotations
 import shutil
 import signal
 from collections.abc import Callable, Generator, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
 from other_noise import draw_other_noise
 from rerun import rerun_commands
+from xdist.scheduler import LoadGroupScheduling
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -42,12 +43,31 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give all live tests to one worker, and long tests the time they need."""
+    """Begin with what takes longest, all live tests on one worker; give long tests their time."""
     for item in items:
-        if item.get_closest_marker('long'):
-            item.add_marker(pytest.mark.timeout(0))
         if item.get_closest_marker('live'):
             item.add_marker(pytest.mark.xdist_group('live'))
+        elif item.get_closest_marker('timeout') and not item.get_closest_marker('xdist_group'):
+            item.add_marker(pytest.mark.xdist_group('alone'))
+        if item.get_closest_marker('long'):
+            item.add_marker(pytest.mark.timeout(0))
+    order = ('live', 'timeout')
+    items.sort(key=lambda item: [item.get_closest_marker(name) is None for name in order])
+
+
+class Scheduler(LoadGroupScheduling):
+    """Keeps files on one worker, so that their fixtures are made once, but for what is alone."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        group: str = super()._split_scope(nodeid)
+        if group == nodeid:
+            return nodeid.partition('::')[0]
+        return nodeid if group == 'alone' else group
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadGroupScheduling:
+    """Return how the tests are shared out."""
+    return Scheduler(config, log)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)  # after all else that is written
