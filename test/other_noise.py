@@ -1,20 +1,30 @@
 """Other noise from the same seeds, to see whether a test rests on that of one of them."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-Seed = int | Sequence[int] | None
+
+class OtherNoise(np.random.Generator):
+    """
+    Draws other normal numbers than NumPy from a seed, and all else as it does.
+
+    :param number: which normal numbers
+    """
+
+    def __init__(self, seed: int | Sequence[int], number: int) -> None:
+        super().__init__(np.random.PCG64(seed))
+        noise = np.random.Generator(np.random.PCG64([number, *np.atleast_1d(seed)]))
+        self.normal, self.standard_normal = noise.normal, noise.standard_normal
 
 
 def draw_other_noise(number: int) -> None:
-    """Let NumPy's generators draw other normal numbers from each seed; all else stays."""
+    """Give out such generators for all seeds that are numbers."""
+    own = np.random.default_rng
 
-    class Generator(np.random.Generator):
-        def __init__(self, seed: Seed = None) -> None:
-            super().__init__(np.random.PCG64(seed))
-            noise = None if seed is None else [number, *np.atleast_1d(seed)]
-            other = np.random.Generator(np.random.PCG64(noise))
-            self.normal, self.standard_normal = other.normal, other.standard_normal
+    def other(seed: Any = None) -> np.random.Generator:
+        numbers = isinstance(seed, (int, np.integer, list, tuple))
+        return OtherNoise(seed, number) if numbers else own(seed)
 
-    np.random.default_rng = Generator
+    np.random.default_rng = other
