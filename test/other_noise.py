@@ -8,7 +8,7 @@ import numpy as np
 
 class OtherNoise(np.random.Generator):
     """
-    Draws other normal numbers than NumPy from a seed, and all else as it does.
+    Draws other normal numbers than NumPy from a seed, also after a spawn, and all else as it does.
 
     :param number: which normal numbers
     """
@@ -17,6 +17,7 @@ class OtherNoise(np.random.Generator):
         super().__init__(np.random.PCG64(seed))
         noise = np.random.Generator(np.random.PCG64([number, *np.atleast_1d(seed)]))
         self.normal, self.standard_normal = noise.normal, noise.standard_normal
+        self.spawn = noise.spawn
 
 
 def draw_other_noise(number: int) -> None:
