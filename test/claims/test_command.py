@@ -60,14 +60,14 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
 
 
 def test_neighbours_are_measured_and_their_share_is_printed(
-    run: Run, monkeypatch: pytest.MonkeyPatch
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     few = list(islice(neighbours(Reading()), 2))
     monkeypatch.setattr(module, 'neighbours', lambda _: few)
-    code, out, _ = run('--json')
+    code, out, _ = run('--json', tmp_path / 'data.json')
     assert code == 0
-    assert {entry['neighbours'] for entry in json.loads(out)} <= {0.0, 0.5, 1.0}
-    code, out, _ = run()
+    written = json.loads((tmp_path / 'data.json').read_text())
+    assert {entry['neighbours'] for entry in written} <= {0.0, 0.5, 1.0}
     assert 'neighbours' in out
     assert re.search(r'cylinder_1: \d+ cycles, at rest \d+%', ' '.join(out.split()))
 

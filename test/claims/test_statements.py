@@ -61,6 +61,7 @@ def test_cylinders_truly_stop(laboratory: Laboratory) -> None:
         assert share > 0.3, stroke.experiment.cylinder
 
 
+@pytest.mark.long
 def test_statements_hold_under_neighbouring_settings() -> None:
     total = len(list(neighbours(Reading())))
     with open_executor(None) as processes:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.effect import Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, RECENT, TERMS, terms, values
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients, described
@@ -101,7 +102,8 @@ def test_travel_is_the_integral_of_the_speed_in_both() -> None:
 
 def test_sums_are_those_of_their_terms_in_a_plant_too() -> None:
     """Coefficients reach the compiled plant in the order of the table."""
-    chosen = described({('pressure_2', 'gauge_2'): 3.0, ('position', 'position_squared'): 1e-3})
+    chosen = {name: effects.load(name).null for name in effects.names()}
+    chosen |= described({('pressure_2', 'gauge_2'): 3.0, ('position', 'position_squared'): 1e-3})
     run = drive(Plant(changed('cylinder_2'), chosen), (3.0, 2.0), 0.5)
     gauge = (run.pressure_2 - GAS.atmospheric_pressure) / 5e5
     assert run.pressure_2_reading - run.pressure_2 == pytest.approx(3.0 * gauge, abs=1e-9)

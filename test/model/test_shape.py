@@ -43,8 +43,8 @@ def ones(over: str) -> Shape:
 
 
 def library(**chosen: Any) -> dict[str, Any]:
-    """Return the parameters of all causes, so that one compiled plant serves all tests."""
-    return {name: effects.load(name).null for name in effects.causes()} | chosen
+    """Return the parameters of all effects: the plant that most tests share, compiled once."""
+    return {name: effects.load(name).null for name in effects.names()} | chosen
 
 
 def same(a: Trajectory, b: Trajectory) -> None:
