@@ -21,7 +21,7 @@ BANNED = {
     r'(?<!there )\bis no [a-z]+[;:,.]': 'is not a ...',
     r'\bto be found\b': 'not found',
     r'\b(broke|breaks?) down\b': 'failed: non-finite state',
-    r'\bcomes? to\b(?! rest| a rest| a stop| an end)': 'is, yields; one summary row each',
+    r'\bcomes? to\b(?!\s+(?:# )?rest| a rest| a stop| an end)': 'is, yields; one summary row each',
     r'\bfound out\b': 'detected, determined, estimated',
     r'\bas a whole or\b': 'atomically',
     r'\b(whoever|nobody)\b': 'any client, any user; not known',

@@ -43,9 +43,9 @@ class SignalGap(NamedTuple):
     Error of a simulated signal against a measured one, in the unit of the signal.
 
     :param unit: of the following four
-    :param rmse: root of the mean square of simulated less measured
+    :param rmse: root of the mean square of simulated minus measured
     :param largest: largest absolute difference
-    :param bias: mean of simulated less measured
+    :param bias: mean of simulated minus measured
     :param noise: standard deviation of the measured signal's noise, None if it is not known
     """
 

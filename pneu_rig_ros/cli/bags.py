@@ -97,7 +97,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     force is that of cylinder and guide together.
     """
     from pneu_rig_ros.analysis.friction import friction_of
-    from pneu_rig_ros.analysis.stick_slip import cycles_of
+    from pneu_rig_ros.analysis.motion import cycles_of
     from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.records.exporting import Column, Signals, write_csv
     from pneu_rig_ros.records.recording import SIGNALS
@@ -176,7 +176,7 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
         reason = 'was lost with a damaged chunk' if lost else 'is not in the bag'
         terminal.print(f'the rig configuration {reason}; friction cannot be estimated')
     if count := report.damaged_chunks:
-        terminal.print(f'{count} damaged {"chunk is" if count == 1 else "chunks are"} left out')
+        terminal.print(f'{count} damaged {"chunk is" if count == 1 else "chunks are"} omitted')
     terminal.print(f'the damaged file is kept: {report.cut_file}', style='dim')
 
 

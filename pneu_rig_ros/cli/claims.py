@@ -120,7 +120,7 @@ def _neighbour_shares(reading: Reading, quiet: bool) -> dict[int, float]:
 
 
 def to_dict(row: Row, shares: Mapping[int, float]) -> dict[str, Any]:
-    """Return a row as plain data; ``neighbours`` is a share [-], None if not measured."""
+    """Return a row for JSON; ``neighbours`` is a share [-], None if not measured."""
     return {
         'statement': row.statement.number,
         'expected': row.statement.text,

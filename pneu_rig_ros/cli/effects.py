@@ -48,7 +48,7 @@ def effects(as_json: bool) -> None:
 
 
 def to_dict(effect: Effect) -> dict[str, Any]:
-    """Return what an effect declares, as plain data."""
+    """Return the declarations of an effect as a JSON-compatible dict."""
     from pneu_rig_ros.model.quantity import Quantity, specifications
 
     parameters = {

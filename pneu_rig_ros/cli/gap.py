@@ -107,7 +107,7 @@ def _introduce(hidden: HiddenEffect, seed: int) -> None:
 
 
 def to_dict(outcome: Outcome, hidden: HiddenEffect, seed: int, path: Path) -> dict[str, Any]:
-    """Return the result as plain data; gaps are RMSE in the unit of their signal."""
+    """Return the result as a JSON-compatible dict; gaps are RMSE in the unit of their signal."""
     gaps = {
         name: {
             'before': before.rmse,

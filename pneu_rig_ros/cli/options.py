@@ -224,7 +224,7 @@ def load(cylinder: str, settings: dict[str, Any]) -> RigConfiguration:
 
 
 def load_ros() -> None:
-    """Import rclpy first, as it may start this process anew. RigError if there is no ROS 2."""
+    """Import rclpy first, as it may restart this process. RigError if there is no ROS 2."""
     try:
         import pneu_rig_ros.nodes.embedding  # noqa: F401
     except ImportError as error:

@@ -264,7 +264,7 @@ def _read(data: dict[str, Any], origin: str) -> System:
 def _each_recording(data: object, vessel: bool, where: str) -> dict[str, float]:
     """Return name -> standard deviation [SI] of the nuisance parameters of a file."""
     stated = read_nuisances(data, where)
-    # a vessel has just been filled, which warms its gas, and nobody measures by how much
+    # a vessel has just been filled, which warms its gas by an unmeasured amount
     return {**read_nuisances([INITIAL_TEMPERATURE], where), **stated} if vessel else stated
 
 

@@ -136,7 +136,7 @@ def kept_module(name: str, text: str) -> ModuleType:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a file whole or not at all, whoever else starts now."""
+    """Write a file atomically, also if other processes start now."""
     partial = path.with_suffix(f'.{os.getpid()}_{threading.get_ident()}')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

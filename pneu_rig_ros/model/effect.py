@@ -63,7 +63,7 @@ class Regime(IntEnum):
 
     @property
     def label(self) -> str:
-        """Name for people, such as 'end stop'."""
+        """Display name, such as 'end stop'."""
         return self.name.lower().replace('_', ' ')
 
 

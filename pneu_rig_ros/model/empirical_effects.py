@@ -244,7 +244,7 @@ REGIMES = {
     Balance.SPOOL: (Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
 }
 EFFECTS: dict[str, Effect] = {
-    name: _effect(name, f'{what} nobody has named yet', balance, probes)
+    name: _effect(name, f'{what} without a known cause', balance, probes)
     for name, what, balance, probes in (
         ('empirical_flow', 'a flow', Balance.MASS, (1e-6, -1e-6)),
         ('empirical_force', 'a force', Balance.FORCE, (0.5, -0.5)),

@@ -33,7 +33,7 @@ _REFERENCE = re.compile(
 LONGEST_UNIT = 60
 """[character]"""
 
-# A number or a bracket to a power, or one that is no digit: 9**9**9 would never be done.
+# A number or a bracket to a power, or one that is not a digit: 9**9**9 would never be done.
 _POWER = re.compile(
     r'[\d).]\s*(?:\*\*|\^|[⁰¹²³⁴-⁹⁻])|[⁰¹²³⁴-⁹⁻]{3}'
     r'|(?:\*\*|\^)(?!\s*[-+]?\d(?![\d.eE_]|\s*\*\*|\s*\^))'

@@ -73,10 +73,10 @@ def write_files(
     progress: Callable[[float], None] = lambda share: None,
 ) -> None:
     """
-    Write diagnosis.json, report.html and improved.yaml, each as a whole or not at all.
+    Write diagnosis.json, report.html and improved.yaml, atomically.
 
     :param out: directory that exists
-    :param answer: of the diagnosis, as plain data
+    :param answer: of the diagnosis, as a JSON-compatible dict
     :param progress: callback(fraction of the pictures drawn)
     :raises RigError: when a file cannot be written, or a rig does not accept a fitted value
     """

@@ -1,7 +1,7 @@
 """
 YAML from anywhere: read without executing, expanding or guessing.
 
-Besides what is no YAML, this refuses what a hand-written file of this project never needs and a
+Besides invalid YAML, this refuses what a hand-written file of this project never needs and a
 hostile or mistaken one may have: aliases, which can stand for terabytes; tags; the same key
 twice, of which one would silently win; nesting and texts without an end.
 """
@@ -69,7 +69,7 @@ def parse_yaml(
     :param origin: what to call the text in an error
     :param largest: allowed length [character]
     :param longest: allowed length of one text in it [character]
-    :raises RigError: when it is no YAML, or goes beyond the limits
+    :raises RigError: when it is not YAML, or goes beyond the limits
     """
     if len(text) > largest:
         raise RigError(f'{origin}: longer than {largest} characters')

@@ -17,7 +17,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.web.page import render
 
 HOST = '127.0.0.1'
-"""Never another: whoever reaches the page can move the rig."""
+"""Never another: any client that reaches the page can move the rig."""
 
 PERIOD = 0.04
 """Time between two batches of samples [s], short enough to look smooth."""
@@ -49,7 +49,7 @@ class Rig(Protocol):
         """Name -> stream; each has a column `time` [s]."""
 
     def state(self) -> Mapping[str, Any]:
-        """Return what the page shows besides the streams, as plain data."""
+        """Return what the page shows besides the streams, as a JSON-compatible dict."""
 
     def command(self, u: float | None) -> None:
         """Hold the command u [V]; None sets u = 0 and then stops commanding."""

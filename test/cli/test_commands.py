@@ -241,7 +241,7 @@ def test_repair_says_what_it_left_out(terminal: Terminal, bag: Path) -> None:
     data[data.index(b'cap_dead_volume')] ^= 1
     file.write_bytes(data)
     told = terminal.run('repair', 'bag').out
-    assert '\n1 damaged chunk is left out\n' in told
+    assert '\n1 damaged chunk is omitted\n' in told
     assert 'configuration' not in told
     shutil.copy('bag/stroke.mcap.cut', file)
     Path('bag/metadata.yaml').unlink()

@@ -127,7 +127,7 @@ function showState() {
 let shown = '';
 
 function say(text) {
-  element('told').textContent = text;
+  element('notice').textContent = text;
 }
 
 function pill(text, kind) {
