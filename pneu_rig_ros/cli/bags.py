@@ -155,7 +155,7 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
     """
     Repair a bag whose recorder was killed, or that is damaged.
 
-    At most the last half second before the kill is lost. The damaged file is kept beside the new
+    Normally less than the last half second before the kill is lost. The damaged file is kept beside the new
     one. A healthy bag is not changed.
     """
     from pneu_rig_ros.records import repair as repair_bag

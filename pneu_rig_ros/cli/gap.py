@@ -151,8 +151,8 @@ def _show(outcome: Outcome, hidden: HiddenEffect, path: Path) -> None:
     found = [f'{row.name} {row.value} {row.unit}'.strip() for row in added]
     output.print_values(
         {
-            'hidden was': f'{hidden.effect}: {hidden.text}',
-            'found was': '; '.join(found) or 'nothing',
+            'hidden': f'{hidden.effect}: {hidden.text}',
+            'identified': '; '.join(found) or 'nothing',
         }
     )
 
