@@ -100,18 +100,19 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     from pneu_rig_ros.analysis.motion import cycles_of
     from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.records.exporting import Column, Signals, write_csv
-    from pneu_rig_ros.records.recording import SIGNALS
 
     recording = read_recording(bag)
     force = friction_of(recording)
     cycles = cycles_of(recording, force)
     files: dict[str, Path] = {}
     if csv:
-        names = ('position', 'velocity', 'pressure_1', 'pressure_2')
         columns = [
-            Column('time', 's', recording.time),
-            *(Column(name, SIGNALS[name], recording[name]) for name in names),
-            Column('friction', 'N', force),
+            Column('time_s', 's', recording.time),
+            Column('position_m', 'm', recording.position),
+            Column('velocity_m_per_s', 'm/s', recording.velocity),
+            Column('pressure_1_Pa', 'Pa', recording.pressure_1),
+            Column('pressure_2_Pa', 'Pa', recording.pressure_2),
+            Column('friction_N', 'N', force),
         ]
         files['csv'] = write_csv(Signals(columns, {}), csv)
     if png:
@@ -155,8 +156,8 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
     """
     Repair a bag whose recorder was killed, or that is damaged.
 
-    Normally less than the last half second before the kill is lost. The damaged file is kept beside the new
-    one. A healthy bag is not changed.
+    Normally less than the last half second before the kill is lost. The damaged file is kept
+    beside the new one. A healthy bag is not changed.
     """
     from pneu_rig_ros.records import repair as repair_bag
 

@@ -83,10 +83,10 @@ Residuals where nothing is hidden, each in its own standard deviation, before an
 {misses}"""
 COMPARED = """## Against earlier code
 
-On the trials of seed {seed}, which were drawn before; `old_c607ca5` is the code before the present
-method. What was learnt on these trials went into the code whose figures stand above. Times are not
-compared: the load of the machine differed. Nor is `heldout_gap_cut`: the present method measures it
-in the significant cells, the one before over all windows.
+On the trials of seed {seed}, which were drawn before; `old_c607ca5` is the code before the
+present method. What was learnt on these trials went into the code whose figures stand above. Times
+are not compared: the load of the machine differed. Nor is `heldout_gap_cut`: the present method
+measures it in the significant cells, the one before over all windows.
 
 {table}
 """

@@ -50,7 +50,7 @@ def test_hidden_effect_comes_out_and_the_gap_closes(terminal: Terminal) -> None:
     assert min(map(int, closed.values())) > 80
     (friction,) = re.findall(r'^friction +\S+ +(\S+) +(\S+) +N +near noise$', out, re.MULTILINE)
     assert float(friction[0]) < 1.05 * float(friction[1])
-    assert out.index('gap closed') < out.index('hidden was         inclination: angle 0.06 rad')
+    assert out.index('gap closed') < out.index('hidden             inclination: angle 0.06 rad')
     assert (folder / 'gap.png').stat().st_size > 20_000
     assert 'no gain errors' in out
     _check_runs_are_the_experiments(folder)

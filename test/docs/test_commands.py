@@ -24,9 +24,8 @@ import yaml
 from ros.bystander import DOMAIN
 
 from pneu_rig_ros.cli import command, main
-from pneu_rig_ros.nodes.parameters import RIG_PARAMETERS
+from pneu_rig_ros.nodes.embedding import embedded
 from pneu_rig_ros.nodes.rig_node import COMMON, RigNode
-from pneu_rig_ros.nodes.runner import embedded
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.configuration import OVERRIDES
@@ -232,8 +231,7 @@ def node_class(name: str) -> type[RigNode]:
 
 @pytest.mark.parametrize('words', words_of(*PACKAGE), ids=' '.join)
 def test_parameters_of_node_exist(words: list[str]) -> None:
-    of_rig = (*RIG_PARAMETERS,) if words[3] == 'plant' else ()
-    declared = {p.name for p in (*node_class(words[3]).PARAMETERS, *of_rig, *COMMON)}
+    declared = {p.name for p in (*node_class(words[3]).PARAMETERS, *COMMON)}
     declared |= set(OVERRIDES if words[3] == 'plant' else ())
     assert {word.split(':=')[0] for word in words[4:] if ':=' in word} <= declared
 
