@@ -232,7 +232,7 @@ def node_class(name: str) -> type[RigNode]:
 @pytest.mark.parametrize('words', words_of(*PACKAGE), ids=' '.join)
 def test_parameters_of_node_exist(words: list[str]) -> None:
     declared = {p.name for p in (*node_class(words[3]).PARAMETERS, *COMMON)}
-    declared |= set(OVERRIDES if words[3] == 'plant' else ())
+    declared |= {'use_sim_time', *(OVERRIDES if words[3] == 'plant' else ())}
     assert {word.split(':=')[0] for word in words[4:] if ':=' in word} <= declared
 
 
