@@ -69,6 +69,9 @@ def test_constant_static_friction_is_found_to_lack_dwell_time(headline: dict[str
 
 
 @pytest.mark.xdist_group('headline')
+@pytest.mark.parametrize(
+    'headline', [pytest.param(WHOLE, marks=pytest.mark.long)], ids=['whole'], indirect=True
+)  # two bags hold too few short dwells
 def test_law_of_the_dwell_time_is_recovered(headline: dict[str, Any]) -> None:
     friction = settings('cylinder_1')['friction']
     secret = hide('dwell_static_friction', 'cylinder_1', 'medium', friction)

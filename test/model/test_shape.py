@@ -16,6 +16,9 @@ from pneu_rig_ros.rig.configuration import configuration_folder, configuration_f
 from .rigs import changed, drive, stroke
 from .test_effect_physics import AT_REST, COMPILED, at_rest
 
+pytestmark = pytest.mark.timeout(900)
+"""A plant of all effects with a shape compiles for a minute, on a busy machine for several."""
+
 MODEL = changed('cylinder_2')
 LEAK = effects.load('chamber_leak').parameters
 CYLINDER = (configuration_folder() / 'cylinder_2.yaml').read_text()
