@@ -58,7 +58,7 @@ def test_command_plays_into_a_namespace_and_ends_with_the_bag(bag, context):
     ('arguments', 'told'),
     [
         (['--rate', '0'], 'rate'),
-        (['--topic', 'speed'], 'speed is no topic'),
+        (['--topic', 'speed'], 'speed is not a topic'),
         (['--namespace', 'a b'], "namespace 'a b'"),
     ],
 )
