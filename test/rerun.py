@@ -23,6 +23,9 @@ def rerun_command(report: pytest.TestReport | pytest.CollectReport) -> str:
     """Return the line for a shell that runs one of them."""
     target = os.environ.get('MAKE_TARGET', 'test')
     node = GROUP.sub('', report.nodeid)
-    if not PLAIN.fullmatch(node):  # quoted once more, for the shell that make starts
-        node = shlex.quote(node).replace('$', '$$')
+    if PLAIN.fullmatch(node):
+        return f'make {target} ARGS={shlex.quote(node)}'
+    node = shlex.quote(node).replace('$', '$$')  # for the shell that make starts
+    if not set(node) & set('"$`\\!'):
+        return f'make {target} ARGS="{node}"'
     return f'make {target} ARGS={shlex.quote(node)}'

@@ -19,13 +19,15 @@ ROOT = Path(__file__).resolve().parents[1]
         'test/test_rerun.py::test_it[a-0.5]',
         "test/test_rerun.py::test_it[it's $HOME; `x`]",
         'test/test_rerun.py::test_it[a@b.c]',
+        'test/test_rerun.py::test_it[two words]',
     ],
 )
 @pytest.mark.parametrize('group', ['', '@live'])
 def test_make_hands_on_the_name_of_the_test(
     node: str, group: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delenv('MAKE_TARGET', raising=False)
+    for name in ('MAKE_TARGET', 'MAKEFLAGS', 'MAKELEVEL', 'MFLAGS'):  # of a make around this test
+        monkeypatch.delenv(name, raising=False)
     command = rerun_command(SimpleNamespace(nodeid=node + group))
     words = ['bash', '-c', command.replace('make', 'make --dry-run', 1)]
     told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
