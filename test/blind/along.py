@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from . import constants as at
-from .foreign_force import slipped, viscous
+from .foreign_force import MAXWELL_SLIP, slipped, viscous
 from .motion import (
     drag,
     elements,
@@ -91,7 +91,9 @@ def friction_along(
         drag_force = c[at.SIGMA_2] * y[at.V]
         friction[k] = bristles + c[at.SIGMA_1] * (new - z) / interval + drag_force
         if e.size > at.FOREIGN:
-            friction[k] += viscous(y, c, e) + y[at.ELEMENT_1 : at.ELEMENT_3 + 1].sum()
+            friction[k] += viscous(y, c, e)
+            if e[at.AT_BRISTLE] == MAXWELL_SLIP:
+                friction[k] += y[at.ELEMENT_1 : at.ELEMENT_3 + 1].sum()
         h += interval * film
         work = abs(bristles * y[at.V]) + drag_force * y[at.V]
         warmth += interval * (1.0 - warmth) * work / e[at.WORK]

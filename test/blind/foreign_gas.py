@@ -345,8 +345,8 @@ def targets(voltages: np.ndarray, interval: float, e: np.ndarray) -> np.ndarray:
     """
     Return where the voltages draw the spools to [V], shape (n, 2).
 
-    Several plays of different widths (Preisach; Mayergoyz 1991); stiction that is left behind in
-    one jump (Choudhury 2005); play on one flank only; a smooth magnetic loop that forgets with the
+    Several plays of different widths (Preisach; Mayergoyz 1991); stiction that is left in one jump
+    and holds again half its width too early (Choudhury 2005); play on one flank only; a smooth magnetic loop that forgets with the
     travel (Coleman and Hodgdon 1987); a dead time.
     """
     code, s, number = e[at.AT_PLAY], e[at.AT_PLAY + 1], e[at.AT_PLAY + 2]
@@ -366,7 +366,8 @@ def targets(voltages: np.ndarray, interval: float, e: np.ndarray) -> np.ndarray:
                     plays[i] = min(max(plays[i], wanted - half), wanted + half)
                 now = plays.mean()
             elif code == STICTION:
-                now = wanted if abs(wanted - now) > s else now
+                if abs(wanted - now) > s:
+                    now = wanted - math.copysign(0.5 * s, wanted - now)
             elif code == ONE_FLANK:
                 now = min(max(now, wanted), wanted + s)
             else:

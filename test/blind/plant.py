@@ -190,7 +190,8 @@ class Plant:
         """Return the event that the step has passed, '' for none."""
         if self.memory[at.CONTACT] != 0.0:
             return RELEASE if self._free_pull(now) > 0.0 else ''
-        if max(-now[at.X], now[at.X] - self._outer_stop(now)) > TOUCH_DEPTH:
+        depth = max(-now[at.X], now[at.X] - self._outer_stop(now))
+        if depth > TOUCH_DEPTH and not self._leaves(now):
             return TOUCH
         if self.memory[at.STICKING] == 1.0:
             least = self.c[at.V_STOP] * (1.0 + LEAST_HYSTERESIS)
@@ -206,6 +207,11 @@ class Plant:
         if len(y) == at.STATES:
             return stroke
         return stroke - float(self.e[at.AT_STOP + 1] * y[at.CLOCK]) / RUN
+
+    def _leaves(self, y: np.ndarray) -> bool:
+        """Whether the piston moves away from a stop that creeps after it."""
+        creeps = len(y) > at.STATES and self.e[at.AT_STOP + 1] > 0.0
+        return bool(creeps and y[at.X] > 0.5 * self.c[at.STROKE] and y[at.V] <= 0.0)
 
     def _turning(self, y: np.ndarray) -> float:
         """Return which way the bristles are being bent; 0 without sliders, whose memory it is."""
