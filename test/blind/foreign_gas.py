@@ -346,8 +346,8 @@ def targets(voltages: np.ndarray, interval: float, e: np.ndarray) -> np.ndarray:
     Return where the voltages draw the spools to [V], shape (n, 2).
 
     Several plays of different widths (Preisach; Mayergoyz 1991); stiction that is left in one jump
-    and holds again half its width too early (Choudhury 2005); play on one flank only; a smooth magnetic loop that forgets with the
-    travel (Coleman and Hodgdon 1987); a dead time.
+    and holds again half its width too early (Choudhury 2005); play on one flank only; a smooth
+    magnetic loop that forgets with the travel (Coleman and Hodgdon 1987); a dead time.
     """
     code, s, number = e[at.AT_PLAY], e[at.AT_PLAY + 1], e[at.AT_PLAY + 2]
     if s == 0.0:

@@ -17,6 +17,7 @@ from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, LAWS, Changes, Sec
 
 from .circumstances import AS_STATED, WRONG, Circumstances, drawn_wrong
 from .foreign import FORMS, KNOWN, UNKNOWN, mechanism
+from .foreign_strengths import STRENGTHS
 from .fresh import FRESH, some_of
 from .sensors import drawn_gains
 from .settings import settings
@@ -59,7 +60,7 @@ def hide_form(name: str, cylinder: str, random: Generator, factor: float | None 
     :param factor: multiple of its weak strength; drawn between weak and strong if not said
     """
     form = FORMS[name]
-    weak, strong = form.strengths[CYLINDERS.index(cylinder)]
+    weak, strong = STRENGTHS[name][CYLINDERS.index(cylinder)]
     share = float(random.uniform())
     strength = weak * factor if factor else weak * (strong / weak) ** share
     shape = {key: float(random.uniform(*bounds)) for key, bounds in form.shape.items()}

@@ -8,6 +8,7 @@ from . import foreign_force, foreign_gas
 from .contributions import Seen, force, gas, seen
 from .foreign import FORCE, FORMS, GAS, KNOWN, NUMBERS, SENSOR, UNKNOWN, mechanism, numbers
 from .foreign_sensors import NAMES, misread
+from .foreign_strengths import STRENGTHS
 from .plant import Plant, rates
 from .runs import equations
 from .settings import changed, settings
@@ -23,7 +24,7 @@ def hidden(name: str, strength: float) -> dict[str, float]:
     """Return a form at the middle of its shape; its strength a share of the strong one."""
     form = FORMS[name]
     shape = {f'{name}.{key}': 0.5 * sum(bounds) for key, bounds in form.shape.items()}
-    return {f'{name}.strength': strength * form.strengths[1][1], **shape}
+    return {f'{name}.strength': strength * STRENGTHS[name][1][1], **shape}
 
 
 def plant(name: str, strength: float) -> Plant:
@@ -86,6 +87,7 @@ def test_forms_are_many_and_each_is_told_of() -> None:
     assert len(FORMS) >= 60
     assert len({FORMS[name].mechanism for name in KNOWN}) >= 25
     assert len(UNKNOWN) >= 10
+    assert set(STRENGTHS) == set(FORMS)
     assert all(form.reference for form in FORMS.values())
     assert tuple(SENSOR) == NAMES
     for group, forms in (('gas', GAS), ('force', FORCE), ('sensor', SENSOR)):
@@ -98,8 +100,8 @@ def test_forms_are_many_and_each_is_told_of() -> None:
 @pytest.mark.parametrize('name', FORMS)
 def test_strengths_and_shapes_are_ranges(name: str) -> None:
     form = FORMS[name]
-    assert len(form.strengths) == 3
-    assert all(0.0 < low < high for low, high in (*form.strengths, *form.shape.values()))
+    assert len(STRENGTHS[name]) == 3
+    assert all(0.0 < low < high for low, high in (*STRENGTHS[name], *form.shape.values()))
     assert len(form.shape) <= 2
     assert mechanism(name) == form.mechanism
 

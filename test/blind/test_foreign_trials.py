@@ -19,6 +19,7 @@ from .circumstances import (
     stamps,
 )
 from .foreign import FORMS, KNOWN, UNKNOWN, mechanism
+from .foreign_strengths import STRENGTHS
 from .foreign_trials import COUNTS, FOREIGN_PARTS, drawn_foreign, together
 from .fresh import FRESH, drawn
 from .make_trial import find
@@ -62,7 +63,7 @@ def test_every_form_is_hidden_and_the_right_kind_in_each_part() -> None:
 def test_strengths_are_within_their_ranges() -> None:
     for trial in of('foreign') + of('foreign_unknown'):
         (name,) = trial.names
-        low, high = FORMS[name].strengths[CYLINDERS.index(trial.cylinder)]
+        low, high = STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
         assert low <= trial.secret.effects[name]['strength'] <= high
 
 
@@ -83,7 +84,7 @@ def test_nuisances_are_weak_and_of_other_mechanisms(part: str) -> None:
         weak = [name for name in trial.secret.effects if name not in trial.names]
         assert 3 <= len(weak) <= 5
         for name in weak:
-            low = FORMS[name].strengths[CYLINDERS.index(trial.cylinder)][0]
+            low = STRENGTHS[name][CYLINDERS.index(trial.cylinder)][0]
             share = trial.secret.effects[name]['strength'] / low
             assert 0.5 / 3.0 <= share <= 1.5 / 3.0
             if trial.names:
