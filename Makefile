@@ -7,6 +7,9 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+PYTEST = MAKE_TARGET=$@ $(BIN)/python -m pytest
+SHARED := -n 2 --dist loadgroup --no-loadscope-reorder
+LONG_TESTS := MAKE_TARGET=test-long $(BIN)/python -m pytest -s -m long
 
 # make demo: which cylinder, for how long [s], at which valve command [V] (a stick-slip stroke of each)
 CYLINDER ?= 2
@@ -40,11 +43,27 @@ gap: $(READY)  ## hide an effect in the rig, find it, close the gap (ARGS='--see
 
 .PHONY: test
 test: $(READY)  ## run the whole test suite (ARGS='-k name' passes options to pytest)
-	@$(BIN)/python -m pytest -n 2 --dist loadgroup $(ARGS)
+	@$(PYTEST) $(SHARED) $(ARGS)
 
 .PHONY: test-long
 test-long: $(READY)  ## run the tests that take minutes to hours (ARGS='--minutes=1 --rigs=500 --kills=2')
-	@$(BIN)/python -m pytest -s -m long $(ARGS)
+	@$(LONG_TESTS) $(ARGS)
+
+# The libraries choose their code by the processor; each variant makes them choose otherwise.
+ARITHMETIC := default no-fma generic noise
+ENVIRONMENT_no-fma := GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2
+ENVIRONMENT_generic := NUMBA_CPU_NAME=generic NPY_ENABLE_CPU_FEATURES=SSE42 OPENBLAS_CORETYPE=Nehalem \
+    XDG_CACHE_HOME=$(CURDIR)/build/generic
+OPTIONS_noise := --noise=1
+
+.PHONY: test-arithmetic
+test-arithmetic:  ## run the tests without live nodes as other processors compute, and with other noise
+	@$(MAKE) --no-print-directory --keep-going $(ARITHMETIC:%=test-%)
+
+.PHONY: $(ARITHMETIC:%=test-%)
+$(ARITHMETIC:%=test-%): test-%: $(READY)
+	@echo 'arithmetic: $*'
+	@$(ENVIRONMENT_$*) $(PYTEST) $(SHARED) -m 'not live and not long' $(OPTIONS_$*) $(ARGS)
 
 .PHONY: bench
 bench: $(READY)  ## measure all of docs/benchmarks.md, write benchmarks/results.json
@@ -56,23 +75,23 @@ blind: $(READY)  ## hide effects, diagnose, compare: docs/blind.md (ARGS='--part
 
 .PHONY: fuzz
 fuzz: $(READY)  ## try damaged input on every reader (ARGS='--minutes=10')
-	@$(BIN)/python -m pytest -s -m long test/long/test_fuzz.py $(ARGS)
+	@$(LONG_TESTS) test/long/test_fuzz.py $(ARGS)
 
 .PHONY: numerics
 numerics: $(READY)  ## simulate random rigs, check their balances (ARGS='--rigs=10000')
-	@$(BIN)/python -m pytest -s -m long test/long/test_random_rigs.py $(ARGS)
+	@$(LONG_TESTS) test/long/test_random_rigs.py $(ARGS)
 
 .PHONY: scale
 scale: $(READY)  ## measure what a second processor and Dask bring and cost
-	@$(BIN)/python -m pytest -s -m long test/long/test_scale.py $(ARGS)
+	@$(LONG_TESTS) test/long/test_scale.py $(ARGS)
 
 .PHONY: soak
 soak: $(READY)  ## run the rig live for an hour on a busy machine (ARGS='--minutes=5')
-	@$(BIN)/python -m pytest -s -m long test/long/test_soak.py $(ARGS)
+	@$(LONG_TESTS) test/long/test_soak.py $(ARGS)
 
 .PHONY: faults
 faults: $(READY)  ## kill, stop, flood and starve the live rig (ARGS='--kills=3')
-	@$(BIN)/python -m pytest -s -m long test/long/test_faults.py $(ARGS)
+	@$(LONG_TESTS) test/long/test_faults.py $(ARGS)
 
 .PHONY: docs
 docs: $(READY)  ## build the documentation into build/docs (reference made from the code)
@@ -113,7 +132,7 @@ $(READY): requirements.txt setup.py | $(BIN)/python
 	@echo 'Installing the pinned packages into $(VENV) (once, takes a minute or two) ...'
 	@$(BIN)/python -m pip install -qq --requirement requirements.txt \
 	    && $(BIN)/python -m pip install -qq --no-deps --no-build-isolation --editable . \
-	    || { echo 'error: the set-up failed as told above; is the network up? Then: make again' >&2; exit 1; }
+	    || { echo 'error: set-up failed (see above); check the network and run make again' >&2; exit 1; }
 	@touch $@
 
 $(BIN)/python:

@@ -6,9 +6,16 @@ from setuptools import find_packages, setup
 
 package = 'pneu_rig_ros'
 node_names = [
-    'plant', 'valve_command', 'friction_estimator', 'recorder', 'rig',
-    'excitation', 'position_controller', 'replay', 'shadow',
-]  # fmt: skip
+    'plant',
+    'valve_command',
+    'friction_estimator',
+    'recorder',
+    'rig',
+    'excitation',
+    'position_controller',
+    'replay',
+    'shadow',
+]
 
 setup(
     name=package,

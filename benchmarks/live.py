@@ -22,9 +22,8 @@ import psutil
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.demo import NodeProcess, Value
-from pneu_rig_ros.nodes.constant_command import hold_command
+from pneu_rig_ros.nodes.embedding import await_first_sample, hold_command
 from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
-from pneu_rig_ros.nodes.startup import await_first_sample
 from pneu_rig_ros.records.cdr import typestore, unpack_stamp
 
 SEPARATE = ('recorder', 'friction_estimator', 'valve_command', 'plant')

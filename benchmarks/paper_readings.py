@@ -42,10 +42,12 @@ def elements() -> Reading:
     single = {}
     for name in CYLINDERS:
         (stiffness,) = Reading().model(name).friction.element_stiffness
-        single[name] = {'friction': {
-            'element_stiffness': (stiffness / ELEMENTS,) * ELEMENTS,
-            'element_limit': tuple(float(k) for k in range(1, ELEMENTS)),
-        }}  # fmt: skip
+        single[name] = {
+            'friction': {
+                'element_stiffness': (stiffness / ELEMENTS,) * ELEMENTS,
+                'element_limit': tuple(float(k) for k in range(1, ELEMENTS)),
+            }
+        }
     return Reading('changed', {}, single)
 
 
@@ -58,7 +60,7 @@ def changes() -> Iterator[tuple[str, str, Reading]]:
         ('F_s follows the clock', FOLLOWS_CLOCK),
         ('F_s latched for the slip', LATCHED_AT_BREAKAWAY),
         ('F_s held to the next breakaway', HELD_TO_NEXT_BREAKAWAY),
-    ):  # fmt: skip
+    ):
         yield updated, text, common(friction, static_friction_reading=value)
     yield 'K_V2 (u_i - u_m), Eq. 3', 'from u_n', common('valve', exhaust_zero_voltage=2.35)
     yield '"4 bar"', 'gauge', common('operation', supply_pressure=5e5)

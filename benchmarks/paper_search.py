@@ -144,9 +144,13 @@ def setting(place: Floats, cylinder: str, choice: Choice) -> dict[str, dict[str,
 
 
 def measure(
-    place: Floats, cylinder: str, choice: Choice, cheap: bool = False,
-    conditions: Conditions | None = None, ignored: Sequence[int] = (),
-) -> Outcome:  # fmt: skip
+    place: Floats,
+    cylinder: str,
+    choice: Choice,
+    cheap: bool = False,
+    conditions: Conditions | None = None,
+    ignored: Sequence[int] = (),
+) -> Outcome:
     """Measure the statements about a cylinder; the others are as shipped."""
     changes = setting(place, cylinder, choice)
     reading = Reading('searched', {}, {cylinder: changes})
@@ -224,9 +228,13 @@ def search(
 @click.option('--ignore', type=int, multiple=True, help='number of a statement not to count')
 @click.option('--out', type=click.Path(path_type=Path), default='search.jsonl')
 def main(
-    seconds: float, seed: int, cylinder: Sequence[str], robust: bool, ignore: Sequence[int],
+    seconds: float,
+    seed: int,
+    cylinder: Sequence[str],
+    robust: bool,
+    ignore: Sequence[int],
     out: Path,
-) -> None:  # fmt: skip
+) -> None:
     """Search under every reading; append a line of JSON for each to a file."""
     for choice in itertools.starmap(Choice, itertools.product(READINGS, EXHAUSTS, SUPPLIES)):
         for name in cylinder:
@@ -234,9 +242,14 @@ def main(
             fails = sorted(number for number, held in best.holds.items() if not held)
             found = Reading('searched', {}, {name: setting(best.place, name, choice)})
             line = {
-                'cylinder': name, **choice._asdict(), 'seed': seed, 'settings': count,
-                'loss': round(best.loss, 3), 'fails': fails, **reading_values(found),
-            }  # fmt: skip
+                'cylinder': name,
+                **choice._asdict(),
+                'seed': seed,
+                'settings': count,
+                'loss': round(best.loss, 3),
+                'fails': fails,
+                **reading_values(found),
+            }
             with out.open('a') as file:
                 file.write(json.dumps(line) + '\n')
             click.echo(f'{name} {choice}: {count} settings, loss {best.loss:.2f}, fails {fails}')

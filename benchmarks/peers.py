@@ -52,7 +52,7 @@ class Problem(NamedTuple):
 
 def problem(plant: Plant, voltages: tuple[float, float]) -> Problem:
     """Return the stroke of a plant from rest, without effects and with one bristle element."""
-    carry = plant.initial_carry()
+    carry = plant.initial_integrator_state()
     model, memory = compiled_model(plant.model), carry.memory
     into, signs_into, auxiliary = _callbacks(plant.right_hand_side, model, voltages)
     size = plant.state_size
@@ -68,11 +68,17 @@ def problem(plant: Plant, voltages: tuple[float, float]) -> Problem:
         return values
 
     return Problem(
-        model, memory, memory.copy(), carry.y1.copy(), carry.scale, rates,
-        lambda t, y, rate: into(t, y, rate, memory), signs,
+        model,
+        memory,
+        memory.copy(),
+        carry.y1.copy(),
+        carry.scale,
+        rates,
+        lambda t, y, rate: into(t, y, rate, memory),
+        signs,
         lambda t, y, values: signs_into(t, y, values, memory),
         lambda t, y: auxiliary(t, y, memory),
-    )  # fmt: skip
+    )
 
 
 def _callbacks(rhs: Callable[..., None], model: CompiledModel, voltages: Any) -> Any:
@@ -118,7 +124,7 @@ def carry_out(event: int, t: float, y: Array, task: Problem) -> None:
         grown = float(task.auxiliary(t, y)[GROWN_STATIC])
         events.break_away(t, memory, grown, task.model.friction)
     elif event == ARREST or (event == TOUCH and not resting):
-        events.rest(t, memory, task.model.friction)
+        events.enter_rest(t, memory, task.model.friction)
     if event == TOUCH:
         outer = y[POSITION] > 0.5 * task.model.cylinder.stroke
         y[POSITION], y[VELOCITY] = (task.model.cylinder.stroke if outer else 0.0), 0.0
@@ -143,9 +149,15 @@ def scipy_solver(method: str, tolerance: float) -> Solve:
         # SciPy's step for the numerical Jacobian overflows harmlessly where a column is zero
         with np.errstate(over='ignore'):
             solution = solve_ivp(
-                task.rates, (t, samples[-1]), y, method=method, t_eval=samples, rtol=tolerance,
-                atol=tolerance * task.scale, events=[guard(i) for i in range(4)],
-            )  # fmt: skip
+                task.rates,
+                (t, samples[-1]),
+                y,
+                method=method,
+                t_eval=samples,
+                rtol=tolerance,
+                atol=tolerance * task.scale,
+                events=[guard(i) for i in range(4)],
+            )
         # an empty list where an event comes before the first sample
         states = np.array(solution.y).reshape(len(y), -1).T
         for index, times in enumerate(solution.t_events or ()):
@@ -170,9 +182,13 @@ def cvode_solver(tolerance: float) -> Solve:
 
         signs.terminal, signs.direction = [True] * 4, [-1] * 4  # type: ignore[attr-defined]
         solver = CVODE(
-            rates, rtol=tolerance, atol=tolerance * task.scale, eventsfn=signs, num_events=4,
+            rates,
+            rtol=tolerance,
+            atol=tolerance * task.scale,
+            eventsfn=signs,
+            num_events=4,
             max_num_steps=1_000_000,
-        )  # fmt: skip
+        )
         solution = solver.solve(np.concatenate([[t], samples]), y)
         kept = (solution.t > t) & np.isin(solution.t, samples)
         if solution.i_events is not None and len(solution.i_events):

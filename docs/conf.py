@@ -34,15 +34,11 @@ reference_pages.write(HERE / 'reference')
 
 
 def adapt(app: object, page: str, source: list[str]) -> None:
-    """Leave out what a page cannot show: entries without a page, links to source folders."""
-    lines = source[0].splitlines(keepends=True)
-    globs = (line for line in lines if re.fullmatch(r'[a-z_]+\*\n', line))
-    absent = {line for line in globs if not any(HERE.glob(f'{line.strip()}.md'))}
-    text = ''.join(line for line in lines if line not in absent)
+    """Show links to source folders, which have no page, as their text."""
     source[0] = re.sub(
         r'\[([^]]+)\]\((\.\./[^)#]+)\)',
         lambda link: f'`{link[1]}`' if (HERE / link[2]).is_dir() else link[0],
-        text,
+        source[0],
     )
 
 

@@ -1,11 +1,12 @@
 """
-Writes the reference pages from the code: topics, nodes, configuration, effects, commands.
+Writes the reference pages from the code: topics, nodes, configuration, effects, commands, modules.
 
 `docs/conf.py` calls it, so that the pages of a build are never older than the code. By hand::
 
     python docs/reference_pages.py FOLDER
 """
 
+import ast
 import importlib
 import math
 import sys
@@ -15,6 +16,7 @@ from typing import Any
 
 import click
 
+import pneu_rig_ros
 from pneu_rig_ros.cli import command
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import Balance
@@ -67,7 +69,7 @@ def topics() -> Lines:
 
 def nodes() -> Lines:
     """Yield the page of the nodes and their parameters."""
-    from pneu_rig_ros.nodes.parameters import RIG_PARAMETERS, RUNTIME_SETTERS
+    from pneu_rig_ros.nodes.plant import RUNTIME_SETTERS
     from pneu_rig_ros.nodes.rig_node import COMMON
 
     yield from ('# Nodes and parameters', '', 'Given with `--ros-args -p NAME:=VALUE`, or all')
@@ -75,15 +77,15 @@ def nodes() -> Lines:
     yield 'or a value out of range is refused. *At run time*: `ros2 param set` may change it.'
     for name, kind in NODES.items():
         node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), kind)
-        declared = [*(RIG_PARAMETERS if name == 'plant' else ()), *node.PARAMETERS]
         yield from ('', f'## {name}', '', paragraph(node.__doc__))
-        rows = [_parameter_row(p) for p in declared]
+        rows = [_parameter_row(p) for p in node.PARAMETERS]
         if name == 'plant':
-            rows += [
-                (f'`{key}`', 'of the cylinder', q.unit, bounds(q.low, q.high), q.description,
-                 'yes' if key in RUNTIME_SETTERS else '')
-                for key, q in OVERRIDES.items()
-            ]  # fmt: skip
+            for key, q in OVERRIDES.items():
+                changes = 'yes' if key in RUNTIME_SETTERS else ''
+                allowed = bounds(q.low, q.high)
+                rows.append(
+                    (f'`{key}`', 'of the cylinder', q.unit, allowed, q.description, changes)
+                )
         yield from table(PARAMETER_HEADS, rows)
     yield from ('', '## Of every node', '', 'Besides `use_sim_time`, which every ROS node has:')
     yield from table(PARAMETER_HEADS, [_parameter_row(p) for p in COMMON])
@@ -106,7 +108,7 @@ def configuration() -> Lines:
     yield from (
         '# The configuration file',
         '',
-        'What `cylinder`, `--cylinder` and `--model` take:',
+        'The value of `cylinder`, `--cylinder` and `--model`:',
     )
     yield 'the name of a shipped cylinder or a YAML file. Sections that a file lacks come from'
     yield '`config/rig.yaml`; a section that it has must be complete. Every value carries its'
@@ -120,7 +122,7 @@ def configuration() -> Lines:
     yield from ('', '## effects', '', 'A mapping of effect to its parameters, see [](effects.md):')
     yield from ('', '```yaml', 'effects:', '  chamber_leak: {area_1: 2e-9 m^2, area_2: 0.0 m^2}')
     yield from ('```', '', 'Beside them an effect may have a')
-    yield '[`shape`](../architecture.md#another-form-of-an-effect), a factor over one variable.'
+    yield '[`shape`](../design.md#another-form-of-an-effect), a factor over one variable.'
 
 
 def _specification(spec: Quantity | QuantityList | Choice) -> tuple[str, str, str]:
@@ -137,7 +139,7 @@ def effects() -> Lines:
     """Yield the page of the effects."""
     yield from ('# Effects', '', 'What the model can add to the equations of the paper, switched')
     yield 'on in the [configuration file](configuration.md#effects). With its null values an'
-    yield 'effect vanishes exactly. [](../add_effect.md) tells how to add one.'
+    yield 'effect vanishes exactly. [](../add_effect.md) describes how to add one.'
     for balance in Balance:
         names = [n for n in library.names() if library.load(n).balance is balance]
         if names:
@@ -155,15 +157,12 @@ def _effect(name: str) -> Lines:
     if effect.drivers:
         yield f'May have a shape over {", ".join(f"`{name}`" for name in effect.drivers)}.'
     if effect.describes:
-        yield 'It only describes what `pneu-rig diagnose` found no name for.'
-    yield from table(
-        ('parameter', 'unit', 'range', 'null', 'meaning'),
-        [
-            (f'`{key}`', q.unit, bounds(q.low, q.high), f'{getattr(effect.null, key):g}',
-             q.description)
-            for key, q in specifications(effect.parameters).items()
-        ],
-    )  # fmt: skip
+        yield 'An empirical term, not a physical cause: describes an unexplained residual.'
+    rows = []
+    for key, q in specifications(effect.parameters).items():
+        null = f'{getattr(effect.null, key):g}'
+        rows.append((f'`{key}`', q.unit, bounds(q.low, q.high), null, q.description))
+    yield from table(('parameter', 'unit', 'range', 'null', 'meaning'), rows)
 
 
 def commands() -> Lines:
@@ -171,7 +170,7 @@ def commands() -> Lines:
     yield from (
         '# Commands',
         '',
-        'As `pneu-rig COMMAND --help` tells them. Errors are one line on',
+        'The output of `pneu-rig COMMAND --help`. Errors are one line on',
     )
     yield 'stderr and exit code 2, an interrupted command ends with 130. `--json` prints plain'
     yield 'data on stdout and nothing else; `--quiet` prints nothing but errors.'
@@ -181,6 +180,21 @@ def commands() -> Lines:
             subcommand, info_name=name, parent=parent, max_content_width=99, terminal_width=99
         ) as context:
             yield from ('', f'## {name}', '', '```text', subcommand.get_help(context), '```')
+
+
+def modules() -> Lines:
+    """Yield the page of all modules, by folder, with the first line of their docstrings."""
+    yield from ('# Modules', '', 'Every file of the package and what it contains.')
+    root = Path(pneu_rig_ros.__file__).parent
+    for folder in sorted({path.parent for path in root.rglob('*.py')}):
+        package = ast.get_docstring(ast.parse((folder / '__init__.py').read_text())) or ''
+        rows = []
+        for path in sorted(folder.glob('[!_]*.py')):
+            text = ast.get_docstring(ast.parse(path.read_text())) or ''
+            rows.append((f'`{path.name}`', text.split('\n\n')[0].replace('\n', ' ')))
+        name = folder.relative_to(root.parent).as_posix()
+        yield from ('', f'## {name}', '', package.split('\n\n')[0])
+        yield from table(('file', 'contains'), rows)
 
 
 def paragraph(text: str | None) -> str:
@@ -195,6 +209,7 @@ PAGES: dict[str, Callable[[], Lines]] = {
     'configuration': configuration,
     'effects': effects,
     'commands': commands,
+    'modules': modules,
 }
 
 

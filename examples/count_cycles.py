@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 

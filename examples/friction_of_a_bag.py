@@ -5,7 +5,7 @@ import sys
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration
 

@@ -1,5 +1,5 @@
 """
-The rig with a position controller that follows a profile; arguments of rig.launch.py too.
+The rig with a position controller that follows a profile; also takes those of rig.launch.py.
 
     ros2 launch pneu_rig_ros closed_loop.launch.py law:=sliding_mode profile:=reference_steps
     ros2 launch pneu_rig_ros closed_loop.launch.py compensation:=false cylinder:=cylinder_1
@@ -20,20 +20,20 @@ from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'law': ('pid', 'pid or sliding_mode'),
     'compensation': ('true', 'whether friction and valve overlap are compensated'),
-    'profile': ('reference_steps', 'excitation that drives reference; empty: listen to the topic'),
-    'setpoint': ('0.1', 'reference until one comes [m]'),
+    'profile': ('reference_steps', 'profile that drives reference; empty: subscribe to reference'),
+    'setpoint': ('0.1', 'initial position reference [m]'),
     'namespace': ('', 'namespace of the rig'),
-    'use_sim_time': ('false', 'whether the plant publishes /clock and all follow it'),
+    'use_sim_time': ('false', 'whether the plant publishes /clock and all nodes follow it'),
 }
 TYPES = {'law': str, 'compensation': bool, 'profile': str, 'setpoint': float, 'use_sim_time': bool}
 
 
 def ended(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
-    """Return what happens when the controller has ended: nothing if it was killed."""
+    """Shut down when the controller has ended, unless it was killed and is restarted."""
     return [Shutdown()] if event.returncode >= 0 else []
 
 

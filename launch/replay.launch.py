@@ -1,5 +1,5 @@
 """
-A bag again, with the friction estimator beside it; everything ends with the bag.
+Play a bag back beside the friction estimator; everything ends with the bag.
 
     ros2 launch pneu_rig_ros replay.launch.py bag:=runs/BAG rate:=2.0
     ros2 launch pneu_rig_ros replay.launch.py bag:=runs/BAG exclude:=u namespace:=left
@@ -21,18 +21,18 @@ from pneu_rig_ros.records.bag import last_text, open_bag
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'bag': (None, 'directory of the bag'),
-    'rate': ('1.0', 'played over recorded time, 0.01 to 100'),
-    'repeat': ('false', 'whether the bag is played again and again'),
+    'rate': ('1.0', 'playback rate: recorded over playback time, 0.01 to 100'),
+    'repeat': ('false', 'whether the bag is played in a loop'),
     'clock': ('false', 'whether /clock is published, from the log times'),
-    'topics': ('', 'topics to play, comma-separated; all that no node computes when empty'),
-    'exclude': ('', 'topics to leave out, comma-separated'),
-    'delay': ('2.0', 'time to find subscribers before the start [s]'),
-    'estimate': ('true', 'whether the friction estimator runs beside it'),
+    'topics': ('', 'topics to play, comma-separated; empty: all that no node computes'),
+    'exclude': ('', 'topics to exclude, comma-separated'),
+    'delay': ('2.0', 'time for discovery before the start [s]'),
+    'estimate': ('true', 'whether to run the friction estimator'),
     'namespace': ('', 'namespace to play into'),
-    'transforms': ('true', 'whether robot_state_publisher makes /tf of joint_states, for RViz'),
+    'transforms': ('true', 'whether to run robot_state_publisher, for RViz'),
 }
 TYPES = {
     'bag': str,
@@ -46,7 +46,7 @@ TYPES = {
 
 
 def transforms(context: LaunchContext) -> list[Node]:
-    """Return what publishes /tf, the frames of each namespace under its name."""
+    """Return the publisher of /tf; frames have the namespace as a prefix."""
     with open_bag(LaunchConfiguration('bag').perform(context)) as reader:
         robot = last_text(reader, 'robot_description')
     namespace = LaunchConfiguration('namespace').perform(context).strip('/')

@@ -5,7 +5,7 @@ Bring up the rig: plant, valve command, friction estimator, recorder, and transf
     ros2 launch pneu_rig_ros rig.launch.py model:=improved.yaml supply_pressure:=7e5
     ros2 launch pneu_rig_ros rig.launch.py namespace:=left record:=false
 
-A node that is killed comes back; one that ends by itself, e.g. at a wrong parameter, ends the rig.
+A node that is killed is restarted; one that exits, e.g. at a wrong parameter, ends the rig.
 """
 
 from launch import LaunchContext, LaunchDescription
@@ -27,28 +27,28 @@ from pneu_rig_ros.rig.urdf import robot_description
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'cylinder': ('cylinder_2', 'name of a shipped cylinder, or a YAML file'),
     'model': (
         '',
-        'YAML file of a whole model, such as improved.yaml; takes the place of cylinder',
+        'YAML file of a whole model, such as improved.yaml; replaces cylinder',
     ),
-    'friction': ('', "friction law; the cylinder's when empty"),
-    'supply_pressure': ('', "absolute supply pressure [Pa]; the cylinder's when empty"),
-    'load_mass': ('', "external load [kg]; the cylinder's when empty"),
-    'initial_position': ('', "position at the start [m]; the cylinder's when empty"),
+    'friction': ('', "friction law; empty: the cylinder's"),
+    'supply_pressure': ('', "absolute supply pressure [Pa]; empty: the cylinder's"),
+    'load_mass': ('', "external load [kg]; empty: the cylinder's"),
+    'initial_position': ('', "position at the start [m]; empty: the cylinder's"),
     'speed': ('1.0', 'simulated over real time, 0 for lock step; needs use_sim_time if not 1'),
-    'use_sim_time': ('false', 'whether the plant publishes /clock and all follow it'),
+    'use_sim_time': ('false', 'whether the plant publishes /clock and all nodes follow it'),
     'record': ('true', 'whether to record every topic'),
-    'output': ('', 'directory of the bag; runs/ and the date when empty'),
+    'output': ('', 'directory of the bag; empty: runs/ and the date'),
     'namespace': ('', 'namespace of the rig, so that several run side by side'),
-    'transforms': ('true', 'whether robot_state_publisher makes /tf of joint_states, for RViz'),
+    'transforms': ('true', 'whether to run robot_state_publisher, for RViz'),
 }
 
 
 def ended(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
-    """Return what happens when a node has ended: nothing if it was killed, as it comes back."""
+    """Shut down when a node has ended, unless it was killed and is restarted."""
     if event.returncode < 0:
         return []
     return [Shutdown(reason=f'{event.process_name} has ended')]
@@ -78,14 +78,14 @@ def source(context: LaunchContext) -> str:
 
 
 def given(context: LaunchContext) -> dict[str, float]:
-    """Return those of the cylinder's own values that were given."""
+    """Return the arguments that replace values of the cylinder."""
     names = ('supply_pressure', 'load_mass', 'initial_position')
     values = {name: LaunchConfiguration(name).perform(context) for name in names}
     return {name: float(value) for name, value in values.items() if value}
 
 
 def plant(context: LaunchContext) -> list[Node]:
-    """Return the plant with those of the cylinder's own values replaced that were given."""
+    """Return the plant."""
     recorded = IfCondition(LaunchConfiguration('record')).evaluate(context)
     parameters = {
         'cylinder': source(context),
@@ -98,7 +98,7 @@ def plant(context: LaunchContext) -> list[Node]:
 
 
 def transforms(context: LaunchContext) -> list[Node]:
-    """Return what publishes /tf, the frames of each namespace under its name."""
+    """Return the publisher of /tf; frames have the namespace as a prefix."""
     namespace = LaunchConfiguration('namespace').perform(context).strip('/')
     configuration = load_configuration(source(context), **given(context))
     return [
@@ -119,7 +119,7 @@ def transforms(context: LaunchContext) -> list[Node]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the nodes and what may be said of them on the command line."""
+    """Return the arguments and the nodes."""
     profiles = PathJoinSubstitution([FindPackageShare(PACKAGE), 'config', 'fastdds.xml'])
     output = ParameterValue(LaunchConfiguration('output'), value_type=str)
     return LaunchDescription(

@@ -1,5 +1,5 @@
 """
-A model beside a rig that runs already, or beside a bag; predictions may be recorded.
+Run a model in parallel with a running rig or a bag; predictions can be recorded.
 
     ros2 launch pneu_rig_ros shadow.launch.py model:=improved.yaml
     ros2 launch pneu_rig_ros shadow.launch.py model:=improved.yaml bag:=runs/BAG record:=true
@@ -20,16 +20,16 @@ from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are found on this host only, unless whoever launches says otherwise."""
+"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
-    'model': ('', 'cylinder, name or YAML file; the configuration of the rig when empty'),
-    'input': ('valve_voltages', 'what drives the model: valve_voltages or u'),
+    'model': ('', 'cylinder, name or YAML file; empty: the configuration of the rig'),
+    'input': ('valve_voltages', 'topic that drives the model: valve_voltages or u'),
     'horizon': ('1.0', 'longest prediction of a piston that does not come to rest [s]'),
     'band': ('5.0', 'half width of the noise band in standard deviations'),
-    'bag': ('', 'bag to play; a rig that runs already when empty'),
-    'rate': ('1.0', 'played over recorded time'),
+    'bag': ('', 'bag to play; empty: a running rig'),
+    'rate': ('1.0', 'playback rate: recorded over playback time'),
     'record': ('false', 'whether to record every topic'),
-    'output': ('', 'directory of the bag; runs/ and the date when empty'),
+    'output': ('', 'directory of the bag; empty: runs/ and the date'),
     'namespace': ('', 'namespace of the rig'),
 }
 
@@ -51,7 +51,7 @@ def player(context: LaunchContext) -> list[IncludeLaunchDescription]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the shadow, and what it is beside."""
+    """Return the shadow, the recorder and the player."""
     common = {
         'package': PACKAGE,
         'namespace': LaunchConfiguration('namespace'),

@@ -21,20 +21,15 @@ from pathlib import Path
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.records import repair
-
-Progress = Callable[[float], None]
-"""Told the time since the start of the stroke [s]."""
-
-Report = Callable[[str], None]
-"""Told in a few words what is going on."""
+from pneu_rig_ros.rig import Rig, RigConfiguration
 
 Value = str | float | int | bool
 
 STOPPING_ORDER = ('plant', 'valve_command', 'friction_estimator', 'recorder')
-"""Sources first."""
+"""Publishers before those that subscribe to them."""
 
 STOPPING_TIME = 20.0
-"""After it a node that does not stop by itself is killed [s]."""
+"""Time after which a node that does not stop by itself is killed [s]."""
 
 LAST_DOMAIN = 232
 """Highest ROS_DOMAIN_ID for which DDS has ports."""
@@ -42,7 +37,7 @@ LAST_DOMAIN = 232
 
 class NodeProcess:
     """
-    One node in a process of its own.
+    A node in a process of its own.
 
     :param name: module under `pneu_rig_ros.nodes`
     :param parameters: of the node
@@ -93,7 +88,7 @@ class NodeProcess:
         return self._process.poll()
 
     def ended(self) -> bool:
-        """Return whether its process has ended, however it did."""
+        """Return whether its process has ended, by itself or killed."""
         return self.code is not None
 
     def revive(self) -> bool:
@@ -107,8 +102,17 @@ class NodeProcess:
 
     def check(self) -> None:
         """Raise RigError if the node has ended."""
-        if self._process.poll() is not None:
-            raise RigError(f'the node {self.name} has stopped: {self._last_words()}')
+        code = self._process.poll()
+        if code is None:
+            return
+        if code < 0:
+            reason = f'it was killed by {signal.Signals(-code).name}'
+        else:
+            lines = map(str.strip, self._log.read_text(errors='replace').splitlines())
+            words = [line for line in lines if line] or ['no output']
+            errors = [word for word in words if word.startswith('Error: ')]
+            reason = (errors or words)[-1].removeprefix('Error: ') + f' (exit code {code})'
+        raise RigError(f'the node {self.name} has stopped: {reason}')
 
     def done(self) -> bool:
         """Return whether the node has ended by itself; RigError if it has failed."""
@@ -127,31 +131,26 @@ class NodeProcess:
             self._process.wait()
             return False
 
-    def _last_words(self) -> str:
-        code = self._process.returncode
-        if code < 0:
-            return f'it was killed by {signal.Signals(-code).name}'
-        lines = self._log.read_text(errors='replace').splitlines()
-        words = [line.strip() for line in lines if line.strip()]
-        told = [line.removeprefix('Error: ') for line in words if line.startswith('Error: ')]
-        return (told or words or ['it said nothing'])[-1] + f' (exit code {code})'
-
-
-def _turn_to_stop(node: NodeProcess) -> int:
-    return STOPPING_ORDER.index(node.name)
-
 
 class LiveRig:
     """
     Plant, valve command, friction estimator and recorder over DDS; a context manager.
 
     :param bag: directory to record to
-    :param plant: parameters of the plant
-    :param report: told what is going on
+    :param configuration: of the rig
+    :param plant: parameters of the plant that give this configuration
+    :param report: callback(stage), in a few words
     """
 
-    def __init__(self, bag: Path, plant: Mapping[str, Value], report: Report) -> None:
+    def __init__(
+        self,
+        bag: Path,
+        configuration: RigConfiguration,
+        plant: Mapping[str, Value],
+        report: Callable[[str], None],
+    ) -> None:
         self._bag = bag.resolve()
+        self._configuration = configuration
         self._plant = plant
         self._report = report
         self._nodes: list[NodeProcess] = []
@@ -169,8 +168,9 @@ class LiveRig:
         self._stop()
 
     def _start(self) -> None:
-        from pneu_rig_ros.nodes.startup import PLANT_SUBSCRIBERS, await_first_sample
+        from pneu_rig_ros.nodes.embedding import PLANT_SUBSCRIBERS, await_first_sample
 
+        Rig(self._configuration).warm_up()  # nodes do not wait for each other that long
         self._report('starting plant, valve_command, friction_estimator, recorder')
         folder = self._logs.enter_context(tempfile.TemporaryDirectory(prefix='pneu_rig_'))
         waiting = 'wait_for_subscribers'
@@ -188,9 +188,13 @@ class LiveRig:
         for node in self._nodes:
             node.check()
 
-    def drive(self, u: float, duration: float, progress: Progress) -> None:
-        """Hold the command u [V] for a duration [s]; RigError if a node stops meanwhile."""
-        from pneu_rig_ros.nodes.constant_command import hold_command
+    def drive(self, u: float, duration: float, progress: Callable[[float], None]) -> None:
+        """
+        Hold the command u [V] for a duration [s]; RigError if a node stops meanwhile.
+
+        :param progress: callback(time since the start [s])
+        """
+        from pneu_rig_ros.nodes.embedding import hold_command
 
         def checked(elapsed: float) -> None:
             self.check()
@@ -199,10 +203,11 @@ class LiveRig:
         hold_command(u, duration, checked)
 
     def _stop(self) -> None:
-        """Stop the nodes, sources first; mend the bag if the recorder had to be killed."""
+        """Stop the nodes, sources first; repair the bag if the recorder had to be killed."""
         with uninterrupted():
             self._report('stopping')
-            ended = {node.name: node.stop() for node in sorted(self._nodes, key=_turn_to_stop)}
+            nodes = sorted(self._nodes, key=lambda node: STOPPING_ORDER.index(node.name))
+            ended = {node.name: node.stop() for node in nodes}
             self._nodes.clear()
             self._logs.close()
             if not ended.get('recorder', True) and any(self._bag.glob('*.mcap')):
@@ -211,8 +216,30 @@ class LiveRig:
 
 
 @contextlib.contextmanager
+def restartable_rig(cylinder: str) -> Iterator[list[NodeProcess]]:
+    """
+    Run a rig that records nothing for the block; yield its nodes, to be revived when killed.
+
+    :param cylinder: name of a shipped cylinder, or a YAML file
+    """
+    nodes: list[NodeProcess] = []
+    with tempfile.TemporaryDirectory(prefix='pneu_rig_') as folder, contextlib.ExitStack() as stop:
+        # The source is started last, so that it stops first.
+        for name in ('friction_estimator', 'valve_command', 'plant'):
+            parameters = {'cylinder': absolute(cylinder)} if name == 'plant' else {}
+            nodes.append(NodeProcess(name, parameters, Path(folder, f'{name}.log')))
+            stop.callback(nodes[-1].stop)
+        yield nodes
+
+
+def absolute(cylinder: str) -> str:
+    """Return the name of a cylinder, or the full path of a file, as nodes may run elsewhere."""
+    return str(Path(cylinder).resolve()) if Path(cylinder).exists() else cylinder
+
+
+@contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let a second Ctrl-C wait until all is in order."""
+    """Ignore a second Ctrl-C in the block."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     for number in before:
         signal.signal(number, signal.SIG_IGN)
@@ -225,12 +252,12 @@ def uninterrupted() -> Iterator[None]:
 
 def prepare_environment() -> None:
     """
-    Give this process and its nodes a DDS of their own, where the user has not chosen one.
+    Give this process and its nodes a DDS domain of their own, unless the user has chosen one.
 
     It must come before rclpy is imported. Discovery stays on this host; the domain follows from
     the process number, so that two demonstrations do not meet.
 
-    :raises RigError: when the user's ROS_DOMAIN_ID is none
+    :raises RigError: when the user's ROS_DOMAIN_ID is not valid
     """
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     domain = os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 50))

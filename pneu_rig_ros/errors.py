@@ -1,12 +1,12 @@
-"""The one error that a user of the rig can cause and can mend."""
+"""The error for what a user can cause and correct."""
 
 LONGEST_LINE = 1000
-"""Longest text of an error [character]; of a longer one the middle is left out."""
+"""Longest text of an error [character]; the middle of a longer one is omitted."""
 
 
 class RigError(Exception):
     """
-    Bad input or a missing prerequisite, told in one line: what, where, allowed.
+    Bad input or a missing prerequisite, reported in one line: what, where, allowed.
 
     The command line prints it and ends with exit code 2; nodes log it and stop. What it quotes
     may come from anywhere, so that it goes through :func:`one_line`.

@@ -28,7 +28,7 @@ from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 Progress = Callable[[float], None]
-"""Told the simulated time [s] now and then."""
+"""Called with the simulated time [s] from time to time."""
 
 REPORT_EVERY = 512
 """Samples between two calls of the progress function."""

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import shutil
 import signal
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Generator, Iterator
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
+from other_noise import draw_other_noise
+from rerun import rerun_commands
+from xdist.scheduler import LoadGroupScheduling
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -24,21 +27,60 @@ settings.load_profile('steady')
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options that say how much the long tests try."""
+    """Add the options of the noise, and of how much the long tests try."""
+    parser.addoption('--noise', type=int, default=0, help='draw other noise, number (0: none)')
     group = parser.getgroup('long tests')
     group.addoption('--minutes', type=float, help='of the soak (60), of damaged input (10)')
     group.addoption('--rigs', type=int, help='number of random rigs (10 000)')
     group.addoption('--kills', type=int, help='of each node (20)')
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw other noise if that is asked for."""
+    if number := config.getoption('--noise'):
+        draw_other_noise(number)
+
+
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Give all live tests to one worker, and long tests the time they need."""
+    """Begin with what takes longest, all live tests on one worker; give long tests their time."""
     for item in items:
-        if item.get_closest_marker('long'):
-            item.add_marker(pytest.mark.timeout(0))
         if item.get_closest_marker('live'):
             item.add_marker(pytest.mark.xdist_group('live'))
+        elif item.get_closest_marker('timeout') and not item.get_closest_marker('xdist_group'):
+            item.add_marker(pytest.mark.xdist_group('alone'))
+        if item.get_closest_marker('long'):
+            item.add_marker(pytest.mark.timeout(0))
+    order = ('live', 'timeout')
+    items.sort(key=lambda item: [item.get_closest_marker(name) is None for name in order])
+
+
+class Scheduler(LoadGroupScheduling):
+    """Keeps files on one worker, so that their fixtures are made once, but for what is alone."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        group: str = super()._split_scope(nodeid)
+        if group == nodeid:
+            return nodeid.partition('::')[0]
+        return nodeid if group == 'alone' else group
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadGroupScheduling:
+    """Return how the tests are shared out."""
+    return Scheduler(config, log)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)  # after all else that is written
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter,
+) -> Generator[None, None, None]:
+    """End with a command for each failed test that runs it again."""
+    yield
+    stats = terminalreporter.stats
+    commands = rerun_commands([*stats.get('failed', []), *stats.get('error', [])])
+    if commands:
+        terminalreporter.section(f'{len(commands)} failed; run one again with')
+        terminalreporter.write_line('\n'.join(commands))
 
 
 @pytest.fixture(scope='module')

@@ -11,6 +11,7 @@ from shutil import copytree, ignore_patterns
 from zipfile import ZipFile
 
 import pytest
+from diagnosis.parts import LEAKING, mapping, system_file, table, vessel_run
 
 pytestmark = pytest.mark.live
 
@@ -112,11 +113,14 @@ def test_demonstration_runs_live(pneu_rig: Callable[[str], str], tmp_path: Path)
     assert (tmp_path / 'bag/stroke.png').is_file()
 
 
-def test_simulated_bag_is_diagnosed(pneu_rig: Callable[[str], str], tmp_path: Path) -> None:
-    pneu_rig('simulate --duration 1.2 --out bag')
-    copytree(tmp_path / 'bag', tmp_path / 'copy')
-    out = pneu_rig('diagnose bag copy --model cylinder_2 --workers 1 --out answer')
-    assert 'nothing is missing' in out
+def test_leak_of_a_chamber_is_diagnosed(pneu_rig: Callable[[str], str], tmp_path: Path) -> None:
+    for seed, fill in enumerate((6e5, 5e5)):
+        pressure = vessel_run(seed, fill, warm=0.0, leak=5e-9, conductance=0.0)
+        table(tmp_path / f'run_{seed}.csv', 0.1, pressure)
+    system, known = system_file(tmp_path, LEAKING), mapping(tmp_path / 'map.yaml', 'pressure_1')
+    words = f'--model {system} --map {known} --workers 1 --out answer'
+    out = pneu_rig(f'diagnose run_0.csv --verify run_1.csv {words}')
+    assert 'lacks chamber_leak' in out
     names = {path.name for path in (tmp_path / 'answer').iterdir()}
     assert names == {'diagnosis.json', 'improved.yaml', 'report.html'}
 

@@ -106,8 +106,9 @@ def test_foxglove_shows_the_cylinder_and_the_diagnostics() -> None:
         assert link is not None
         assert f'{side}_frame_id: "{link.attrib["link"]}"' in script
     assert panels['DiagnosticSummary!nodes']['topicToRender'] in TOPICS
-    hidden = {name for name, axes in panels['3D!cylinder']['transforms'].items()
-              if not axes['visible']}  # fmt: skip
+    hidden = {
+        name for name, axes in panels['3D!cylinder']['transforms'].items() if not axes['visible']
+    }
     assert hidden == {f'frame:{link}' for link in links()}
 
 

@@ -11,7 +11,11 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @pytest.mark.parametrize(
     'tool',
-    [['ruff', 'check', '--quiet'], ['ruff', 'format', '--check', '--quiet'], ['mypy']],
+    [
+        ['ruff', 'check', '--quiet'],
+        ['ruff', 'format', '--check', '--quiet'],
+        pytest.param(['mypy'], marks=pytest.mark.timeout(600)),
+    ],
     ids=' '.join,
 )
 def test_linter_has_no_complaint(tool: list[str]) -> None:

@@ -1,1 +1,1 @@
-"""What a recording says: friction by Eq. 2, regimes, stick-slip cycles, timing."""
+"""Analysis of recordings: friction by Eq. 2, regimes, stick-slip cycles, timing."""

@@ -22,8 +22,12 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.records import Recording, read_recording
-from pneu_rig_ros.records.conditions import CONDITIONS, apply_conditions
-from pneu_rig_ros.records.plausible import check_plausible
+from pneu_rig_ros.records.conditions import (
+    CONDITIONS,
+    apply_conditions,
+    check_plausible,
+    configured_conditions,
+)
 from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import IDEAL, sensor_noise
@@ -80,14 +84,23 @@ class Comparison:
             'samples': self.measured.recording.size,
             'interval': self.measured.recording.interval,
             'shift': self.shift,
-            'conditions': {c.name: {'value': c.value, 'unit': CONDITIONS[c.name].unit,
-                                    'from': 'bag' if c.measured else 'model'}
-                           for c in self.conditions},
-            'signals': {name: {**gap._asdict(), 'multiple': gap.multiple}
-                        for name, gap in self.gaps.items()},
-            'events': {'measured': _events_to_dict(self.measured.events),
-                       'model': _events_to_dict(self.simulated.events)},
-        }  # fmt: skip
+            'conditions': {
+                c.name: {
+                    'value': c.value,
+                    'unit': CONDITIONS[c.name].unit,
+                    'from': 'bag' if c.measured else 'model',
+                }
+                for c in self.conditions
+            },
+            'signals': {
+                name: {**gap._asdict(), 'multiple': gap.multiple}
+                for name, gap in self.gaps.items()
+            },
+            'events': {
+                'measured': _events_to_dict(self.measured.events),
+                'model': _events_to_dict(self.simulated.events),
+            },
+        }
 
 
 def _events_to_dict(events: Events) -> dict[str, Any]:
@@ -111,20 +124,20 @@ def compare_with_model(
     """
     recording = read_recording(bag)
     if not recording.driven:
-        raise RigError(f'{bag}: no valve_voltages recorded, which a simulation needs; '
-                       'import it with u, or voltage_1 and voltage_2')  # fmt: skip
+        raise RigError(
+            f'{bag}: no valve_voltages recorded, which a simulation needs; '
+            'import it with u, or voltage_1 and voltage_2'
+        )
     model = apply_conditions(configuration, recording.conditions)
     check_plausible(bag, recording.signals, model)
     measured = replace(recording, name=str(bag), configuration=_rig(recording) or model)
     simulated = simulate_record(recording, model, name)
     noise = _sensors(recording.configuration or configuration)
-    used = _all_conditions(model)
+    used = configured_conditions(model)
     return _comparison(measured, simulated, noise, 0.0, used, 'simulated')
 
 
-def compare_with_bag(
-    bag: Path | str, other: Path | str, shift: float | None = None
-) -> Comparison:  # fmt: skip
+def compare_with_bag(bag: Path | str, other: Path | str, shift: float | None = None) -> Comparison:
     """
     Compare a bag with another one.
 
@@ -139,7 +152,7 @@ def compare_with_bag(
         for path, recording, rig in zip((bag, other), recordings, rigs, strict=True)
     )
     late = estimate_shift(first, second) if shift is None else shift
-    used = _all_conditions(rigs[0]) if rigs[0] else first.conditions
+    used = configured_conditions(rigs[0]) if rigs[0] else first.conditions
     noise = _sensors(rigs[0] or rigs[1])
     return _comparison(*resample_overlap(first, second, late), noise, late, used, 'second bag')
 
@@ -163,13 +176,18 @@ def simulate_record(
     first = plant.state
     voltages = np.column_stack([recording.voltage_1, recording.voltage_2])
     run = plant.run(voltages[:-1], recording.interval)
-    signals = {signal: np.concatenate([[getattr(first, signal)], getattr(run, signal)])
-               for signal in WHOLE}  # fmt: skip
+    signals = {
+        signal: np.concatenate([[getattr(first, signal)], getattr(run, signal)])
+        for signal in WHOLE
+    }
     signals |= {'voltage_1': voltages[:, 0], 'voltage_2': voltages[:, 1]}
     return Recording(
-        name or configuration.name, recording.start_ns, recording.interval_ns, signals,
+        name or configuration.name,
+        recording.start_ns,
+        recording.interval_ns,
+        signals,
         configuration=configuration,
-    )  # fmt: skip
+    )
 
 
 def with_initial_state(recording: Recording, model: Model) -> Model:
@@ -235,9 +253,13 @@ def resample_overlap(
 
 
 def _comparison(
-    measured: Recording, simulated: Recording, noise: tuple[float, float] | None, shift: float,
-    used: Mapping[str, float], second: str,
-) -> Comparison:  # fmt: skip
+    measured: Recording,
+    simulated: Recording,
+    noise: tuple[float, float] | None,
+    shift: float,
+    used: Mapping[str, float],
+    second: str,
+) -> Comparison:
     rig = measured.configuration
     balance = ForceBalance.of(rig) if rig else None
     levels = {} if noise is None else signal_noise(*noise, measured.interval, balance)
@@ -257,9 +279,3 @@ def _rig(recording: Recording) -> RigConfiguration | None:
 def _sensors(rig: RigConfiguration | None) -> tuple[float, float] | None:
     """Return the noise of position [m] and pressure [Pa]; None if it is 0 or not known."""
     return None if rig is None or rig.sensors.kind == IDEAL else sensor_noise(rig.sensors)
-
-
-def _all_conditions(rig: RigConfiguration) -> dict[str, float]:
-    model = rig.model
-    values = model.operation._asdict() | model.gas._asdict()
-    return {name: values[name] for name in CONDITIONS}

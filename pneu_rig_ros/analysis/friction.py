@@ -7,7 +7,7 @@ In gauge form, so that the atmosphere on the rod's cross-section does not count 
 
 The acceleration a is the twice differentiated position, low-passed without phase shift: a
 first-order Butterworth filter at 32 Hz, run forwards and backwards (section 2.1). Offline the
-whole recording is at hand. Live, the two-sided impulse response of that same filter is cut off
+whole recording is available. Live, the two-sided impulse response of that same filter is cut off
 where 0.3 % of its area is left, so that the live force is the offline force, later by exactly 25
 sampling intervals of 1.16 ms: ``DELAY`` = 29.0 ms.
 """
@@ -119,7 +119,7 @@ def acceleration_zero_phase(
     Return the acceleration [m/s^2] of equally spaced positions [m], same shape (n,).
 
     Second central difference, then forward-backward first-order Butterworth; no phase shift. The
-    ends of a recording say little about acceleration: there it fades to 0 within ``DELAY``.
+    acceleration is poorly defined at the ends of a recording: it fades to 0 within ``DELAY``.
     """
     from scipy.signal import butter, filtfilt
 
@@ -127,9 +127,12 @@ def acceleration_zero_phase(
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
     if 2.0 * cutoff * interval >= 1.0:
-        raise RigError(f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
-                       f'{cutoff:g} Hz filter of the acceleration')  # fmt: skip
-    # Turned about its end points, the position goes on beyond them without a jump in velocity.
+        raise RigError(
+            f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
+            f'{cutoff:g} Hz filter of the acceleration'
+        )
+    # Point reflection at its ends continues the position without a jump in velocity, which the
+    # second difference would turn into an impulse.
     margin = min(x.size - 1, 2 * delay_samples(interval))
     extended = np.pad(x, margin, mode='reflect', reflect_type='odd')
     b, a = butter(1, cutoff, fs=1.0 / interval)
@@ -138,9 +141,12 @@ def acceleration_zero_phase(
 
 
 def friction_zero_phase(
-    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
+    position: Floats,
+    pressure_1: Floats,
+    pressure_2: Floats,
+    interval: float,
     balance: ForceBalance,
-) -> Floats:  # fmt: skip
+) -> Floats:
     """
     Return the friction force F_r of Eq. 2 [N], offline, in phase with the samples.
 
@@ -201,14 +207,19 @@ def friction_of(recording: Recording) -> Floats:
     """
     Return the friction force F_r of a recording [N], shape (n,), by the zero-phase estimator.
 
-    :raises RigError: when the recording does not say what rig it is of
+    :raises RigError: when the recording lacks the configuration of the rig
     """
-    if recording.configuration is None:
-        raise RigError(
-            'the bag does not hold the configuration of the rig, so piston areas and mass for '
-            'Eq. 2 are unknown; import it with --cylinder, or record rig_description too'
-        )
-    balance = ForceBalance.of(recording.configuration)
+    balance = ForceBalance.of(require_rig(recording))
     return friction_zero_phase(
         recording.position, recording.pressure_1, recording.pressure_2, recording.interval, balance
     )
+
+
+def require_rig(recording: Recording) -> RigConfiguration:
+    """Return the configuration of the recorded rig; RigError when it is not known."""
+    if recording.configuration is None:
+        raise RigError(
+            'the bag does not hold the configuration of the rig, so piston areas, mass and stroke '
+            'are unknown; import it with --cylinder, or record rig_description too'
+        )
+    return recording.configuration

@@ -1,7 +1,7 @@
 """
 Error metrics between two runs on one time axis, and the stick-slip events of a run.
 
-Velocity and friction are estimated for both runs by the same filters, so that a difference is one
+Velocity and friction of both runs are estimated by the same filters, so that differences are those
 of the runs and not of the filters.
 """
 
@@ -14,13 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
-from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
+from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
 
-UNITS = {'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa',
-         'friction': 'N'}  # fmt: skip
+UNITS = {
+    'position': 'm',
+    'velocity': 'm/s',
+    'pressure_1': 'Pa',
+    'pressure_2': 'Pa',
+    'friction': 'N',
+}
 """Signal that is compared -> its unit."""
 
 END_SHARE = 0.98
@@ -30,17 +35,17 @@ LEAST_SAMPLES = 4
 """Shorter runs have no friction force."""
 
 NOISE_SAMPLES = 8192
-"""Samples of white noise by which the noise of the derived signals is estimated."""
+"""Samples of white noise from which the noise of derived signals is estimated."""
 
 
 class SignalGap(NamedTuple):
     """
-    How far a simulated signal is from a measured one, in the unit of the signal.
+    Error of a simulated signal against a measured one, in the unit of the signal.
 
     :param unit: of the following four
-    :param rmse: root of the mean square of simulated less measured
+    :param rmse: root of the mean square of simulated minus measured
     :param largest: largest absolute difference
-    :param bias: mean of simulated less measured
+    :param bias: mean of simulated minus measured
     :param noise: standard deviation of the measured signal's noise, None if it is not known
     """
 
@@ -97,9 +102,13 @@ def analyse_run(recording: Recording) -> AnalysedRun:
     """
     rig = recording.configuration
     signals = derived_signals(
-        recording.position, recording.pressure_1, recording.pressure_2, recording.interval,
-        ForceBalance.of(rig) if rig else None, recording.name,
-    )  # fmt: skip
+        recording.position,
+        recording.pressure_1,
+        recording.pressure_2,
+        recording.interval,
+        ForceBalance.of(rig) if rig else None,
+        recording.name,
+    )
     stroke = rig.model.cylinder.stroke if rig else None
     cycles = cycles_of(recording, signals.get('friction'))
     reached = stroke_time(recording.position, recording.interval, stroke)
@@ -107,9 +116,13 @@ def analyse_run(recording: Recording) -> AnalysedRun:
 
 
 def derived_signals(
-    position: Floats, pressure_1: Floats, pressure_2: Floats, interval: float,
-    balance: ForceBalance | None, name: str = 'run',
-) -> dict[str, Floats]:  # fmt: skip
+    position: Floats,
+    pressure_1: Floats,
+    pressure_2: Floats,
+    interval: float,
+    balance: ForceBalance | None,
+    name: str = 'run',
+) -> dict[str, Floats]:
     """
     Return the signals that are compared, each of shape (n,).
 
@@ -139,7 +152,7 @@ def compare_signals(
     where: NDArray[np.bool_] | None = None,
 ) -> dict[str, SignalGap]:
     """
-    Return how far simulated signals are from measured ones, for every signal that both have.
+    Return the errors of simulated signals against measured ones, for every signal of both.
 
     :param measured: name -> signal, each of shape (n,), SI units
     :param simulated: the same at the same instants
@@ -151,28 +164,32 @@ def compare_signals(
     gaps = {}
     for name in (name for name in measured if name in simulated):
         if measured[name].shape != simulated[name].shape:
-            raise RigError(f'{name}: {measured[name].shape} measured values against '
-                           f'{simulated[name].shape} simulated ones')  # fmt: skip
+            raise RigError(
+                f'{name}: {measured[name].shape} measured values against '
+                f'{simulated[name].shape} simulated ones'
+            )
         difference = simulated[name] - measured[name]
         kept = difference if where is None else difference[where]
         kept = kept[np.isfinite(kept)]
         if kept.size:
-            unit = (units or UNITS).get(name, '')
-            gaps[name] = _gap(kept, unit, (noise or {}).get(name))
+            gaps[name] = SignalGap(
+                unit=(units or UNITS).get(name, ''),
+                rmse=float(np.sqrt(np.mean(kept**2))),
+                largest=float(np.abs(kept).max()),
+                bias=float(kept.mean()),
+                noise=(noise or {}).get(name),
+            )
     if not gaps:
         raise RigError('nothing to compare: the runs share no signal')
     return gaps
 
 
-def _gap(difference: Floats, unit: str, noise: float | None) -> SignalGap:
-    rmse = float(np.sqrt(np.mean(difference**2)))
-    return SignalGap(unit, rmse, float(np.abs(difference).max()), float(difference.mean()), noise)
-
-
 def signal_noise(
-    position_noise: float, pressure_noise: float, interval: float,
+    position_noise: float,
+    pressure_noise: float,
+    interval: float,
     balance: ForceBalance | None = None,
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     """
     Return the standard deviation of the noise of each signal of :data:`UNITS`.
 
@@ -186,13 +203,19 @@ def signal_noise(
     """
     draws = np.random.default_rng(0).standard_normal((3, NOISE_SAMPLES))
     x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])
-    still = None if balance is None else ForceBalance(
-        balance.area_1, balance.area_2, balance.mass, 0.0)  # fmt: skip
+    still = (
+        None
+        if balance is None
+        else ForceBalance(balance.area_1, balance.area_2, balance.mass, 0.0)
+    )
     signals = derived_signals(x, p1, p2, interval, still)
     inner = slice(NOISE_SAMPLES // 8, -NOISE_SAMPLES // 8)  # ends are padded, not estimated
     found = {name: float(np.std(signal[inner])) for name, signal in signals.items()}
-    return found | {'position': position_noise,
-                    'pressure_1': pressure_noise, 'pressure_2': pressure_noise}  # fmt: skip
+    return found | {
+        'position': position_noise,
+        'pressure_1': pressure_noise,
+        'pressure_2': pressure_noise,
+    }
 
 
 def stroke_time(position: Floats, interval: float, stroke: float | None) -> float | None:

@@ -1,10 +1,14 @@
 """
-Rests, breakaways and end stops, from measured positions.
+Rests, breakaways, stick-slip cycles and end stops, from measured positions.
 
 The piston rests where a line through 46 ms of its positions has a slope below 1 mm/s: 46 um, less
 than one step of the rig's 12-bit position sensor. A rest lasts at least 60 ms, and ends with a
 breakaway. Data of a sensor with more noise than the rig's, or of slower sampling, take longer
 lines and longer rests, see ``velocity.window_for``.
+
+Between two rests the piston slips if it outruns the feed, the mean speed at which the air moves
+it; otherwise it creeps, and both rests belong to the same sticking phase. Steady sliding, however
+slow, has no rest and so no cycle but that of its breakaway.
 """
 
 from __future__ import annotations
@@ -21,10 +25,12 @@ from pneu_rig_ros.analysis.velocity import (
     RESOLUTION,
     WINDOW,
     adaptive_velocity,
+    feed,
     least_travel,
     running_mean,
     window_for,
 )
+from pneu_rig_ros.records import Recording
 
 Flags = NDArray[np.bool_]
 
@@ -46,7 +52,7 @@ PUSH_WINDOW = 0.012
 """Length of the mean of the driving force at an end stop [s]."""
 
 GAIN_ERROR = 0.01
-"""Share of the stroke by which the position sensor may be wrong at its end; 0 is 0 [-]."""
+"""Gain error of the position sensor, as a share of the stroke; it has no zero error [-]."""
 
 AT_STOP, AT_STOP_NOISE = 1.5, 3.5
 """
@@ -55,7 +61,7 @@ deviations of a reading [-].
 """
 
 LEAST_PUSH = 1.0
-"""A driving force below this is none, by the noise of the pressure sensors [N]."""
+"""A smaller driving force is within the noise of the pressure sensors [N]."""
 
 
 class Rest(NamedTuple):
@@ -83,9 +89,9 @@ def find_rests(position: Floats, interval: float, noise: float = NOISE) -> list[
 
 def rests_of(speed: Floats, interval: float, noise: float = NOISE) -> list[Rest]:
     """Return the rests of a piston with the speed [m/s], shape (n,), by ``adaptive_velocity``."""
-    # a slope that is so small says so of its whole window: what keeps it from being so for less
-    # than a window is noise, and the rest reaches half a window further than the slopes. There the
-    # piston comes to rest and sets off, faster than 1 mm/s for the most part.
+    # Each slope describes its whole window. So an interruption shorter than a window is noise, and
+    # a rest extends half a window beyond the slow slopes on either side: there the piston comes to
+    # rest or sets off, mostly faster than 1 mm/s.
     longer = window_for(interval, noise) / WINDOW
     window = round(longer * WINDOW / interval)
     return [
@@ -101,16 +107,20 @@ def breakaways(position: Floats, interval: float, noise: float = NOISE) -> list[
 
 
 def end_stops(
-    position: Floats, stroke: float, interval: float, push: Floats | None = None,
-    noise: float = NOISE, resolution: float = RESOLUTION,
-) -> Flags:  # fmt: skip
+    position: Floats,
+    stroke: float,
+    interval: float,
+    push: Floats | None = None,
+    noise: float = NOISE,
+    resolution: float = RESOLUTION,
+) -> Flags:
     """
     Return where an end stop holds the piston, shape (n,).
 
     The reading at the end L is only known to the gain error of the sensor, so the stop is where
-    the piston got farthest. A dwell within the gain error of L that a recording ends with cannot
-    be told from it. Without the driving force, a piston that has been at an end from the first
-    sample on does not count as held: nothing says that it is pushed.
+    the piston got farthest. A final dwell within the gain error of L cannot be distinguished from
+    it. Without the driving force, a piston that is at an end from the first sample on does not
+    count as held, as it may not be pushed.
 
     :param position: measured position [m], shape (n,), equally spaced
     :param stroke: L [m]
@@ -128,24 +138,20 @@ def end_stops(
             pushed = near & (side * running_mean(push, interval, PUSH_WINDOW) > LEAST_PUSH)
         else:
             came = np.logical_or.accumulate(side * mean < side * end)
-            pushed = near & came & _resting(position, interval, noise)
+            resting = np.zeros(position.size, dtype=np.bool_)
+            for rest in find_rests(position, interval, noise):
+                resting[rest.first : rest.end] = True
+            pushed = near & came & resting
         if pushed.any():
             held |= pushed & (side * position >= (side * mean[pushed]).max() - margin)
     return held
-
-
-def _resting(position: Floats, interval: float, noise: float) -> Flags:
-    resting = np.zeros(position.size, dtype=np.bool_)
-    for rest in find_rests(position, interval, noise):
-        resting[rest.first : rest.end] = True
-    return resting
 
 
 def strokes(position: Floats, interval: float, noise: float = NOISE) -> list[tuple[int, int]]:
     """
     Return first sample and one after the last of each stroke: between two changes of direction.
 
-    A way back shorter than what counts as motion is none, see ``velocity.least_travel``.
+    A reversal shorter than ``velocity.least_travel`` is not counted as a change of direction.
     """
     step = max(1, round(MEAN_WINDOW / interval))
     places = running_mean(position, interval, MEAN_WINDOW)[::step]
@@ -169,3 +175,74 @@ def stretches(flags: NDArray[np.bool_], gap: float) -> list[tuple[int, int]]:
     parts = np.concatenate([[True], firsts[1:] - ends[:-1] >= gap])[: firsts.size]
     lasts = np.roll(parts, -1)
     return list(zip(firsts[parts].tolist(), ends[lasts].tolist(), strict=True))
+
+
+PEAK_WINDOW = 0.012
+"""Length of the mean that a friction peak is taken of [s], against the noise."""
+
+
+class Cycle(NamedTuple):
+    """
+    One sticking phase and the slip after it.
+
+    :param breakaway_time: end of its last rest since the start of the recording [s]
+    :param dwell: time at rest in the phase [s]
+    :param slip: distance moved in the slip [m]
+    :param peak_friction: largest friction force from stick to slip [N], NaN if not asked for
+    :param creep: distance moved from the first rest of the phase to the breakaway [m]
+    """
+
+    breakaway_time: float
+    dwell: float
+    slip: float
+    peak_friction: float
+    creep: float
+
+
+def cycles_of(recording: Recording, friction: Floats | None = None) -> list[Cycle]:
+    """Return the stick-slip cycles of a recording, found as its noise allows."""
+    position = recording.position
+    return find_cycles(position, recording.interval, friction, recording.noise['position'])
+
+
+def find_cycles(
+    position: Floats, interval: float, friction: Floats | None = None, noise: float = NOISE
+) -> list[Cycle]:
+    """
+    Return the stick-slip cycles in the order of time.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param friction: friction force F_r [N], shape (n,), for the peaks
+    :param noise: standard deviation of a measured position [m]
+    """
+    speed = np.abs(adaptive_velocity(position, interval, None, noise))
+    mean = feed(position, interval, noise)
+    if mean == 0.0:
+        return []
+    force: Floats = np.full(position.size, np.nan)
+    if friction is not None:
+        force = np.abs(running_mean(friction, interval, PEAK_WINDOW))
+    cycles = []
+    phase: list[Rest] = []
+    rests = rests_of(speed, interval, noise)
+    mean_position = running_mean(position, interval, WINDOW)
+    nothing = Rest(position.size, position.size)
+    for rest, following in itertools.zip_longest(rests, rests[1:], fillvalue=nothing):
+        phase.append(rest)
+        moving = speed[rest.end : following.first]
+        if not (moving.size and moving.max() > max(mean, REST_SPEED)):
+            continue
+        begin, onset = mean_position[phase[0].first], mean_position[rest.end - 1]
+        target = mean_position[min(following.first, position.size - 1)]
+        cycles.append(
+            Cycle(
+                breakaway_time=rest.end * interval,
+                dwell=sum(each.end - each.first for each in phase) * interval,
+                slip=abs(float(target - onset)),
+                peak_friction=float(force[phase[0].first : following.first].max()),
+                creep=abs(float(onset - begin)),
+            )
+        )
+        phase = []
+    return cycles

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase, require_rig
 from pneu_rig_ros.analysis.motion import MEAN_WINDOW, end_stops, stretches, strokes
 from pneu_rig_ros.analysis.velocity import (
     NOISE,
@@ -39,14 +39,13 @@ from pneu_rig_ros.analysis.velocity import (
     running_mean,
     speed_noise,
 )
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
 
 Regimes = NDArray[np.int8]
 
 LEAST_SPEED_TO_NOISE = 6.6
-"""Slower motion than so many standard deviations of the speed gets longer fits [-]."""
+"""Motion slower than this many standard deviations of the speed gets longer fits [-]."""
 
 DIP = 0.004
 """A dip of the speed as short as this is noise [s]."""
@@ -87,11 +86,15 @@ class Slide(NamedTuple):
 
 
 def regimes(
-    position: Floats, interval: float, stroke: float, forces: Forces | None = None,
-    noise: float = NOISE, resolution: float = RESOLUTION,
-) -> Regimes:  # fmt: skip
+    position: Floats,
+    interval: float,
+    stroke: float,
+    forces: Forces | None = None,
+    noise: float = NOISE,
+    resolution: float = RESOLUTION,
+) -> Regimes:
     """
-    Return the :class:`Regime` of every sample, shape (n,); the module says what each one is.
+    Return the :class:`Regime` of every sample, shape (n,), as defined above.
 
     :param position: measured position [m], shape (n,), equally spaced
     :param interval: sampling interval [s]
@@ -106,7 +109,10 @@ def regimes(
         part = position[first:end]
         mean = feed(part, interval, noise)
         for slide in find_slides(part, mean, interval, noise):
-            peak = slide.fed if load is None else _peak(slide, load[first:end])
+            peak = slide.fed
+            if load is not None:  # the largest friction force on the way to gross sliding
+                rise = load[first + slide.start : first + slide.onset + 1]
+                peak = slide.start + int(rise.argmax())
             found[first + slide.start : first + peak] = Regime.PRESLIDING
             found[first + peak : first + slide.onset] = Regime.BREAKAWAY
             found[first + slide.onset : first + slide.end] = Regime.SLIDING
@@ -120,21 +126,20 @@ def regimes_of(recording: Recording) -> Regimes:
     """
     Return the regime of every sample of a recording of a whole rig.
 
-    :raises RigError: when it does not say what rig it is of, or has fewer than 4 samples
+    :raises RigError: when it lacks the configuration of the rig, or has fewer than 4 samples
     """
-    if recording.configuration is None:
-        raise RigError(
-            'the bag does not hold the configuration of the rig, so piston areas, mass and stroke '
-            'are unknown; import it with --cylinder, or record rig_description too'
-        )
+    rig = require_rig(recording)
     x, p1, p2 = recording.position, recording.pressure_1, recording.pressure_2
-    balance = ForceBalance.of(recording.configuration)
+    balance = ForceBalance.of(rig)
     friction = friction_zero_phase(x, p1, p2, recording.interval, balance)
     return regimes(
-        x, recording.interval, recording.configuration.model.cylinder.stroke,
+        x,
+        recording.interval,
+        rig.model.cylinder.stroke,
         Forces(friction, balance.pressure_force(p1, p2)),
-        recording.noise['position'], recording.resolution['position'],
-    )  # fmt: skip
+        recording.noise['position'],
+        recording.resolution['position'],
+    )
 
 
 def find_slides(
@@ -175,8 +180,3 @@ def _slide(speed: Floats, mean: float, start: int, end: int) -> Slide:
     as_fast = speed[start:onset] > mean
     fed = start + int(as_fast.argmax()) if as_fast.any() else onset
     return Slide(start, onset, fed, end)
-
-
-def _peak(slide: Slide, friction: Floats) -> int:
-    """Return the sample of the largest friction force on the way to gross sliding."""
-    return slide.start + int(friction[slide.start : slide.onset + 1].argmax())

@@ -1,10 +1,13 @@
 """
 The speed of the piston, from the measured position alone.
 
-One window cannot serve creep of 1 mm/s and slips of 50 ms: the speed is the slope of a straight
-line through as many positions as are consistent with one (Lepski's method), at first ``WINDOW``,
-which leaves 0.4 mm/s of the noise and the 73 um steps of the rig's position sensor. A sensor with
-more noise, or fewer samples, gets windows so much longer that they leave as little.
+No single window suits both creep at 1 mm/s and slips of 50 ms. The speed is therefore the slope
+of a straight line through as many positions as are consistent with one (Lepski's method). The
+shortest line, ``WINDOW``, leaves 0.4 mm/s of the noise and the 73 um steps of the rig's position
+sensor. A sensor with more noise or fewer samples gets longer windows that leave the same noise.
+
+Reference: A. Goldenshluger, A. Nemirovski, On spatially adaptive estimation of nonparametric
+regression, Math. Methods Statist. 6 (1997).
 """
 
 from __future__ import annotations
@@ -36,16 +39,16 @@ NOISE = 29e-6
 """Standard deviation of a position read by the rig [m]: quantisation, and noise of 20 um."""
 
 SPEED_NOISE = 4e-4
-"""A line fit of the shortest length leaves so much noise of the speed at most [m/s]."""
+"""Largest noise of the speed that the shortest line fit may leave [m/s]."""
 
 CONSISTENT = 2.4
-"""Two fits of the speed agree within so many standard deviations [-]."""
+"""Fits of the speed agree within this many standard deviations [-]."""
 
 LEAST_TRAVEL = 1e-3
-"""A piston that went less far has not moved [m]."""
+"""Smallest travel that counts as motion [m]."""
 
 LEAST_TRAVEL_TO_NOISE = 12.0
-"""Nor one that went less far than so many standard deviations of a reading [-]."""
+"""The same in standard deviations of a reading [-]; the larger of both counts."""
 
 
 def velocity_of(position: Floats, interval: float, window: float = WINDOW) -> Floats:
@@ -65,6 +68,7 @@ def window_for(interval: float, noise: float = NOISE) -> float:
     :param noise: standard deviation of a measured position [m]; one smaller than the rig's counts
         as that
     """
+    # The noise of a slope falls with the power 3/2 of its window, see ``speed_noise``.
     left = speed_noise(WINDOW, interval, noise)
     return WINDOW * float(max(1.0, (left / SPEED_NOISE) ** (2 / 3)))
 
@@ -122,6 +126,8 @@ def _longest_consistent(fits: Sequence[Floats], deviations: Sequence[float]) -> 
     low, high = np.full_like(velocity, -np.inf), np.full_like(velocity, np.inf)
     agrees = np.ones(velocity.size, dtype=np.bool_)
     for slope, deviation in zip(fits, deviations, strict=True):
+        # Once a fit leaves the intersection of the shorter ones' intervals, the signal bends
+        # within its window: its bias exceeds the noise, and longer windows would be worse.
         margin = CONSISTENT * deviation
         agrees &= (slope >= low) & (slope <= high)
         velocity = np.where(agrees, slope, velocity)
@@ -145,13 +151,14 @@ def feed(position: Floats, interval: float, noise: float = NOISE) -> float:
 
 
 def least_travel(noise: float = NOISE) -> float:
-    """Return how far a piston must go to have moved [m], with readings of such a noise [m]."""
+    """Return the smallest travel that counts as motion [m] for readings with a noise [m]."""
     return max(LEAST_TRAVEL, LEAST_TRAVEL_TO_NOISE * noise)
 
 
 def speed_noise(window: float, interval: float, noise: float = NOISE) -> float:
     """Return the standard deviation [m/s] of the slope of a line through a window [s]."""
     samples = _odd(window / interval)
+    # Least squares: var(slope) = var / sum of squared distances from the middle, ~ n^3 dt^2 / 12.
     return max(noise, NOISE) / interval * float(np.sqrt(12.0 / samples**3))
 
 

@@ -20,7 +20,7 @@ _TEMPLATE = '''"""Loop over compiled plants; made by pneu_rig_ros, may be delete
 
 from numba import njit, prange
 
-from pneu_rig_ros.model.integrator import Carry
+from pneu_rig_ros.model.integrator import IntegratorState
 from {plant} import run
 {imports}
 
@@ -28,17 +28,18 @@ from {plant} import run
 @njit(cache=True, parallel=True, error_model='numpy', nogil=True)
 def loop(
     rows, arrays, clock, counts, y0, f0, y1, f1, arrow, memory, held, scale, work, work_arrow,
-    interval, first, voltages, states, extras, tolerance, longest,
+    interval, first, voltages, actions, measured, rests, states, extras, tolerance, longest,
 ):
     for i in prange(len(rows)):
         row = rows[i]
         model, effects = {code}
-        carry = Carry(
+        carry = IntegratorState(
             clock[i], counts[i], y0[i], f0[i], y1[i], f1[i], arrow[i], memory[i], held[i],
             scale[i], work[i], work_arrow[i],
         )
         run(
-            carry, interval, first, voltages[i % len(voltages)], states[i], extras[i], tolerance,
+            carry, interval, first, voltages[i % len(voltages)], actions[i % len(actions)],
+            measured[i % len(measured)], rests[i % len(rests)], states[i], extras[i], tolerance,
             longest, model, effects,
         )
 '''

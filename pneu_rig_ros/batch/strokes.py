@@ -17,9 +17,12 @@ END_SHARE = 0.98
 
 
 def strokes(
-    plants: Sequence[Plant], voltages: NDArray[np.float64], interval: float, longest: float,
+    plants: Sequence[Plant],
+    voltages: NDArray[np.float64],
+    interval: float,
+    longest: float,
     threads: int | None = None,
-) -> list[Trajectory]:  # fmt: skip
+) -> list[Trajectory]:
     """
     Run each plant until its piston is at the end that it moves to.
 
@@ -43,9 +46,7 @@ def strokes(
     return [_cut(plant, v, _joined(r)) for plant, v, r in zip(plants, voltages, runs, strict=True)]
 
 
-def at_end(
-    plant: Plant, voltages: NDArray[np.float64], run: Trajectory
-) -> NDArray[np.bool_]:  # fmt: skip
+def at_end(plant: Plant, voltages: NDArray[np.float64], run: Trajectory) -> NDArray[np.bool_]:
     """Return at which samples the piston is at the end that it moves to, shape (m,)."""
     share = run.position / plant.model.cylinder.stroke
     return np.asarray((share if voltages[0] >= voltages[1] else 1.0 - share) >= END_SHARE)

@@ -98,22 +98,15 @@ def push_after(plant: Plant, pause: float) -> tuple[float, float]:
     stroke = plant.model.cylinder.stroke
     push, shut = valve_voltages(0.35), valve_voltages(0.0)
     for _ in range(RUN_IN):
-        advance(plant, valve_voltages(RUN_IN_COMMAND), 30.0, _beyond(0.9 * stroke))
-        advance(plant, valve_voltages(-RUN_IN_COMMAND), 30.0, _below(0.1 * stroke))
-    advance(plant, push, 30.0, _beyond(0.25 * stroke))
+        out, back = valve_voltages(RUN_IN_COMMAND), valve_voltages(-RUN_IN_COMMAND)
+        advance(plant, out, 30.0, lambda state: state.position > 0.9 * stroke)
+        advance(plant, back, 30.0, lambda state: state.position < 0.1 * stroke)
+    advance(plant, push, 30.0, lambda state: state.position > 0.25 * stroke)
     advance(plant, shut, 10.0, lambda state: abs(state.velocity) < RESTING_SPEED)
-    rest_begins, here = plant.state.time, plant.state.position
+    rest_begins, place = plant.state.time, plant.state.position
     advance(plant, shut, pause)
-    peak = advance(plant, push, 30.0, _beyond(here + SLID))
+    peak = advance(plant, push, 30.0, lambda state: state.position > place + SLID)
     return plant.state.time - rest_begins, peak
-
-
-def _beyond(place: float) -> Callable[[PlantState], bool]:
-    return lambda state: state.position > place
-
-
-def _below(place: float) -> Callable[[PlantState], bool]:
-    return lambda state: state.position < place
 
 
 RESTING_SPEED = 2e-4
@@ -121,7 +114,7 @@ RESTING_SPEED = 2e-4
 SLID = 1.5e-3
 """A piston that went this far is sliding: more than any presliding [m]."""
 BLOCK = 40
-"""Samples between two looks at the piston."""
+"""Samples between two evaluations of the condition."""
 
 
 def advance(
@@ -131,7 +124,7 @@ def advance(
     until: Callable[[PlantState], bool] = lambda _: False,
 ) -> float:
     """
-    Hold the voltages [V] until something is so, but no longer than ``longest`` [s].
+    Hold the voltages [V] until a condition holds, but no longer than ``longest`` [s].
 
     :returns: the largest friction force on the way [N]
     """

@@ -20,8 +20,8 @@ def estimated_friction(laboratory: Laboratory) -> list[Finding]:
     """
     Statement 10: Eq. 2 from the emulated sensors against the model's own friction.
 
-    At the captions' operating points M a is far below the friction, so these findings say nothing
-    of the inertia. The last one does: in the slips with the largest load of Fig. 9, with exact
+    At the captions' operating points M a is far below the friction, so these findings do not
+    test the inertia. The last one does: in the slips with the largest load of Fig. 9, with exact
     sensors, for there the noise of the twice differentiated position exceeds M a.
     """
     findings = []
@@ -58,10 +58,10 @@ def estimate(stroke: Stroke, columns: Floats, mass_factor: float = 1.0) -> Float
     :param mass_factor: of M, to see what the inertia contributes [-]
     """
     model = stroke.plant.model
+    cylinder, mass = model.cylinder, mass_factor * model.total_mass
     balance = ForceBalance(
-        model.cylinder.cap_area, model.cylinder.rod_area, mass_factor * model.total_mass,
-        model.gas.atmospheric_pressure,
-    )  # fmt: skip
+        cylinder.cap_area, cylinder.rod_area, mass, model.gas.atmospheric_pressure
+    )
     position, pressure_1, pressure_2 = columns
     return friction_zero_phase(position, pressure_1, pressure_2, INTERVAL, balance)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.analysis.stick_slip import Cycle, find_cycles
+from pneu_rig_ros.analysis.motion import Cycle, find_cycles
 from pneu_rig_ros.batch.strokes import END_SHARE, strokes
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
@@ -148,10 +148,13 @@ class Laboratory:
     """
 
     def __init__(
-        self, reading: Reading | None = None, conditions: Conditions | None = None,
-        tolerance: float = 1e-5, threads: int | None = None,
+        self,
+        reading: Reading | None = None,
+        conditions: Conditions | None = None,
+        tolerance: float = 1e-5,
+        threads: int | None = None,
         cylinders: Sequence[str] = CYLINDERS,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.reading = reading or Reading()
         self.conditions = conditions or Conditions()
         self.cylinders = tuple(cylinders)

@@ -1,7 +1,7 @@
 """What a statement, a finding and a row of the table are, and how trends are judged."""
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,6 +69,26 @@ class Row:
         return min(self.findings, key=lambda finding: finding.clipped_margin)
 
 
+def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> str:
+    """
+    Return a table with verdict and tightest finding of each statement.
+
+    :param rows: statements, measured
+    :param shares: number of a statement -> share of the neighbours under which it holds [-]
+    """
+    heads = '| | the paper says | holds | neighbours | tightest finding: measured |'
+    lines = [heads, '| --- | --- | --- | --- | --- |']
+    for row in rows:
+        number, tightest = row.statement.number, row.tightest
+        verdict, share = 'yes' if row.holds else 'no', f'{(shares or {}).get(number, 0.0):.0%}'
+        finding = f'{tightest.says}: {tightest.measured}'.replace('cylinder_', 'cylinder ')
+        lines.append(f'| {number} | {row.statement.text} | {verdict} | {share} | {finding} |')
+    if not shares:
+        cells = [line.split(' | ') for line in lines]
+        lines = [' | '.join([*line[:3], *line[4:]]) for line in cells]
+    return '\n'.join(lines)
+
+
 LONGEST_LINE = 8
 """Values in a line of text; further ones are left to the page."""
 
@@ -87,6 +107,16 @@ def at_least(value: float, bound: float) -> float:
 def at_most(value: float, bound: float) -> float:
     """Return by which share of the bound a value is below it [-]."""
     return 1.0 - _ratio(value, bound)
+
+
+def require_at_least(says: str, value: float, bound: float, pattern: str = '.0%') -> Finding:
+    """Return the finding that a single number is at least a bound."""
+    return Finding(says, numbers([value], pattern), at_least(value, bound))
+
+
+def require_at_most(says: str, value: float, bound: float, pattern: str = '.0%') -> Finding:
+    """Return the finding that a single number is at most a bound."""
+    return Finding(says, numbers([value], pattern), at_most(value, bound))
 
 
 def _ratio(value: float, bound: float) -> float:

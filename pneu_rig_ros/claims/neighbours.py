@@ -13,7 +13,7 @@ from pneu_rig_ros.claims.experiments import CYLINDERS, Conditions, Laboratory, R
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
 from pneu_rig_ros.claims.trends import STARTS
 from pneu_rig_ros.executor import Executor, map_tasks
-from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING, FILM_RESTS_BY_SPEED, Friction
+from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING, FILM_RESTS_BY_SPEED
 
 STEP = 0.05
 """How far a neighbour is off, as a share [-]."""
@@ -56,12 +56,8 @@ def varied(reading: Reading) -> list[tuple[str, str]]:
         keys.append('memory_time')
     if any(law.film_rest_reading == FILM_RESTS_BY_SPEED for law in laws):
         keys.append('film_rest_velocity')
-    used = [key for key in keys if any(_is_set(law, key) for law in laws)]
+    used = [key for key in keys if any(getattr(law, key) for law in laws)]
     return [('operation', 'rest_time'), *(('friction', key) for key in used)]
-
-
-def _is_set(law: Friction, key: str) -> bool:
-    return bool(getattr(law, key))
 
 
 def _moved(
@@ -87,7 +83,7 @@ def failures(
     Return number of a statement -> names of the neighbours under which it does not hold.
 
     :param executor: where neighbours are measured
-    :param progress: called with the number of neighbours measured
+    :param progress: callback(number of neighbours measured)
     """
     every = list(neighbours(reading))
     failed = map_tasks(executor, failing, every, progress=progress)

@@ -35,16 +35,21 @@ DEFAULT = 'default'
 """The reading of the shipped cylinder files, and its name."""
 NOT_PRINTED = {
     'friction': (
-        'element_stiffness', 'element_limit', 'fluid_time_constant', 'stop_velocity',
-        'start_velocity', 'static_friction_reading', 'memory_time', 'film_reading',
-        'film_rest_velocity', 'film_rest_reading',
+        'element_stiffness',
+        'element_limit',
+        'fluid_time_constant',
+        'stop_velocity',
+        'start_velocity',
+        'static_friction_reading',
+        'memory_time',
+        'film_reading',
+        'film_rest_velocity',
+        'film_rest_reading',
     ),
     'valve': ('laminar_pressure_ratio',),
     'gas': ('gas_constant',),
-    'operation': (
-        'initial_position', 'initial_pressure_1', 'initial_pressure_2', 'rest_time',
-    ),
-}  # fmt: skip
+    'operation': ('initial_position', 'initial_pressure_1', 'initial_pressure_2', 'rest_time'),
+}
 """Section -> fields that the paper leaves open."""
 AS_PRINTED: dict[str, dict[str, tuple[float, ...]]] = {
     'valve': {'exhaust_zero_voltage': (2.65,)},

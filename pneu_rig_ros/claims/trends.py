@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pneu_rig_ros.claims.captions import MOSTLY_AT_REST
 from pneu_rig_ros.claims.experiments import CAPTIONS, Experiment, Laboratory, Stroke
 from pneu_rig_ros.claims.findings import (
     Finding,
@@ -13,6 +14,8 @@ from pneu_rig_ros.claims.findings import (
     falls_throughout,
     grows,
     numbers,
+    require_at_least,
+    require_at_most,
     rises_throughout,
     unchanged,
 )
@@ -91,13 +94,11 @@ def airflow(laboratory: Laboratory) -> list[Finding]:
             Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times)),
         ]
         if name == 'cylinder_3':
-            left = runs[-1].count
-            steps = Finding(f'{name}: small steps remain', f'{left}', at_least(left, 5))
+            says = f'{name}: small steps remain'
+            findings.append(require_at_least(says, runs[-1].count, 5, 'd'))
         else:
-            resting = rest_share_to_end(runs[-1])
             says = f'{name}: nearly continuous (at rest under 10 % of the time)'
-            steps = Finding(says, f'{resting:.0%}', at_most(resting, 0.1))
-        findings.append(steps)
+            findings.append(require_at_most(says, rest_share_to_end(runs[-1]), 0.1))
     return findings
 
 
@@ -145,12 +146,11 @@ def low_supply(laboratory: Laboratory) -> list[Finding]:
         runs = laboratory.perform_all(supplies(name)[:2])
         shares = [rest_share(run) for run in runs]
         counts = [run.count for run in runs]
+        many, half = at_least(min(counts), 4), at_least(min(shares), 0.5)
         findings += [
-            Finding(f'{name}: at least four cycles', numbers(counts, 'd'),
-                    at_least(min(counts), 4)),
-            Finding(f'{name}: at rest at least half of the time from the first to the last slip',
-                    ', '.join(f'{share:.0%}' for share in shares), at_least(min(shares), 0.5)),
-        ]  # fmt: skip
+            Finding(f'{name}: at least four cycles', numbers(counts, 'd'), many),
+            Finding(f'{name}: {MOSTLY_AT_REST}', numbers(shares, '.0%'), half),
+        ]
     return findings
 
 
@@ -160,23 +160,17 @@ def load(laboratory: Laboratory) -> list[Finding]:
     counts, times = [run.count for run in runs], [run.time for run in runs]
     steps = [1e3 * middle(slips(run)) for run in runs]
     few, spread = max(1, round(0.25 * counts[0])), max(counts) - min(counts)
+    same = at_most(spread, few) if min(counts) >= 2 else np.nan
     change = times[-1] / times[0] - 1.0
-    reach = min(stick_slip_reach(run) for run in runs)
+    shorter = min(0.2 + change, -change) / 0.2
+    says_reach = 'steps throughout the stroke (over at least 80 %) at every load'
+    larger = at_least(steps[-1], steps[0])
     return [
-        Finding(
-            f'cycles nearly unchanged (within {few})',
-            numbers(counts, 'd'), at_most(spread, few) if min(counts) >= 2 else np.nan,
-        ),
-        Finding('larger slips', numbers(steps, '.1f') + ' mm', at_least(steps[-1], steps[0])),
-        Finding(
-            'stroke slightly shorter (by at most 20 %)',
-            numbers(times, '.2f') + ' s', min(0.2 + change, -change) / 0.2,
-        ),
-        Finding(
-            'steps throughout the stroke (over at least 80 %) at every load',
-            f'{reach:.0%}', at_least(reach, 0.8),
-        ),
-    ]  # fmt: skip
+        Finding(f'cycles nearly unchanged (within {few})', numbers(counts, 'd'), same),
+        Finding('larger slips', numbers(steps, '.1f') + ' mm', larger),
+        Finding('stroke slightly shorter (by at most 20 %)', numbers(times) + ' s', shorter),
+        require_at_least(says_reach, min(stick_slip_reach(run) for run in runs), 0.8),
+    ]
 
 
 def initial_position(laboratory: Laboratory) -> list[Finding]:
@@ -193,16 +187,14 @@ def initial_position(laboratory: Laboratory) -> list[Finding]:
         counts = [run.count for run in runs]
         firsts = [run.cycles[0].dwell if run.cycles else np.nan for run in runs]
         waits, steps = zip(*(_beyond(run, runs[-1].start) for run in runs), strict=True)
+        several, longer = at_least(min(counts), 2), rises_throughout(firsts)
+        says = f'{name}: later {{}} at the same place unchanged (within 30 %)'.format
         findings += [
-            Finding(f'{name}: stick-slip, at least two cycles', numbers(counts, 'd'),
-                    at_least(min(counts), 2)),
-            Finding(f'{name}: longer first dwell', numbers(firsts) + ' s',
-                    rises_throughout(firsts)),
-            Finding(f'{name}: later dwells at the same place unchanged (within 30 %)',
-                    numbers(waits) + ' s', unchanged(waits, 0.3)),
-            Finding(f'{name}: later slips at the same place unchanged (within 30 %)',
-                    numbers(steps, '.3g') + ' mm', unchanged(steps, 0.3)),
-        ]  # fmt: skip
+            Finding(f'{name}: stick-slip, at least two cycles', numbers(counts, 'd'), several),
+            Finding(f'{name}: longer first dwell', numbers(firsts) + ' s', longer),
+            Finding(says('dwells'), numbers(waits) + ' s', unchanged(waits, 0.3)),
+            Finding(says('slips'), numbers(steps, '.3g') + ' mm', unchanged(steps, 0.3)),
+        ]
     return findings
 
 
@@ -234,5 +226,5 @@ def guide_friction(laboratory: Laboratory) -> list[Finding]:
         moving = stroke.run.time > first
         share = coulomb / float(np.mean(stroke.run.friction_force[moving]))
         says = f'{stroke.experiment.cylinder}: F_c at least 10 % of the mean friction'
-        findings.append(Finding(says, f'{share:.0%}', at_least(share, 0.1)))
+        findings.append(require_at_least(says, share, 0.1))
     return findings

@@ -10,70 +10,84 @@ from collections.abc import Sequence
 
 import click
 
+from pneu_rig_ros.cli import bags, run
 from pneu_rig_ros.cli.claims import claims
 from pneu_rig_ros.cli.compare import compare
-from pneu_rig_ros.cli.completion import completion
-from pneu_rig_ros.cli.demo import demo
 from pneu_rig_ros.cli.diagnose import diagnose
 from pneu_rig_ros.cli.effects import effects
-from pneu_rig_ros.cli.export import export
-from pneu_rig_ros.cli.friction import friction
 from pneu_rig_ros.cli.gap import gap
-from pneu_rig_ros.cli.import_ import import_
-from pneu_rig_ros.cli.info import info
-from pneu_rig_ros.cli.live import live
-from pneu_rig_ros.cli.repair import repair
-from pneu_rig_ros.cli.replay import replay
-from pneu_rig_ros.cli.simulate import simulate
+from pneu_rig_ros.cli.options import examples
 from pneu_rig_ros.cli.sweep import sweep
-from pneu_rig_ros.cli.view import view
 from pneu_rig_ros.errors import RigError
 
-ERROR, INTERRUPTED, UNREAD = 2, 130, 1
-"""Exit codes."""
+UNREAD, ERROR, INTERRUPTED = 1, 2, 130
+"""Exit codes: the reader of the output has gone, an error, Ctrl-C or SIGTERM."""
+
+SHELLS = ('bash', 'zsh', 'fish')
 
 
 @click.group(
     invoke_without_command=True,
     context_settings={'help_option_names': ['-h', '--help'], 'max_content_width': 99},
-    epilog='\b\nExamples:\n'
-    '  pneu-rig demo                       the rig live over ROS 2, recorded and summarised\n'
-    '  pneu-rig simulate --duration 60     the same bag offline, many times faster\n'
-    '  pneu-rig sweep --u 0.3:0.6:31       many strokes, what each comes to\n'
-    '  pneu-rig info runs/BAG              what a bag holds\n'
-    '  pneu-rig view runs/BAG              the bag as an interactive page\n'
-    '  pneu-rig live                       the running rig in the browser\n'
-    '  pneu-rig friction runs/BAG --csv f.csv\n'
-    '  pneu-rig repair runs/BAG            after a crash\n'
-    '  pneu-rig replay runs/BAG            its topics over ROS 2 again\n'
-    '  pneu-rig import daq.csv --map map.yaml --out runs/measured\n'
-    '  pneu-rig export runs/BAG --csv      for other programs\n'
-    '  pneu-rig compare runs/BAG --model cylinder_2\n'
-    '  pneu-rig diagnose runs/BAG... --model cylinder_2 --out answer\n'
-    "  pneu-rig claims                     the paper's statements, each measured\n"
-    '  pneu-rig effects                    the effects that the model can add\n',
+    epilog=examples(
+        'pneu-rig demo                       the rig live over ROS 2, recorded and summarised',
+        'pneu-rig simulate --duration 60     the same bag offline, many times faster',
+        'pneu-rig sweep --u 0.3:0.6:31       strokes at 31 commands, one summary row each',
+        'pneu-rig info runs/BAG              what a bag contains',
+        'pneu-rig view runs/BAG              the bag as an interactive page',
+        'pneu-rig live                       the running rig in the browser',
+        'pneu-rig friction runs/BAG --csv f.csv',
+        'pneu-rig repair runs/BAG            after a crash',
+        'pneu-rig replay runs/BAG            its topics over ROS 2',
+        'pneu-rig import daq.csv --map map.yaml --out runs/measured',
+        'pneu-rig export runs/BAG --csv      for other programs',
+        'pneu-rig compare runs/BAG --model cylinder_2',
+        'pneu-rig diagnose runs/BAG... --model cylinder_2 --out answer',
+        'pneu-rig gap                        a demonstration of diagnose',
+        "pneu-rig claims                     the paper's statements, each measured",
+        'pneu-rig effects                    the effects that the model can add',
+    ),
 )
 @click.pass_context
 def command(context: click.Context) -> None:
-    """Run the emulated pneumatic servo rig and look at its records. SI units throughout."""
+    """Run the emulated pneumatic servo rig and analyse its recordings, in SI units."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
+@click.command(
+    epilog=examples(
+        'eval "$(pneu-rig completion bash)"       in this shell; in ~/.bashrc for every one',
+        'eval "$(pneu-rig completion zsh)"        in ~/.zshrc',
+        'pneu-rig completion fish | source        in ~/.config/fish/config.fish',
+    ),
+)
+@click.argument('shell', type=click.Choice(SHELLS))
+@click.pass_context
+def completion(context: click.Context, shell: str) -> None:
+    """Print the script that makes a shell complete commands."""
+    from click.shell_completion import get_completion_class
+
+    script = get_completion_class(shell)
+    assert script is not None, f'click knows {shell}'
+    group = context.find_root().command
+    click.echo(script(group, {}, 'pneu-rig', '_PNEU_RIG_COMPLETE').source())
+
+
 for _subcommand in (
-    demo,
-    simulate,
+    run.demo,
+    run.simulate,
     sweep,
-    replay,
-    info,
-    view,
-    live,
-    friction,
-    repair,
+    run.replay,
+    bags.info,
+    bags.view,
+    run.live,
+    bags.friction,
+    bags.repair,
     claims,
     effects,
-    import_,
-    export,
+    bags.import_,
+    bags.export,
     compare,
     diagnose,
     gap,
@@ -86,37 +100,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run `pneu-rig`; return the exit code: 0, 2 for an error, 130 when interrupted."""
     previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        return _run(arguments)
-    finally:
-        signal.signal(signal.SIGTERM, previous)
-
-
-def _run(arguments: Sequence[str] | None) -> int:
-    try:
         command.main(arguments, prog_name='pneu-rig', standalone_mode=False)
     except click.exceptions.Exit as end:
         return end.exit_code
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx else 'pneu-rig'
-        return _complain(f'{error.format_message().rstrip(".")}; see: {path} --help')
+        return _fail(f'{error.format_message().rstrip(".")}; see: {path} --help')
     except (click.Abort, KeyboardInterrupt):
         print('pneu-rig: interrupted', file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
-        # The reader of our output, such as `head`, has seen enough.
+        # The reader of the output, such as `head`, has ended.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return UNREAD
     except (RigError, click.ClickException) as error:
-        return _complain(str(error))
+        return _fail(str(error))
     except Exception as error:
         if os.environ.get('PNEU_RIG_DEBUG'):
             traceback.print_exc()
         kind = type(error).__name__
-        return _complain(f'unexpected {kind}: {error}; set PNEU_RIG_DEBUG=1 to see where')
+        return _fail(f'unexpected {kind}: {error}; set PNEU_RIG_DEBUG=1 for the traceback')
+    finally:
+        signal.signal(signal.SIGTERM, previous)
     return 0
 
 
-def _complain(message: str) -> int:
-    line = ' '.join(message.split())
-    print(f'pneu-rig: error: {line}', file=sys.stderr)
+def _fail(message: str) -> int:
+    print(f'pneu-rig: error: {" ".join(message.split())}', file=sys.stderr)
     return ERROR

@@ -6,41 +6,49 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pneu_rig_ros.cli import output
+from pneu_rig_ros.cli import options, output
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.text import Text
+
     from pneu_rig_ros.model.effect import Effect
 
 
 @click.command(
-    short_help='The optional physical effects and their parameters',
-    epilog='\b\nExamples:\n'
-    '  pneu-rig effects\n'
-    '  pneu-rig effects --json | jq .supply_droop.parameters\n'
-    '\b\nAn effect is switched on in the YAML file of a rig:\n'
+    epilog=options.examples(
+        'pneu-rig effects',
+        'pneu-rig effects --json | jq .supply_droop.parameters',
+    )
+    + '\b\nAn effect is switched on in the YAML file of a rig:\n'
     '  effects: {supply_droop: {resistance: 2e9 Pa*s/kg}}\n',
 )
-@click.option('--json', 'as_json', is_flag=True, help='print plain data for scripts')
+@options.json_option
 def effects(as_json: bool) -> None:
     """
     List what the model can add to the paper's equations.
 
-    Each effect with the balance it enters, the regimes of motion in which it shows, its source,
-    and its parameters: unit, range, and the null value with which it vanishes. A few complete a
-    friction law that lacks them; the laws are named there. At the end come the terms with which a
-    diagnosis describes what no effect explains: they are no causes.
+    Each effect is listed with the balance it enters, the regimes of motion in which it shows, its
+    source, and its parameters: unit, range, and the null value with which it vanishes. Effects
+    that complete a friction law name the laws. The empirical terms at the end describe what no
+    effect explains; they are not physical causes.
     """
     from pneu_rig_ros.model import effects as library
 
-    data = {name: plain(library.load(name)) for name in library.names()}
+    data = {name: to_dict(library.load(name)) for name in library.names()}
     if as_json:
         output.print_json(data)
-    else:
-        _print(data)
+        return
+    heads = ('balance', 'description')
+    output.print_table(('effect', *heads), _rows(data, describes=False), lines=True)
+    output.console().print()
+    output.console().print('Empirical terms, not physical causes', style='bold')
+    output.print_table(('term', *heads), _rows(data, describes=True), lines=True)
 
 
-def plain(effect: Effect) -> dict[str, Any]:
-    """Return what an effect declares, as plain data."""
+def to_dict(effect: Effect) -> dict[str, Any]:
+    """Return the declarations of an effect as a JSON-compatible dict."""
     from pneu_rig_ros.model.quantity import Quantity, specifications
 
     parameters = {
@@ -68,36 +76,21 @@ def plain(effect: Effect) -> dict[str, Any]:
     }
 
 
-def _print(data: dict[str, dict[str, Any]]) -> None:
-    """Print the effects, and below them what only describes."""
-    terms = {name: effect for name, effect in data.items() if effect['describes']}
-    _print_table('effect', {name: data[name] for name in data if name not in terms})
-    terminal = output.console()
-    terminal.print()
-    terminal.print('Descriptions of what has no name: no causes', style='bold')
-    _print_table('description', terms)
-
-
-def _print_table(head: str, data: dict[str, dict[str, Any]]) -> None:
-    from rich import box
-    from rich.table import Table
+def _rows(data: dict[str, dict[str, Any]], describes: bool) -> Iterator[tuple[str | Text, ...]]:
+    """Yield name, balance and description of the effects that describe, or of the others."""
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_lines=True)
-    table.add_column(head, no_wrap=True)
-    table.add_column('balance', no_wrap=True)
-    table.add_column('what it is')
     for name, effect in data.items():
-        regimes, source = ', '.join(effect['regimes']), effect['source']
-        parameters = ''.join(f'\n{_line(*item)}' for item in effect['parameters'].items())
-        laws = f'for the laws: {", ".join(effect["laws"])}\n' if effect['laws'] else ''
-        about = Text(f'{effect["title"]}{parameters}\nshows in: {regimes}\n{laws}')
-        table.add_row(name, effect['balance'].replace('_', ' '), about.append(source, 'dim'))
-    output.print_table(table)
-
-
-def _line(name: str, parameter: dict[str, Any]) -> str:
-    """Return one parameter as a line."""
-    low, high, null = (f'{parameter[key]:g}' for key in ('low', 'high', 'null'))
-    unit = '' if parameter['unit'] == '-' else f' {parameter["unit"]}'
-    return f'{name}: {parameter["description"]}; {low} to {high}{unit}, null {null}'
+        if effect['describes'] is not describes:
+            continue
+        lines = [effect['title']]
+        for key, parameter in effect['parameters'].items():
+            low, high, null = (f'{parameter[bound]:g}' for bound in ('low', 'high', 'null'))
+            unit = '' if parameter['unit'] == '-' else f' {parameter["unit"]}'
+            text = parameter['description']
+            lines.append(f'{key}: {text}; {low} to {high}{unit}, null {null}')
+        lines.append(f'shows in: {", ".join(effect["regimes"])}')
+        if effect['laws']:
+            lines.append(f'for the laws: {", ".join(effect["laws"])}')
+        description = Text('\n'.join(lines)).append(f'\n{effect["source"]}', 'dim')
+        yield name, effect['balance'].replace('_', ' '), description

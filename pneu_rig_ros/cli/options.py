@@ -1,8 +1,9 @@
-"""Options that several commands share."""
+"""Options, arguments and checks that several commands share."""
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 from collections.abc import Callable, Iterator
 from datetime import datetime
@@ -16,11 +17,15 @@ from pneu_rig_ros.errors import RigError
 if TYPE_CHECKING:
     from pneu_rig_ros.rig import RigConfiguration
 
-Command = TypeVar('Command', bound=Callable[..., Any])
-
+Function = TypeVar('Function', bound=Callable[..., Any])
 
 LARGEST_SEED = 2**53
 """Up to here every integer is a number in YAML, JSON and a ROS parameter alike."""
+
+
+def examples(*lines: str) -> str:
+    """Return the examples at the end of a help text, one on each line."""
+    return '\b\nExamples:\n' + ''.join(f'  {line}\n' for line in lines)
 
 
 class Finite(click.types.FloatParamType):
@@ -48,105 +53,161 @@ class Whole(click.IntRange):
     name = 'integer'
 
 
+class NewFile(click.Path):
+    """
+    A file to write, as `new_file` demands.
+
+    :param suffix: with which its name must end
+    """
+
+    def __init__(self, suffix: str = '') -> None:
+        super().__init__(path_type=Path)
+        self._suffix = suffix
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path. RigError if it cannot be used."""
+        option = param.opts[0] if param else ''
+        path = new_file(Path(str(super().convert(value, param, ctx))), option)
+        if not path.name.lower().endswith(self._suffix):
+            raise RigError(f'{option} {path}: the name must end in {self._suffix}')
+        return path
+
+
+PATH = click.Path(path_type=Path)
 FINITE = Finite()
 SEED = Whole(0, LARGEST_SEED)
 
-_RIG_OPTIONS = (
-    click.option(
-        '--cylinder',
-        default='cylinder_2',
-        show_default=True,
-        metavar='NAME|FILE',
-        help='cylinder_1, cylinder_2, cylinder_3, or a YAML file of your own',
-    ),
-    click.option(
-        '--friction',
-        metavar='MODEL',
-        help='coulomb_viscous, lugre, revised_lugre or revised_lugre_dwell',
-    ),
-    click.option('--supply-pressure', type=float, metavar='PASCAL', help='absolute [Pa]'),
-    click.option('--load-mass', type=float, metavar='KILOGRAM', help='external load [kg]'),
-    click.option('--initial-position', type=float, metavar='METRE', help='from the cap end [m]'),
-    click.option('--rest-time', type=float, metavar='SECOND', help='rest before the start [s]'),
-    click.option('--sensors', metavar='KIND', help="'rig' (noise, 12 bit) or 'ideal'"),
-    click.option('--seed', type=SEED, metavar='INTEGER', help='of the sensor noise'),
+
+def together(*decorators: Callable[[Any], Any]) -> Callable[[Function], Function]:
+    """Return what adds several options, in the order of the help text."""
+
+    def add(function: Function) -> Function:
+        return functools.reduce(lambda wrapped, add: add(wrapped), decorators[::-1], function)
+
+    return add
+
+
+json_option = click.option('--json', 'as_json', is_flag=True, help='print the result as JSON')
+quiet_option = click.option('--quiet', is_flag=True, help='print nothing but errors')
+output_options = together(json_option, quiet_option)
+png_option = click.option(
+    '--png', type=NewFile('.png'), metavar='FILE', help='draw the stroke as a PNG picture'
+)
+namespace_option = click.option(
+    '--namespace', default='', metavar='NAME', help='ROS namespace of the rig'
+)
+map_option = functools.partial(click.option, '--map', 'mapping', type=PATH, metavar='YAML')
+out_directory = functools.partial(click.option, '--out', type=PATH, metavar='DIRECTORY')
+out_file = functools.partial(click.option, '--out', type=NewFile(), metavar='FILE')
+seed_option = functools.partial(click.option, '--seed', type=SEED, metavar='INTEGER')
+seconds_option = functools.partial(click.option, type=FINITE, metavar='SECOND')
+cylinder_option = click.option(
+    '--cylinder',
+    default='cylinder_2',
+    show_default=True,
+    metavar='NAME|FILE',
+    help='cylinder_1, cylinder_2, cylinder_3, or a YAML file of your own',
+)
+friction_option = click.option(
+    '--friction',
+    metavar='LAW',
+    help='coulomb_viscous, lugre, revised_lugre or revised_lugre_dwell',
 )
 
-_STROKE_OPTIONS = (
+CONDITIONS = (
+    ('--supply-pressure', 'PASCAL', 'absolute supply pressure [Pa]'),
+    ('--load-mass', 'KILOGRAM', 'external load [kg]'),
+    ('--initial-position', 'METRE', 'position at the start, from the cap end [m]'),
+    ('--rest-time', 'SECOND', 'rest before the start [s]'),
+)
+"""Options, units and descriptions of the conditions of a stroke; defaults: of the cylinder."""
+
+stroke_options = together(
     click.option(
         '--u',
-        type=float,
+        type=Between(-2.5, 2.5),
         default=0.34,
         show_default=True,
         metavar='VOLT',
-        help='command of Eq. 1 [V], positive extends, -2.5 to 2.5',
+        help='command of both valves by Eq. 1 [V]; positive extends the piston',
     ),
     click.option(
         '--duration',
-        type=float,
+        type=Between(0.0, 86_400.0, min_open=True),
         default=20.0,
         show_default=True,
         metavar='SECOND',
         help='length of the stroke [s]',
     ),
-    click.option(
-        '--out',
-        type=click.Path(path_type=Path),
-        metavar='DIRECTORY',
-        help='bag to create; must not exist  [default: runs/DATE_CYLINDER]',
-    ),
+    out_directory(help='bag to create; must not exist  [default: runs/DATE_CYLINDER]'),
+    cylinder_option,
+    friction_option,
+    *(click.option(name, type=float, metavar=unit, help=text) for name, unit, text in CONDITIONS),
+    click.option('--sensors', metavar='KIND', help="'rig' (noise, 12 bit) or 'ideal'"),
+    seed_option(help='seed of the sensor noise'),
 )
-
-
-def stroke_options(function: Command) -> Command:
-    """Add the options of a stroke of a configured rig."""
-    for option in reversed((*_STROKE_OPTIONS, *_RIG_OPTIONS)):
-        function = option(function)
-    return function
+"""Options of a stroke of a configured rig."""
 
 
 def workers_options(
     default: int | None = None,
-    help: str = 'processes that share the work  [default: one for each processor]',
-) -> Callable[[Command], Command]:
-    """Return what adds the options of work that is shared out: processes, or a cluster."""
-    workers = click.option(
-        '--workers',
-        type=Whole(1, 256),
-        metavar='INTEGER',
-        default=default,
-        show_default=default is not None,
-        help=help,
+    help: str = 'processes that share the work  [default: one per processor]',
+) -> Callable[[Function], Function]:
+    """Return what adds the options of distributed work: processes, or a cluster."""
+    return together(
+        click.option(
+            '--workers',
+            type=Whole(1, 256),
+            metavar='INTEGER',
+            default=default,
+            show_default=default is not None,
+            help=help,
+        ),
+        click.option(
+            '--scheduler',
+            metavar='ADDRESS',
+            help='address of a Dask cluster to use instead, tcp://HOST:PORT',
+        ),
     )
-    scheduler = click.option(
-        '--scheduler',
-        metavar='ADDRESS',
-        help='of a Dask cluster to use instead, tcp://HOST:PORT',
-    )
-    return lambda function: workers(scheduler(function))
 
 
-def bag_argument(function: Command) -> Command:
+def bag_argument(function: Function) -> Function:
     """Add the argument BAG; from within a bag, '.' is one with a name."""
-    named = click.argument('bag', type=click.Path(path_type=Path), callback=_named)
-    return named(function)
+
+    def named(_context: click.Context, _parameter: click.Parameter, bag: Path) -> Path:
+        return bag.resolve() if bag.name in {'', '..'} else bag
+
+    return click.argument('bag', type=PATH, callback=named)(function)
 
 
-def _named(_context: click.Context, _parameter: click.Parameter, bag: Path) -> Path:
-    return bag.resolve() if bag.name in {'', '..'} else bag
+class VariadicOptionCommand(click.Command):
+    """
+    A command whose ``--verify`` takes all words up to the next option.
+
+    click gives an option one word; the next one would silently become an argument.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Repeat the option before each of its paths, which is how click takes several."""
+        return super().parse_args(ctx, repeated(args, '--verify'))
 
 
-def quiet_option(function: Command) -> Command:
-    """Add the option --quiet: no progress and no summary; what --json prints is printed."""
-    return click.option('--quiet', is_flag=True, help='print nothing but errors')(function)
-
-
-def check_stroke(u: float, duration: float) -> None:
-    """Raise RigError unless command [V] and duration [s] are usable."""
-    if not abs(u) <= 2.5:
-        raise RigError(f'--u {u:g}: must be between -2.5 and 2.5 V, where the valves saturate')
-    if not 0.0 < duration <= 86_400.0:
-        raise RigError(f'--duration {duration:g}: must be above 0 and at most 86400 s')
+def repeated(words: list[str], variadic: str) -> list[str]:
+    """Return the words of a command line with an option before each word that follows it."""
+    result: list[str] = []
+    option = ''
+    for index, word in enumerate(words):
+        if word == '--':
+            return [*result, *words[index:]]
+        if word.startswith(f'{variadic}='):
+            result.append(variadic)
+            option, word = variadic, word.removeprefix(f'{variadic}=')
+        elif word.startswith('-'):
+            option = word
+        elif option == variadic and result[-1] != variadic:
+            result.append(variadic)
+        result.append(word)
+    return result
 
 
 def load(cylinder: str, settings: dict[str, Any]) -> RigConfiguration:
@@ -162,38 +223,49 @@ def load(cylinder: str, settings: dict[str, Any]) -> RigConfiguration:
         raise RigError(f'--{name.replace("_", "-")}{colon}{rest}') from None
 
 
-def bag_path(out: Path | None, cylinder: str) -> Path:
+def load_ros() -> None:
+    """Import rclpy first, as it may restart this process. RigError if there is no ROS 2."""
+    try:
+        import pneu_rig_ros.nodes.embedding  # noqa: F401
+    except ImportError as error:
+        raise RigError(
+            f'ROS 2 not found ({error}); source your installation, or install the package with '
+            "its extra 'ros'; pneu-rig simulate needs none"
+        ) from error
+
+
+def bag_path(out: Path | None, name: str) -> Path:
     """Return the directory of a new bag. RigError if the one asked for exists."""
     if out is not None:
         if out.exists():
             raise RigError(f'--out {out} exists; name a directory that does not, or remove it')
         return out
-    name = f'{datetime.now():%Y-%m-%d_%H-%M-%S}_{Path(cylinder).stem}'
-    path, number = Path('runs') / name, 2
+    stem = f'{datetime.now():%Y-%m-%d_%H-%M-%S}_{Path(name).stem}'
+    path, number = Path('runs') / stem, 2
     while path.exists():
-        path, number = Path('runs') / f'{name}_{number}', number + 1
+        path, number = Path('runs') / f'{stem}_{number}', number + 1
     return path
 
 
 @contextlib.contextmanager
 def directory(path: Path) -> Iterator[None]:
     """
-    Have a directory while the block runs; afterwards remove what was made for it and is empty.
+    Create a directory for the block; afterwards remove what was created and is empty.
 
-    :raises RigError: when it cannot be made
+    :raises RigError: when it cannot be created
     """
-    made = []
+    created = []
     try:
         try:
-            made = [one for one in (path, *path.parents) if not one.exists()]
+            created = [folder for folder in (path, *path.parents) if not folder.exists()]
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise RigError(f'--out {path}: {error.strerror}; name a new directory') from error
         yield
     finally:
-        for one in made:
-            with contextlib.suppress(OSError):  # what holds something stays
-                one.rmdir()
+        for folder in created:
+            with contextlib.suppress(OSError):  # one that is not empty stays
+                folder.rmdir()
 
 
 def new_file(path: Path, option: str) -> Path:
@@ -204,13 +276,4 @@ def new_file(path: Path, option: str) -> Path:
         raise RigError(f'{option} {path} exists; name a file that does not, or remove it')
     if not path.parent.is_dir():
         raise RigError(f'{option} {path}: there is no directory {path.parent}; create it first')
-    return path
-
-
-def new_picture(path: Path | None) -> Path | None:
-    """Return the path of a PNG file to write, if any. RigError as new_file, or unless so named."""
-    if path is None:
-        return None
-    if new_file(path, '--png').suffix.lower() != '.png':
-        raise RigError(f'--png {path}: pictures are PNG files, so the name must end in .png')
     return path

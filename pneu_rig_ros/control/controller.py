@@ -1,21 +1,125 @@
-"""A position controller: a law, what it needs against friction and valve overlap, and limits."""
+"""
+Position control: a law from error to command, compensation of friction and overlap, limits.
+
+The rig behaves roughly like an integrator: u opens the valves, the air sets the speed. What makes
+it hard is the overlap of the valves, in which nothing flows, and friction that holds the piston
+until the pressure has risen to break it away. An integral part then keeps on filling a chamber:
+the piston slips past the target, and the same begins in the other direction, a limit cycle.
+"""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, Protocol
 
-from pneu_rig_ros.control.laws import Law
 from pneu_rig_ros.model.quantity import Quantity
+
+
+class Law(Protocol):
+    """From error to raw command; `learn` and `rest` are for laws with a memory."""
+
+    def command(self, error: float, error_rate: float, reference_rate: float) -> float:
+        """Return the raw command [V] for an error [m], its rate and the reference's [m/s]."""
+
+    def learn(self, error: float, interval: float) -> None:
+        """Update the memory with an error [m] over an interval [s] without saturation."""
+
+    def rest(self) -> None:
+        """Clear the memory: the piston rests at its reference."""
+
+
+class PidGains(NamedTuple):
+    """Gains of :class:`Pid`."""
+
+    proportional_gain: Annotated[float, Quantity('V/m', 0.0, 1e5, 'u per error')] = 400.0
+    integral_gain: Annotated[
+        float, Quantity('V/(m*s)', 0.0, 1e5, 'rate of u per error; law pid')
+    ] = 200.0
+    derivative_gain: Annotated[
+        float, Quantity('V*s/m', 0.0, 1e4, 'u per rate of the error; law pid')
+    ] = 30.0
+
+
+class Pid:
+    """u = K_p e + K_i int(e) dt + K_d de/dt."""
+
+    def __init__(self, gains: PidGains) -> None:
+        self._gains = gains
+        self._integral = 0.0
+
+    def command(self, error: float, error_rate: float, reference_rate: float) -> float:
+        """Return the raw command [V]."""
+        gains = self._gains
+        proportional = gains.proportional_gain * error
+        return proportional + self._integral + gains.derivative_gain * error_rate
+
+    def learn(self, error: float, interval: float) -> None:
+        """Integrate."""
+        self._integral += self._gains.integral_gain * error * interval
+
+    def rest(self) -> None:
+        """Empty the integral."""
+        self._integral = 0.0
+
+
+class SlidingGains(NamedTuple):
+    """Gains of :class:`SlidingMode`."""
+
+    surface_slope: Annotated[
+        float, Quantity('1/s', 0.1, 1e3, 'decay of the error on the surface; law sliding_mode')
+    ] = 3.0
+    switching_gain: Annotated[
+        float, Quantity('V', 0.0, 2.5, 'u off the surface; law sliding_mode')
+    ] = 2.0
+    boundary_layer: Annotated[
+        float, Quantity('m/s', 1e-4, 10.0, 'distance at which u is full; law sliding_mode')
+    ] = 0.027
+    feedforward: Annotated[
+        float, Quantity('V*s/m', 0.0, 1e3, 'u per speed of the reference; law sliding_mode')
+    ] = 3.0
+
+
+class SlidingMode:
+    """
+    u = K sat(s / phi) + K_f dr/dt on the surface s = de/dt + 2 lambda e + lambda^2 int(e) dt.
+
+    On the surface the error decays with time constant 1/lambda whatever the friction; the boundary
+    layer phi replaces switching, which valves and air would answer by chatter, and the integral
+    takes away the offset that friction would leave in it.
+    Reference: J.-J. Slotine, W. Li, Applied Nonlinear Control (1991), chapter 7.
+    """
+
+    def __init__(self, gains: SlidingGains) -> None:
+        self._gains = gains
+        self._integral = 0.0
+        self._inside = True
+
+    def command(self, error: float, error_rate: float, reference_rate: float) -> float:
+        """Return the raw command [V]."""
+        gains, slope = self._gains, self._gains.surface_slope
+        surface = error_rate + 2.0 * slope * error + slope**2 * self._integral
+        distance = surface / gains.boundary_layer
+        self._inside = abs(distance) < 1.0
+        switching = gains.switching_gain * min(max(distance, -1.0), 1.0)
+        return switching + gains.feedforward * reference_rate
+
+    def learn(self, error: float, interval: float) -> None:
+        """Integrate, but only within the boundary layer: outside, the integral would wind up."""
+        self._integral += error * interval if self._inside else 0.0
+
+    def rest(self) -> None:
+        """Empty the integral."""
+        self._integral = 0.0
+
 
 STILL = 1e-4
 """A reference slower than this stands still [m/s]."""
 
 JUMP = 3.0
-"""A reference faster than this has jumped, which is no motion to follow [m/s]."""
+"""A reference faster than this is a step, not a motion to follow [m/s]."""
 
 
 class Compensation(NamedTuple):
     """
-    What keeps friction and valve overlap from making a limit cycle.
+    Compensation of friction and valve overlap, which would otherwise cause a limit cycle.
 
     Small commands jump over the overlap of the valves, so that a held piston is pushed at once and
     not when an integral has grown. Where the piston is close enough to a reference that stands
@@ -59,8 +163,8 @@ class PositionController:
         Return the command u [V].
 
         :param interval: time since the last call [s], 0 in the first one
-        :param reference: where the piston shall be [m]
-        :param position: where it is [m]
+        :param reference: position reference [m]
+        :param position: measured position [m]
         :param velocity: its velocity [m/s]
         """
         rate = self._rate(reference, interval)
@@ -71,6 +175,7 @@ class PositionController:
         raw = self._law.command(error, rate - velocity, rate)
         wanted = self._compensation.jump(raw)
         command = min(max(wanted, -self._limit), self._limit)
+        # Anti-windup: a saturated command only lets the integral unwind.
         if command == wanted or (wanted - command) * error < 0.0:
             self._law.learn(error, interval)
         return command

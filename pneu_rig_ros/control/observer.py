@@ -1,25 +1,28 @@
 """
-A model that runs beside a rig, fed with the same valve voltages, and what it gets wrong.
+A model that runs beside a rig with the same valve voltages, and its prediction errors.
 
-Left to itself it would drift off: stick-slip amplifies a small error of pressure into a slip that
-comes earlier or later, and from then on everything differs. So it is brought back to the
-measurement, as in multiple shooting, but no more often than needed to see what it predicts:
+A free-running model would diverge: stick-slip amplifies a small pressure error into a slip that
+comes earlier or later, and everything after it differs. So it is reset to the measurement, as in
+multiple shooting, but only as often as its predictions remain meaningful:
 
 - When the measured piston comes to rest, position, creep and pressures are set to the measured
   ones and the bristle is deflected so that it holds the driving force. Film, dwell clock and the
   states of the effects cannot be measured and are carried on; a model that has missed the slip
   breaks away for its memory's sake. One stick-slip cycle is predicted at a time.
-- A piston that does not come to rest within ``horizon`` is brought back under way: position,
+- A piston that does not come to rest within ``horizon`` is reset while moving: position,
   velocity and pressures are set to the measured ones, and the bristle goes on as it is.
-- A hole in the samples, or their start, is bridged by waiting for a rest.
+- After a gap in the samples, and at their start, it waits for a rest.
 
-What is measured is averaged over 50 ms, so that noise is not fed into the model.
+Measurements are averaged over 50 ms, so that noise is not fed into the model. A residual is the
+measured minus the predicted signal; `NoiseBand` is the range that sensor errors explain, `Watch`
+the share of recent samples outside of it.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +32,7 @@ from pneu_rig_ros.control.rest import RestDetector
 from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Plant, PlantState
 from pneu_rig_ros.rig.configuration import RigConfiguration, override
-from pneu_rig_ros.rig.sensors import sensor_noise
+from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
 
 HORIZON = 1.0
 """Default longest prediction of a piston that does not come to rest [s]."""
@@ -45,7 +48,7 @@ class Measured(NamedTuple):
 
 class Window:
     """
-    The latest samples: where exactly is everything?
+    The latest samples, for a state with little noise.
 
     :param size: samples of the line fits
     :param interval: sampling interval [s]
@@ -74,7 +77,7 @@ class Observer:
     """
     The model beside the rig.
 
-    :param configuration: the model; its sensors tell how noisy what is measured is
+    :param configuration: the model; its sensors give the noise of the measurements
     :param horizon: longest prediction of a piston that does not come to rest [s]
     """
 
@@ -84,18 +87,13 @@ class Observer:
         self._interval = configuration.interval_ns * 1e-9
         self._horizon = horizon
         self._plant = Plant(configuration.model, configuration.effects)
-        self._warm_up()
         self._rest = RestDetector(self._interval, sensor_noise(configuration.sensors)[0])
         self._window = Window(self._rest.size, self._interval)
         self.reset()
-
-    def _warm_up(self) -> None:
-        """Make one step before time counts: the first one loads compiled code."""
-        self._plant.run_imposed(
-            np.zeros((1, 2)), self._interval, np.zeros(1, dtype=np.int64), np.zeros((1, 4)),
-            np.zeros(1),
-        )  # fmt: skip
+        # The first step loads compiled code: it is made before time counts.
+        self._advance((0.0, 0.0))
         self._plant.reset()
+        self.reset()
 
     def reset(self) -> None:
         """Forget the rig: wait for its next rest."""
@@ -141,10 +139,14 @@ class Observer:
         return state
 
     def _advance(self, voltages: tuple[float, float]) -> PlantState:
+        """Simulate one sampling interval, from the measured state where one is imposed."""
         self._plant.run_imposed(
-            np.array([voltages]), self._interval, np.array([self._action]),
-            np.array([self._start]), np.array([self._slide]),
-        )  # fmt: skip
+            np.array([voltages]),
+            self._interval,
+            np.array([self._action]),
+            np.array([self._start]),
+            np.array([self._slide]),
+        )
         self._action = Impose.RELEASE if self._action & Impose.MOTION else 0
         self._since_restart += self._interval
         state = self._plant.state
@@ -175,6 +177,84 @@ class Observer:
             self._restart(Impose.MOTION | Impose.PRESSURES)
 
     def _restart(self, action: int) -> None:
+        """Impose the measured state on the next step."""
         self._start = self._window.state()
         self._action, self._running, self._since_restart = action, True, 0.0
         self.restarts += 1
+
+
+SIGNALS = ('position', 'pressure_1', 'pressure_2')
+
+
+class Residual(NamedTuple):
+    """Measured minus predicted: [m], [Pa], [Pa]."""
+
+    position: float
+    pressure_1: float
+    pressure_2: float
+
+
+def residual(measured: Measured, predicted: PlantState) -> Residual:
+    """Return measured minus predicted."""
+    return Residual(
+        measured.position - predicted.position,
+        measured.pressure_1 - predicted.pressure_1,
+        measured.pressure_2 - predicted.pressure_2,
+    )
+
+
+class NoiseBand:
+    """
+    Largest residual explained by noise, quantisation and accuracy class of the sensors.
+
+    The accuracy class applies to the change since the model was reset to the measurement.
+
+    :param sensors: data of the sensors
+    :param multiple: of the standard deviation of a reading [-]
+    """
+
+    def __init__(self, sensors: Sensors, multiple: float) -> None:
+        position, pressure = sensor_noise(sensors)
+        self._noise = [multiple * level for level in (position, pressure, pressure)]
+        self._classes = (sensors.position_class, sensors.pressure_class, sensors.pressure_class)
+
+    def outside(self, left: Residual, measured: Measured, origin: Measured) -> list[bool]:
+        """
+        Return for each signal whether its residual is outside.
+
+        :param left: the residual
+        :param measured: the sample
+        :param origin: what the model was restarted from
+        """
+        rows = zip(left, measured, origin, self._noise, self._classes, strict=True)
+        return [abs(r) > noise + share * abs(y - y0) for r, y, y0, noise, share in rows]
+
+
+class Watch:
+    """
+    Share of the last samples in which each signal was outside its noise band.
+
+    :param samples: how many samples count
+    """
+
+    def __init__(self, samples: int) -> None:
+        self._samples = samples
+        self._history: deque[list[bool]] = deque()
+        self._counts = [0] * len(SIGNALS)
+
+    def note(self, outside: list[bool]) -> None:
+        """Note the next sample."""
+        self._history.append(outside)
+        self._add(outside, 1)
+        if len(self._history) > self._samples:
+            self._add(self._history.popleft(), -1)
+
+    def _add(self, outside: list[bool], sign: int) -> None:
+        for index, out in enumerate(outside):
+            self._counts[index] += sign * out
+
+    def shares(self) -> Mapping[str, float]:
+        """Return signal -> share of samples outside [-], of as many as a full window has."""
+        return {
+            name: count / self._samples for name, count in zip(SIGNALS, self._counts, strict=True)
+        }

@@ -1,4 +1,4 @@
-"""How well a position was controlled, from true or measured positions."""
+"""Performance figures of position control, from true or measured positions."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -32,17 +32,13 @@ def tracking(reference: Floats, position: Floats, interval: float) -> Tracking:
     :param interval: sampling interval [s]
     """
     error = reference - position
+    detector = RestDetector(interval)
+    decided = ((detector.push(place), detector.resting) for place in position.tolist())
+    resting = [rests for speed, rests in decided if speed is not None]
     return Tracking(
         rms_error=float(np.sqrt(np.mean(error**2))),
         max_error=float(np.abs(error).max()),
         wander=float(np.ptp(position)),
-        slips=_slips(position, interval),
+        # A piston that moves from the first sample on has not set off.
+        slips=sum(before and not after for before, after in pairwise(resting)),
     )
-
-
-def _slips(position: Floats, interval: float) -> int:
-    """Count how often the piston set off; one that moves already from the first has not."""
-    detector = RestDetector(interval)
-    decided = ((detector.push(place), detector.resting) for place in position.tolist())
-    states = [resting for speed, resting in decided if speed is not None]
-    return sum(before and not after for before, after in pairwise(states))

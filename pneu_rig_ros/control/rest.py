@@ -1,9 +1,9 @@
 """
-Whether the piston rests, sample by sample, from positions up to now.
+Detects rest live, sample by sample.
 
 The causal counterpart of ``analysis.motion``, with the same speed of rest: the speed is the
-difference of two means of the position, one after the other. A piston that rested moves when it
-is three times as fast, so that noise does not set it off.
+difference of two successive means of the position. The threshold of motion is three times as high
+as that of rest (hysteresis), so that noise does not end a rest.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MOTION = 3.0
 
 class RestDetector:
     """
-    Decides about rest; a piston rests until it is seen to move.
+    Detects rest; the piston counts as resting until it moves.
 
     :param interval: sampling interval [s]
     :param noise: standard deviation of a measured position [m]; with more than the rig's the means

@@ -26,7 +26,6 @@ from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.weak_form import Floats, TestFunctions
 from pneu_rig_ros.model import along, chambers
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.effect import LEAST_TIME, READING_BALANCES
 
 BALANCES = ('gas_1', 'gas_2', 'force')
@@ -198,7 +197,7 @@ class Comparison:
 
 def chamber_volume(hypothesis: Hypothesis, position: Floats, chamber: int) -> Floats:
     """Return the gas volume at positions [m], shape (n,) [m^3]."""
-    volumes: Any = plain(chambers.volumes)
+    volumes: Any = chambers.volumes
     volume: Floats = volumes(position, hypothesis.model.cylinder)[chamber - 1]
     return volume
 

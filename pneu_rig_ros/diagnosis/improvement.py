@@ -9,7 +9,7 @@ import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.metrics import UNITS, derived_signals, signal_noise, stroke_time
-from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis

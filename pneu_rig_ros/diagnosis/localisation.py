@@ -111,7 +111,7 @@ def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
     :param indicators: of each member, whitened, see ``Windows.indicators``
     """
     top = bottom = clipped_squares = squares = mean = 0.0
-    count = 0
+    count, differs = 0, 0.0
     for (group, flags), weights in zip(cell.members, indicators, strict=True):
         clipped = np.clip(group.whitened, -LARGEST_RESIDUAL, LARGEST_RESIDUAL)
         top += float(weights @ clipped)
@@ -120,9 +120,12 @@ def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
         clipped_squares += float(np.sum(clipped[flags] ** 2))
         squares += float(np.sum(group.whitened[flags] ** 2))
         count += int(flags.sum())
-    z = top / np.sqrt(bottom) / NOISE_ERROR
-    p_mean = 2.0 * float(norm.sf(abs(z)))
-    p_spread = float(chi2.sf(clipped_squares / NOISE_ERROR**2, count))
+        differs = max(differs, group.repeatability)
+    # what differs from recording to recording does not average out over the windows of a cell
+    deviation = np.hypot(NOISE_ERROR / np.sqrt(bottom), differs)
+    p_mean = 2.0 * float(norm.sf(abs(top / bottom) / deviation))
+    spread = float(chi2.sf(clipped_squares / NOISE_ERROR**2, count))
+    p_spread = spread if differs == 0.0 else 1.0
     excess = max(squares - count * NOISE_ERROR**2, mean**2 / bottom - NOISE_ERROR**2, 0.0)
     p_value = min(2.0 * min(p_mean, p_spread), 1.0)
     return CellTest(mean / bottom, 1.0 / np.sqrt(bottom), p_value, excess)

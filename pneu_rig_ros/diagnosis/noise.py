@@ -81,7 +81,9 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
         variance = gas_variance(hypothesis, comparison, chamber)
         source = Source(variance, gas.correlation(gas.slope))
         excess = np.where(kept, excess_variance(errors[chamber - 1], variance), 0.0)
-        chambers.append(whitener(kept, [source], excess))
+        differs = run.repeatability.get(f'gas_{chamber}', 0.0)
+        common = np.full((gas.starts.size, 1), differs)
+        chambers.append(whitener(kept, [source], excess + differs**2).with_shared(common))
     kept = motion.inside(run.sliding & run.position_valid) & np.isfinite(residuals.force)
     kept &= 'force' in run.balances
     if run.force is None:
@@ -90,10 +92,13 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
     variance = sources[0].variance + sources[1].variance
     excess = np.where(kept, excess_variance(errors.force, variance), 0.0)
     offset = np.full((motion.starts.size, 1), run.force_offset)
-    columns = [clipped_thrust(hypothesis, comparison), offset]
+    differs = run.repeatability.get('force', 0.0)
+    outward = comparison.window_velocity >= 0.0
+    levels = differs * np.column_stack([outward, ~outward])
+    columns = [clipped_thrust(hypothesis, comparison), offset, levels]
     if run.force is not None:  # noise of a slow motion lets go of the bristle: all windows alike
         columns.append(np.nan_to_num(errors.force.mean(axis=0))[:, np.newaxis])
-    force = whitener(kept, sources, excess).with_shared(np.hstack(columns))
+    force = whitener(kept, sources, excess + differs**2).with_shared(np.hstack(columns))
     breakaway = breakaway_noise(hypothesis, comparison, errors.breakaway, residuals.breakaway)
     return NoiseModel(chambers[0], chambers[1], force, breakaway)
 
@@ -167,7 +172,7 @@ def breakaway_noise(
     onset = (ONSET * slopes) ** 2 + (CREEP_ERROR * creep * drive[ends]) ** 2
     squares = np.nanmean(np.vstack([errors**2, np.zeros(onset.size)]), axis=0)
     kept = np.isfinite(residual) & ('force' in run.balances)
-    variance = onset + squares + HOLDING_VARIANCE
+    variance = onset + squares + HOLDING_VARIANCE + run.repeatability.get('force', 0.0) ** 2
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 
 

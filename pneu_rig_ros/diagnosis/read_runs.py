@@ -16,9 +16,8 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
-from pneu_rig_ros.records.conditions import apply_conditions
+from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
 from pneu_rig_ros.records.noise import reading_noise
-from pneu_rig_ros.records.plausible import check_plausible
 from pneu_rig_ros.records.reader import is_bag, read_recording
 from pneu_rig_ros.records.recording import PRESSURES, Recording
 from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
@@ -141,6 +140,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(FORCE_OFFSET, 0.0),
         deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
+        system.repeatability,
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
 

@@ -1,4 +1,4 @@
-"""The answer of a diagnosis as a JSON-compatible dict: diagnosis.json version 2, schema in docs/."""
+"""The answer of a diagnosis as a JSON-compatible dict: diagnosis.json, schema in docs/."""
 
 from __future__ import annotations
 
@@ -79,7 +79,11 @@ def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
     """Return the verdict in one sentence, from rows of the answer."""
     verdict = diagnosis.verdict
     if verdict == CONSISTENT:
-        return 'Model and measurement agree within the noise: nothing is missing.'
+        allowed = ', '.join(
+            f'{value:.2g} {UNITS[name]}' for name, value in diagnosis.system.repeatability.items()
+        )
+        limits = f'repeatability ({allowed})' if allowed else 'noise'
+        return f'Model and measurement agree within the {limits}: nothing is missing.'
     if verdict == UNCALIBRATED:
         return 'Sensor errors within their class explain the residuals: nothing is missing.'
     if verdict == UNKNOWN:

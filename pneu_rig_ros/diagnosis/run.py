@@ -8,7 +8,7 @@ the modelled rates are computed, are kept.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -89,6 +89,8 @@ class Run:
     :param force_offset: standard deviation of the zero of that force [N]
     :param clock_offset: standard deviation of the delay of the pressures [s], 0 without one
     :param temperature_offset: standard deviation of the initial gas temperature [K]
+    :param repeatability: balance -> standard deviation by which recordings of the system differ
+        from its model [unit of the balance]
     :param delay: by which the pressures were shifted [s]
     :param temperatures: of the gas in both chambers when the recording began [K], None for the
         supply's
@@ -112,6 +114,7 @@ class Run:
     force_offset: float = 0.0
     clock_offset: float = 0.0
     temperature_offset: float = 0.0
+    repeatability: Mapping[str, float] = field(default_factory=dict)
     delay: float = 0.0
     temperatures: tuple[float, float] | None = None
     compression: tuple[float, float] = (1.0, 1.0)

@@ -11,6 +11,7 @@ Sections and keys are those of a rig's configuration, as far as they are known::
     each_recording: [force_offset]        # differs between recordings, see ``nuisances``
     refit:                                # may be wrong, within a range
       cylinder.cap_dead_volume: [0.02 m^3, 0.03 m^3]
+    repeatability: {force: 0.6 N}         # what the model left of earlier recordings
 
 A balance is open when its signals are recorded and the file has the sections it needs.
 """
@@ -46,7 +47,7 @@ from pneu_rig_ros.rig.yaml_file import read_yaml, to_yaml
 
 SHUT = 'shut'
 """In place of the valve section: nothing flows."""
-OWN_KEYS = ('fixed', 'each_recording', 'refit')
+OWN_KEYS = ('fixed', 'each_recording', 'refit', 'repeatability')
 """Keys that a rig's configuration does not have."""
 FIXED = {
     'position': Quantity('m', 0.0, 10.0, 'of a piston that does not move'),
@@ -54,6 +55,12 @@ FIXED = {
     'pressure_2': Quantity('Pa', 5e4, 1.1e6, 'of a chamber at constant pressure'),
 }
 """Signals that may be constant and not recorded."""
+REPEATABILITY = {
+    'gas_1': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 1'),
+    'gas_2': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 2'),
+    'force': Quantity('N', 0.0, 1e4, 'of the force while sliding'),
+}
+"""Balance -> standard deviation by which recordings of one system differ from its model."""
 GAS_KEYS = ('supply_temperature', 'heat_capacity_ratio', 'gas_constant')
 VALVE_KEYS = ('intake_coefficient', 'exhaust_coefficient', 'intake_voltage', 'exhaust_voltage')
 FRICTION_KEYS = ('model', 'coulomb_force', 'element_stiffness')
@@ -99,6 +106,8 @@ class System:
     :param fixed: signal -> constant value [SI]
     :param each_recording: nuisance parameter -> its standard deviation [SI]
     :param refit: parameter -> range within which it may be wrong [SI]
+    :param repeatability: balance -> standard deviation of what the model left of recordings to
+        which it was fitted or on which it was validated [unit of the balance]
     :param rig: the configuration of a complete rig, else None
     """
 
@@ -110,6 +119,7 @@ class System:
     fixed: Mapping[str, float] = field(default_factory=dict)
     each_recording: Mapping[str, float] = field(default_factory=dict)
     refit: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    repeatability: Mapping[str, float] = field(default_factory=dict)
     rig: RigConfiguration | None = None
 
     def missing(self, recording: Recording) -> dict[str, str]:
@@ -178,6 +188,9 @@ class System:
             full: [quantity_of(full).format(limit) for limit in limits]
             for full, limits in self.refit.items()
         }
+        data['repeatability'] = {
+            name: REPEATABILITY[name].format(value) for name, value in self.repeatability.items()
+        }
         return to_yaml(data)
 
 
@@ -244,13 +257,14 @@ def _read(data: dict[str, Any], origin: str) -> System:
             data.get('each_recording'), shut and 'position' in fixed, f'{origin}: each_recording'
         ),
         _refit(data.get('refit'), model, origin),
+        _parsed(data.get('repeatability') or {}, REPEATABILITY, f'{origin}: repeatability'),
     )
 
 
 def _each_recording(data: object, vessel: bool, where: str) -> dict[str, float]:
     """Return name -> standard deviation [SI] of the nuisance parameters of a file."""
     stated = read_nuisances(data, where)
-    # a vessel has just been filled, which warms its gas, and nobody measures by how much
+    # a vessel has just been filled, which warms its gas by an unmeasured amount
     return {**read_nuisances([INITIAL_TEMPERATURE], where), **stated} if vessel else stated
 
 

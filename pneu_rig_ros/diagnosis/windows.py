@@ -37,6 +37,7 @@ class Windows:
     :param factor: inflation of the noise, shape (m,)
     :param regime, direction: of each, shape (m,)
     :param variables: signal -> mean in each window, shape (m,)
+    :param repeatability: by which recordings of the system differ from its model [unit]
     """
 
     balance: str
@@ -51,11 +52,17 @@ class Windows:
     regime: NDArray[np.str_]
     direction: NDArray[np.str_]
     variables: dict[str, Floats]
+    repeatability: float = 0.0
 
     @cached_property
     def middle(self) -> Floats:
         """Middles of the windows [s], shape (m,)."""
         return 0.5 * (self.start + self.end)
+
+    @property
+    def unshared(self) -> Floats:
+        """The residuals without what nuisance parameters may explain [unit], shape (m,)."""
+        return self.whiten.coloured(self.whitened * self.factor)
 
     def indicators(self, cells: Sequence[Flags]) -> Floats:
         """
@@ -81,9 +88,11 @@ def windows_of(dataset: Dataset, hypothesis: Hypothesis) -> list[Windows]:
             if start.size:
                 whiten = noise[i]
                 residual = residuals[i][whiten.kept], whiten.deviation, whitened[i]
-                place = (*BALANCES, 'force')[i], comparison.run.name, start, end
+                balance = (*BALANCES, 'force')[i]
+                place = balance, comparison.run.name, start, end
                 kind = regime, direction, variables
-                windows.append(Windows(*place, *residual, whiten, factors[i], *kind))
+                differs = comparison.run.repeatability.get(balance, 0.0)
+                windows.append(Windows(*place, *residual, whiten, factors[i], *kind, differs))
     return windows
 
 

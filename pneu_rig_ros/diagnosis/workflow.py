@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
 from pneu_rig_ros.diagnosis.scoring import ScoredFit, remaining_share
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
-from pneu_rig_ros.diagnosis.windows import Windows, windows_of
+from pneu_rig_ros.diagnosis.windows import BREAKAWAY, Windows, windows_of
 from pneu_rig_ros.executor import Executor, SerialExecutor
 
 Progress = Callable[[str, float], None]
@@ -88,6 +88,27 @@ class Diagnosis:
         """The hypothesis with the explanation and the empirical terms."""
         explained = self.explanation.apply(self.given)
         return explained if self.unknown is None else self.unknown.explanation.apply(explained)
+
+    @property
+    def improved_system(self) -> System:
+        """The system with the improved model and what that leaves of these recordings."""
+        return replace(self.system, hypothesis=self.improved, repeatability=self._repeatability())
+
+    def _repeatability(self) -> dict[str, float]:
+        """Return balance -> standard deviation of the residuals beyond their noise [unit]."""
+        datasets = self.search.training, self.search.held_out
+        groups = [each for data in datasets for each in windows_of(data, self.improved)]
+        repeatability = dict(self.system.repeatability)
+        for balance in dict.fromkeys(group.balance for group in groups):
+            # breakaways, single numbers, are a group of their own
+            own = [g for g in groups if g.balance == balance and set(g.regime) != {BREAKAWAY}]
+            if not own:
+                continue
+            squares = np.mean(np.concatenate([group.unshared**2 for group in own]))
+            noise = np.mean(np.concatenate([group.deviation**2 for group in own]))
+            before = repeatability.get(balance, 0.0)
+            repeatability[balance] = float(np.sqrt(before**2 + max(squares - noise, 0.0)))
+        return {balance: value for balance, value in repeatability.items() if value > 0.0}
 
     @property
     def missing(self) -> Mapping[str, str]:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pneu_rig_ros.model import chambers, events
-from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
@@ -33,13 +33,13 @@ from pneu_rig_ros.model.dynamics import (
     Array,
 )
 from pneu_rig_ros.model.imposed import BALANCING_ROUNDS, LEAST_STIFFNESS, Actions
-from pneu_rig_ros.model.integrator import copy
+from pneu_rig_ros.model.integrator import IntegratorState, copy
 
 SOURCE_1, SOURCE_2, FORCE, INERTIA, LOADING = range(5)
 """
 Columns of the rates: gas sources of chamber 1 and 2 [kg/s], the force that accelerates a free
 piston and what it accelerates [N, kg], and how far the seal of a piston at rest is loaded [-], 1
-where it is about to break away; NaN where a column says nothing.
+where it is about to break away; NaN where a column does not apply.
 """
 COLUMNS = 5
 
@@ -49,7 +49,7 @@ MOVES, RESTS, AT_INNER_STOP, AT_OUTER_STOP = range(4)
 SLOWEST_CREEP = 1e-7
 """Speed at which g(v, h) is that at rest [m/s]."""
 FASTEST_CREEP = 1e-3
-"""A piston at rest is slower: the speed that tells rest from motion, see ``analysis`` [m/s]."""
+"""A piston at rest is slower: the speed between rest and motion, see ``analysis`` [m/s]."""
 
 
 @compiled
@@ -62,8 +62,9 @@ def set_measured(state: Array, before: Array, after: Array, velocity: float) -> 
 
 
 @compiled
-def gas_source(rate: float, swept: float, pressure: float, volume: float,
-               model: CompiledModel) -> float:  # fmt: skip
+def gas_source(
+    rate: float, swept: float, pressure: float, volume: float, model: CompiledModel
+) -> float:
     """
     Return the gas source (V dp/dt + k p V')/(k R T_s) [kg/s]: flow, and heat as if it were one.
 
@@ -76,8 +77,9 @@ def gas_source(rate: float, swept: float, pressure: float, volume: float,
 
 
 @compiled
-def switch(time: float, contact: int, state: Array, memory: Array, grown: float,
-           model: CompiledModel) -> None:  # fmt: skip
+def switch(
+    time: float, contact: int, state: Array, memory: Array, grown: float, model: CompiledModel
+) -> None:
     """Let the piston break away or come to rest at ``time`` [s]; changes ``memory``."""
     law, speed = model.friction, 0.0
     if contact == MOVES:
@@ -85,7 +87,7 @@ def switch(time: float, contact: int, state: Array, memory: Array, grown: float,
     if memory[STICKING] != 0.0 and speed > events.breakaway_velocity(law):
         events.break_away(time, memory, grown, law)
     elif memory[STICKING] == 0.0 and speed < law.stop_velocity:
-        events.rest(time, memory, law)
+        events.enter_rest(time, memory, law)
     memory[CONTACT] = 0.0
     if contact == AT_INNER_STOP:
         memory[CONTACT] = -1.0
@@ -94,23 +96,31 @@ def switch(time: float, contact: int, state: Array, memory: Array, grown: float,
 
 
 @compiled
-def slide(interval: float, state: Array, rate: Array, arrow: Array, memory: Array,
-          model: CompiledModel) -> float:  # fmt: skip
+def slide(
+    interval: float, state: Array, rate: Array, arrow: Array, memory: Array, model: CompiledModel
+) -> float:
     """Carry the bristle on by the implicit midpoint rule; return its change to the middle [m]."""
     change = float(0.5 * interval * rate[DEFLECTION] / (1.0 - 0.5 * interval * arrow[Z_Z]))
     state[DEFLECTION] += 2.0 * change
-    events.remember(state, memory, model)
+    events.update_anchors(state, memory, model)
     return change
 
 
 @compiled
-def carry_gas(interval: float, before: Array, after: Array, state: Array, rate: Array,
-              sources: Array, model: CompiledModel) -> None:  # fmt: skip
+def carry_gas(
+    interval: float,
+    before: Array,
+    after: Array,
+    carry: IntegratorState,
+    out: Array,
+    model: CompiledModel,
+) -> None:
     """
-    Carry the gas masses on by the measured balance; changes ``state``.
+    Carry the gas masses on by the measured balance; changes the state.
 
-    :param sources: modelled gas sources of both chambers [kg/s]; what of them is heat is no mass
+    :param out: modelled rates; of the gas sources [kg/s] in it, what is heat is no mass
     """
+    state, rate = carry.y1, carry.f1
     gas, cylinder = model.gas, model.cylinder
     k = gas.heat_capacity_ratio
     enthalpy = k * gas.gas_constant * gas.supply_temperature
@@ -118,7 +128,7 @@ def carry_gas(interval: float, before: Array, after: Array, state: Array, rate: 
     first, last = chambers.volumes(before[0], cylinder), chambers.volumes(after[0], cylinder)
     for i in range(2):
         pressure, mass = PRESSURE_1 + i, GAS_MASS_1 + i
-        heat = sources[i] - rate[mass]
+        heat = out[SOURCE_1 + i] - rate[mass]
         swept = k * state[pressure] * (last[i] - first[i])
         gained = (middle[i] * (after[1 + i] - before[1 + i]) + swept) / enthalpy
         state[mass] += gained - interval * heat
@@ -127,22 +137,28 @@ def carry_gas(interval: float, before: Array, after: Array, state: Array, rate: 
 def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
     """Return the compiled balance of a piston at rest."""
 
-    @compiled
-    def rest(time: float, interval: float, state: Array, rate: Array, arrow: Array,
-             memory: Array, voltages: Array, model: CompiledModel,
-             effects: tuple[object, ...]) -> float:  # fmt: skip
+    @inner
+    def rest(
+        time: float,
+        interval: float,
+        carry: IntegratorState,
+        voltages: Array,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> float:
         """
         Deflect the bristle until it holds the driving force; return how far the seal is loaded.
 
         What deflects it is creep, dz/dt = v (1 - F(z)/g(0, h)), which the film feels; too slow to
         be measured, so it is the model's own. The piston breaks away at the fastest creep.
         """
+        state, rate, arrow, memory = carry.y1, carry.f1, carry.arrow, carry.memory
         state[VELOCITY], old = 0.0, state[DEFLECTION]
         for _ in range(BALANCING_ROUNDS):
             right_hand_side(time, state, rate, arrow, memory, voltages, model, effects)
             if arrow[V_Z] < -LEAST_STIFFNESS:
                 state[DEFLECTION] -= rate[VELOCITY] / arrow[V_Z]
-                events.remember(state, memory, model)
+                events.update_anchors(state, memory, model)
         side = 1.0 if state[DEFLECTION] > 0.0 else -1.0
         state[VELOCITY] = side * SLOWEST_CREEP
         right_hand_side(time, state, rate, arrow, memory, voltages, model, effects)
@@ -163,25 +179,32 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
     """
     Return the compiled rates along a measured run.
 
-    ``along(interval, measured, velocity, contacts, voltages, out, states, sources, start, state,
-    rate, arrow, memory, model, effects)`` writes into ``out``, shape (n - 1, 5), see ``SOURCE_1``,
-    and the states at the middle of each interval into ``states``, shape (n - 1, size) or (0,
-    size). ``measured`` holds x, p1, p2 of n samples [SI]; ``velocity``, ``contacts`` and
-    ``voltages`` are those of the n - 1 intervals. The others are scratch.
+    ``along(interval, measured, velocity, contacts, voltages, out, states, carry, model,
+    effects)`` writes into ``out``, shape (n - 1, 5), see ``SOURCE_1``, and the states at the
+    middle of each interval into ``states``, shape (n - 1, size) or (0, size). ``measured`` holds
+    x, p1, p2 of n samples [SI]; ``velocity``, ``contacts`` and ``voltages`` are those of the
+    n - 1 intervals. ``carry`` is that of a plant at rest; it is changed.
     """
     rest = build_rest(right_hand_side)
 
-    @compiled
+    @inner
     def along(
-        interval: float, measured: Array, velocity: Array, contacts: Actions, voltages: Array,
-        out: Array, states: Array, sources: Array, start: Array, state: Array, rate: Array,
-        arrow: Array, memory: Array, model: CompiledModel, effects: tuple[object, ...],
-    ) -> None:  # fmt: skip
+        interval: float,
+        measured: Array,
+        velocity: Array,
+        contacts: Actions,
+        voltages: Array,
+        out: Array,
+        states: Array,
+        carry: IntegratorState,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        start, state, rate, arrow, memory = carry.y0, carry.y1, carry.f1, carry.arrow, carry.memory
         cylinder, grown = model.cylinder, 0.0
         for i in range(len(contacts)):
-            time, contact, before, after = (
-                (i + 0.5) * interval, contacts[i], measured[i], measured[i + 1]
-            )  # fmt: skip
+            time, contact = (i + 0.5) * interval, contacts[i]
+            before, after = measured[i], measured[i + 1]
             set_measured(state, before, after, velocity[i])
             switch(time, contact, state, memory, grown, model)
             for j in range(STATE_SIZE, len(state)):  # to the middle, by the rate before it
@@ -189,9 +212,7 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
                 state[j] += 0.5 * interval * rate[j]
             out[i, FORCE] = out[i, INERTIA] = out[i, LOADING] = np.nan
             if contact == RESTS:
-                out[i, LOADING] = rest(
-                    time, interval, state, rate, arrow, memory, voltages[i], model, effects
-                )
+                out[i, LOADING] = rest(time, interval, carry, voltages[i], model, effects)
             right_hand_side(time, state, rate, arrow, memory, voltages[i], model, effects)
             grown = arrow[GROWN_STATIC]
             if i < len(states):
@@ -204,10 +225,10 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
             volumes = chambers.volumes(state[POSITION], cylinder)
             for j in range(2):
                 swept = state[VELOCITY] * (cylinder.cap_area if j == 0 else -cylinder.rod_area)
-                sources[j] = out[i, SOURCE_1 + j] = gas_source(
+                out[i, SOURCE_1 + j] = gas_source(
                     rate[PRESSURE_1 + j], swept, state[PRESSURE_1 + j], volumes[j], model
                 )
-            carry_gas(interval, before, after, state, rate, sources, model)
+            carry_gas(interval, before, after, carry, out[i], model)
             state[FILM] += interval * rate[FILM]
             for j in range(STATE_SIZE, len(state)):
                 state[j] = start[j] + interval * rate[j]

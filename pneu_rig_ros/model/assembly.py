@@ -25,7 +25,7 @@ from pneu_rig_ros.model.along import build_along
 from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
 from pneu_rig_ros.model.readings import Readings, build_readings
-from pneu_rig_ros.model.solver import Solver, build_solver
+from pneu_rig_ros.model.run import build_run
 
 _TEMPLATE = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
 
@@ -33,50 +33,35 @@ from numba import njit
 
 from pneu_rig_ros.model import assembly
 
-_rhs, _solver, _readings, _along = assembly.build({effects!r}, {shaped!r})
-_start, _run, _run_imposed = _solver
+_rhs, _run, _readings, _along = assembly.build({effects!r}, {shaped!r})
 
 
-@njit(cache=True, error_model='numpy', nogil=True)
+@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
 def right_hand_side(time, state, rate, arrow, memory, voltages, model, effects):
     _rhs(time, state, rate, arrow, memory, voltages, model, effects)
 
 
-@njit(cache=True, error_model='numpy', nogil=True)
-def start(carry, model, effects):
-    _start(carry, model, effects)
-
-
-@njit(cache=True, error_model='numpy', nogil=True)
-def run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects):
-    _run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects)
-
-
-@njit(cache=True, error_model='numpy', nogil=True)
-def run_imposed(
+@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
+def run(
     carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
     longest, model, effects,
 ):
-    _run_imposed(
+    _run(
         carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
         longest, model, effects,
     )
 
 
-@njit(cache=True, error_model='numpy', nogil=True)
+@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
 def readings(states, out, scratch, model, effects):
     _readings(states, out, scratch, model, effects)
 
 
-@njit(cache=True, error_model='numpy', nogil=True)
+@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
 def along(
-    interval, measured, velocity, contacts, voltages, out, states, sources, start, state, rate,
-    arrow, memory, model, effects,
+    interval, measured, velocity, contacts, voltages, out, states, carry, model, effects,
 ):
-    _along(
-        interval, measured, velocity, contacts, voltages, out, states, sources, start, state, rate,
-        arrow, memory, model, effects,
-    )
+    _along(interval, measured, velocity, contacts, voltages, out, states, carry, model, effects)
 '''
 
 
@@ -84,7 +69,7 @@ class Assembly(NamedTuple):
     """The compiled functions of one plant."""
 
     right_hand_side: RightHandSide
-    solver: Solver
+    run: Callable[..., None]
     readings: Readings
     along: Callable[..., None]
 
@@ -94,9 +79,11 @@ def build(effects: Sequence[str], shaped: bool = False) -> Assembly:
     contributions = collect([library.load(name) for name in effects], STATE_SIZE, shaped)
     right_hand_side = build_right_hand_side(contributions)
     return Assembly(
-        right_hand_side, build_solver(right_hand_side), build_readings(contributions),
+        right_hand_side,
+        build_run(right_hand_side),
+        build_readings(contributions),
         build_along(right_hand_side),
-    )  # fmt: skip
+    )
 
 
 _ASSEMBLING = threading.Lock()
@@ -116,8 +103,7 @@ def assemble(effects: tuple[str, ...], shaped: bool = False) -> Assembly:
 @cache
 def _assemble(effects: tuple[str, ...], shaped: bool) -> Assembly:
     module = _module(effects, shaped)
-    solver = Solver(module.start, module.run, module.run_imposed)
-    return Assembly(module.right_hand_side, solver, module.readings, module.along)
+    return Assembly(module.right_hand_side, module.run, module.readings, module.along)
 
 
 _SOURCES = b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))
@@ -150,7 +136,7 @@ def kept_module(name: str, text: str) -> ModuleType:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a file whole or not at all, whoever else starts now."""
+    """Write a file atomically, also if other processes start now."""
     partial = path.with_suffix(f'.{os.getpid()}_{threading.get_ident()}')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model.compiled import inner
+from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Signals, behind_levels, behind_spools
 from pneu_rig_ros.model.shape import COUNT, factors
@@ -16,23 +16,23 @@ from pneu_rig_ros.model.shape import COUNT, factors
 Array = NDArray[np.float64]
 CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}
 """Balance -> what the later stages see of the earlier ones."""
-Pair = Callable[[Signals, CompiledModel, Any, Array, Array], tuple[float, float]]
+Contribution = Callable[[Signals, CompiledModel, Any, Array, Array], tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Contributions:
     """One compiled function a balance; units as in :class:`Balance`."""
 
-    spool: Pair
-    supply: Pair
-    mass: Pair
-    heat: Pair
-    bristle: Pair
-    level: Pair
-    film: Pair
-    force: Pair
-    motion_reading: Pair
-    pressure_reading: Pair
+    spool: Contribution
+    supply: Contribution
+    mass: Contribution
+    heat: Contribution
+    bristle: Contribution
+    level: Contribution
+    film: Contribution
+    force: Contribution
+    motion_reading: Contribution
+    pressure_reading: Contribution
 
 
 def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -> Contributions:
@@ -43,7 +43,7 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
     :param first_state: index of the first effect state in the state array
     :param shaped: whether the plant's tuple ends with the shapes of the effects
     """
-    sums: dict[Balance, Pair] = dict.fromkeys(Balance, _nothing)
+    sums: dict[Balance, Contribution] = dict.fromkeys(Balance, _nothing)
     ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
     for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
         effect = effects[index]
@@ -51,18 +51,18 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
         if shaped:
             own = _shaped(own, index, len(effects))
         others, behind = sums[effect.balance], CHAINS.get(effect.balance)
-        sums[effect.balance] = _behind(others, own, behind) if behind else _plus(others, own)
+        sums[effect.balance] = _series(others, own, behind) if behind else _parallel(others, own)
     return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
 
 
-@inner
+@compiled
 def _nothing(
     signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
 ) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _own(effect: Effect, index: int, start: int, end: int) -> Pair:
+def _own(effect: Effect, index: int, start: int, end: int) -> Contribution:
     contribution = effect.contribution
 
     @inner
@@ -74,7 +74,7 @@ def _own(effect: Effect, index: int, start: int, end: int) -> Pair:
     return own
 
 
-def _shaped(unshaped: Pair, index: int, shapes: int) -> Pair:
+def _shaped(unshaped: Contribution, index: int, shapes: int) -> Contribution:
     """Return the contributions of an effect times its shape, if it has one."""
 
     @inner
@@ -91,7 +91,7 @@ def _shaped(unshaped: Pair, index: int, shapes: int) -> Pair:
     return own
 
 
-def _plus(others: Pair, own: Pair) -> Pair:
+def _parallel(others: Contribution, own: Contribution) -> Contribution:
     @inner
     def total(
         signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
@@ -103,7 +103,9 @@ def _plus(others: Pair, own: Pair) -> Pair:
     return total
 
 
-def _behind(others: Pair, own: Pair, behind: Callable[..., Signals]) -> Pair:
+def _series(
+    others: Contribution, own: Contribution, behind: Callable[..., Signals]
+) -> Contribution:
     """Return the contributions of a chain: the last sees what the others leave."""
 
     @inner

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
-from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
 from pneu_rig_ros.model.effect import ChamberGas, Motion, Ports, Seal, Signals, at_ports, with_seal
@@ -31,9 +31,7 @@ RightHandSide = Callable[..., None]
 POSITION, VELOCITY, PRESSURE_1, PRESSURE_2, DEFLECTION, FILM, GAS_MASS_1, GAS_MASS_2 = range(8)
 STATE_SIZE = 8
 
-(
-    STICKING, CONTACT, REST_START, REST_AGE, SLIDE_START, HELD_STATIC, HELD_DWELL, ANCHORS
-) = range(8)  # fmt: skip
+(STICKING, CONTACT, REST_START, REST_AGE, SLIDE_START, HELD_STATIC, HELD_DWELL, ANCHORS) = range(8)
 """
 Memory: at rest (0, 1), end stop touched (-1 at 0, +1 at L), time rest began [s] and the dwell that
 F_s stood for then [s]; time sliding began [s]; F_s [N] and dwell [s] at the last breakaway; the
@@ -42,14 +40,14 @@ anchors of F(z) [m].
 HELD = 2.0
 """In place of a contact: the motion is imposed from outside, see ``imposed``."""
 
-(
-    V_V, V_Z, V_P1, V_P2, Z_V, Z_Z, P1_V, P1_P1, P2_V, P2_P2, FREE_ACCELERATION, GROWN_STATIC
-) = range(12)  # fmt: skip
+(V_V, V_Z, V_P1, V_P2, Z_V, Z_Z, P1_V, P1_P1, P2_V, P2_P2, FREE_ACCELERATION, GROWN_STATIC) = (
+    range(12)
+)
 """Arrow-shaped Jacobian of (v, z, p1, p2), row_column; acceleration without a stop; Eq. 16."""
 ARROW_SIZE = 12
 
 REST_SPEED = 1e-5
-"""Speed below which the Jacobian, and only that, leaves out the sign of the velocity [m/s]."""
+"""Speed below which the Jacobian, and only that, ignores the sign of the velocity [m/s]."""
 LEAST_SHARE = 0.01
 """Share of F_c and F_smax that remains whatever the effects take away: friction never drives."""
 
@@ -58,7 +56,7 @@ LEAST_SHARE = 0.01
 def signals_of(
     time: float, state: Array, ports: Ports, seal: Seal, model: CompiledModel
 ) -> Signals:
-    """Return what the contributions look at in a state at ``time`` [s]."""
+    """Return the signals of the contributions in a state at ``time`` [s]."""
     volume_1, volume_2 = chambers.volumes(state[POSITION], model.cylinder)
     mass_1, mass_2 = state[GAS_MASS_1], state[GAS_MASS_2]
     gas = ChamberGas(state[PRESSURE_1], state[PRESSURE_2], volume_1, volume_2, mass_1, mass_2)
@@ -137,7 +135,7 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
     add_spool, add_supply = contributions.spool, contributions.supply
     add_mass, add_heat = contributions.mass, contributions.heat
 
-    @compiled
+    @inner
     def gas_rates(
         s: Signals,
         state: Array,
@@ -179,7 +177,7 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
     """Return the compiled rates of bristle and film (Eq. 10-16), and their Jacobian."""
     add_level, add_film = contributions.level, contributions.film
 
-    @compiled
+    @inner
     def seal_rates(
         s: Signals,
         stiffness: float,
@@ -220,7 +218,7 @@ def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
     """Return the compiled rates of position and velocity (Eq. 8 and 9), and their Jacobian."""
     add_force = contributions.force
 
-    @compiled
+    @inner
     def piston_rates(
         s: Signals,
         stiffness: float,
@@ -271,7 +269,7 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
     add_bristle = contributions.bristle
     motion_reading, pressure_reading = contributions.motion_reading, contributions.pressure_reading
 
-    @compiled
+    @inner
     def right_hand_side(
         time: float,
         state: Array,

@@ -53,7 +53,7 @@ class Balance(Enum):
 
 
 class Regime(IntEnum):
-    """Regime of motion of the piston; `analysis.motion` says how each is told from the others."""
+    """Regime of motion of the piston; `analysis.motion` defines how each is detected."""
 
     DWELL = 0
     PRESLIDING = 1
@@ -63,7 +63,7 @@ class Regime(IntEnum):
 
     @property
     def label(self) -> str:
-        """Name for people, such as 'end stop'."""
+        """Display name, such as 'end stop'."""
         return self.name.lower().replace('_', ' ')
 
 
@@ -140,7 +140,7 @@ class Seal(NamedTuple):
 
 class Signals(NamedTuple):
     """
-    What a contribution may look at besides the parameters; all scalars, SI units.
+    What a contribution may use besides the parameters; all scalars, SI units.
 
     Readings see only the state: for them time, voltages, bristle force, dwell and levels are NaN.
     """
@@ -211,7 +211,7 @@ class Effect:
     :param null: the parameters with which the effect vanishes exactly
     :param probes: a few plausible strengths, weak to strong, from which a fit starts
     :param laws: names of the friction laws that lack it; none named: it adds to any law
-    :param clock: names of parameters by which the dwell clock runs in place of the law's
+    :param clock: names of parameters that replace those of the dwell clock of the law
     :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
     :param describes: whether it only describes what has no name yet: no candidate for a name
@@ -243,5 +243,7 @@ class Effect:
         known = all(isinstance(regime, Regime) for regime in self.regimes)
         if not self.regimes or not known or len(set(self.regimes)) < len(self.regimes):
             allowed = ', '.join(f'Regime.{regime.name}' for regime in Regime)
-            raise RigError(f'effect "{self.title}": regimes {self.regimes!r}, must be some of '
-                           f'{allowed}, each once')  # fmt: skip
+            raise RigError(
+                f'effect "{self.title}": regimes {self.regimes!r}, must be some of '
+                f'{allowed}, each once'
+            )

@@ -16,10 +16,9 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model.compiled import INNER
+from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Signals
 from pneu_rig_ros.model.quantity import Quantity
@@ -36,24 +35,21 @@ SLOW = 0.015
 RECENT = 0.02
 """Time over which a voltage is still a new one [s]."""
 
-# functions of numbers for the plant and of arrays for a recording: one source for both
-both = register_jitable(**INNER)
 
-
-@both
+@compiled
 def gauge(pressure: float, model: CompiledModel) -> float:
     """Return a pressure [Pa] above atmosphere, in units of ``PRESSURE``."""
     return (pressure - model.gas.atmospheric_pressure) / PRESSURE
 
 
-@both
+@compiled
 def cold(pressure: float, volume: float, gas_mass: float, model: CompiledModel) -> float:
     """Return by what share the gas is colder than the supply [-]."""
     temperature = pressure * volume / (gas_mass * model.gas.gas_constant)
     return 1.0 - temperature / model.gas.supply_temperature
 
 
-@both
+@compiled
 def direction(s: Signals, model: CompiledModel) -> Any:
     """Return the sign of the velocity without a jump; at rest that of the bristle force."""
     bent = 2.0 * s.seal.bristle_force / model.friction.coulomb_force
@@ -61,13 +57,13 @@ def direction(s: Signals, model: CompiledModel) -> Any:
     return (s.motion.velocity + TURN * resting) / (abs(s.motion.velocity) + TURN)
 
 
-@both
+@compiled
 def slowness(velocity: float) -> Any:
     """Return 1 at rest, falling to 0 with the speed."""
     return np.exp(-abs(velocity) / SLOW)
 
 
-@both
+@compiled
 def near_end(position: float, model: CompiledModel) -> Any:
     """Return 1 at both ends of the stroke, and nearly 0 away from them."""
     return (2.0 * position / model.cylinder.stroke - 1.0) ** 8
@@ -127,45 +123,68 @@ TERMS: dict[str, Term] = {
     ),
     'ends': Term(
         '(2x/L - 1)^9',
-        lambda s, m: near_end(s.motion.position, m)
-        * (2.0 * s.motion.position / m.cylinder.stroke - 1.0),
+        lambda s, m: (
+            near_end(s.motion.position, m) * (2.0 * s.motion.position / m.cylinder.stroke - 1.0)
+        ),
     ),
     'ends_velocity': Term(
         'v (2x/L - 1)^8, per 0.1 m/s',
         lambda s, m: near_end(s.motion.position, m) * s.motion.velocity / SPEED,
     ),
-    'mass': Term('all that moves, in kg', lambda s, m: m.cylinder.moving_mass
-                 + m.operation.load_mass),
-    'cold_1': Term('(T_s - T_1)/T_s',
-                   lambda s, m: cold(s.gas.pressure_1, s.gas.volume_1, s.gas.gas_mass_1, m)),
-    'cold_2': Term('(T_s - T_2)/T_s',
-                   lambda s, m: cold(s.gas.pressure_2, s.gas.volume_2, s.gas.gas_mass_2, m)),
-    'intake_1': Term('u1 - 2.5 V where above 0, per volt',
-                     lambda s, m: np.maximum(s.ports.voltage_1 - CENTRE_VOLTAGE, 0.0)),
-    'intake_2': Term('u2 - 2.5 V where above 0, per volt',
-                     lambda s, m: np.maximum(s.ports.voltage_2 - CENTRE_VOLTAGE, 0.0)),
-    'exhaust_1': Term('2.5 V - u1 where above 0, per volt',
-                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_1, 0.0)),
-    'exhaust_2': Term('2.5 V - u2 where above 0, per volt',
-                      lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_2, 0.0)),
+    'mass': Term(
+        'all that moves, in kg', lambda s, m: m.cylinder.moving_mass + m.operation.load_mass
+    ),
+    'cold_1': Term(
+        '(T_s - T_1)/T_s', lambda s, m: cold(s.gas.pressure_1, s.gas.volume_1, s.gas.gas_mass_1, m)
+    ),
+    'cold_2': Term(
+        '(T_s - T_2)/T_s', lambda s, m: cold(s.gas.pressure_2, s.gas.volume_2, s.gas.gas_mass_2, m)
+    ),
+    'intake_1': Term(
+        'u1 - 2.5 V where above 0, per volt',
+        lambda s, m: np.maximum(s.ports.voltage_1 - CENTRE_VOLTAGE, 0.0),
+    ),
+    'intake_2': Term(
+        'u2 - 2.5 V where above 0, per volt',
+        lambda s, m: np.maximum(s.ports.voltage_2 - CENTRE_VOLTAGE, 0.0),
+    ),
+    'exhaust_1': Term(
+        '2.5 V - u1 where above 0, per volt',
+        lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_1, 0.0),
+    ),
+    'exhaust_2': Term(
+        '2.5 V - u2 where above 0, per volt',
+        lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_2, 0.0),
+    ),
     'squared_1': Term(
         '(u1 - 2.5 V)|u1 - 2.5 V|, per V^2',
-        lambda s, m: (s.ports.voltage_1 - CENTRE_VOLTAGE)
-        * abs(s.ports.voltage_1 - CENTRE_VOLTAGE),
+        lambda s, m: (
+            (s.ports.voltage_1 - CENTRE_VOLTAGE) * abs(s.ports.voltage_1 - CENTRE_VOLTAGE)
+        ),
     ),
     'squared_2': Term(
         '(u2 - 2.5 V)|u2 - 2.5 V|, per V^2',
-        lambda s, m: (s.ports.voltage_2 - CENTRE_VOLTAGE)
-        * abs(s.ports.voltage_2 - CENTRE_VOLTAGE),
+        lambda s, m: (
+            (s.ports.voltage_2 - CENTRE_VOLTAGE) * abs(s.ports.voltage_2 - CENTRE_VOLTAGE)
+        ),
     ),
-    'change_1': Term('u1 less its mean over 20 ms, per volt',
-                     lambda s, m: s.ports.voltage_1 - CENTRE_VOLTAGE, CHANGE),
-    'change_2': Term('u2 less its mean over 20 ms, per volt',
-                     lambda s, m: s.ports.voltage_2 - CENTRE_VOLTAGE, CHANGE),
+    'change_1': Term(
+        'u1 less its mean over 20 ms, per volt',
+        lambda s, m: s.ports.voltage_1 - CENTRE_VOLTAGE,
+        CHANGE,
+    ),
+    'change_2': Term(
+        'u2 less its mean over 20 ms, per volt',
+        lambda s, m: s.ports.voltage_2 - CENTRE_VOLTAGE,
+        CHANGE,
+    ),
     'log_dwell': Term('ln(1 + dwell time / 1 s)', lambda s, m: np.log1p(s.seal.dwell_time)),
-    'travel': Term('the way gone so far, in strokes',
-                   lambda s, m: abs(s.motion.velocity) / m.cylinder.stroke, TOTAL),
-}  # fmt: skip
+    'travel': Term(
+        'the way gone so far, in strokes',
+        lambda s, m: abs(s.motion.velocity) / m.cylinder.stroke,
+        TOTAL,
+    ),
+}
 
 
 class Output(NamedTuple):
@@ -194,41 +213,57 @@ class Output(NamedTuple):
         }
 
 
-_GAS = ('constant', 'position', 'gauge_1', 'gauge_2', 'difference', 'velocity', 'speed')
-_LEVEL = ('constant', 'position', 'position_squared', 'gauge_1', 'gauge_2', 'difference',
-          'direction', 'direction_position', 'direction_gauge_1', 'direction_gauge_2',
-          'log_dwell')  # fmt: skip
+_GAS = 'constant position gauge_1 gauge_2 difference velocity speed'
+_LEVEL = (
+    'constant position position_squared gauge_1 gauge_2 difference direction direction_position '
+    'direction_gauge_1 direction_gauge_2 log_dwell'
+)
+_FORCE = 'constant position position_squared gauge_1 gauge_2 difference velocity speed'
 OUTPUTS: dict[str, Output] = {
-    'flow_1': Output('empirical_flow', '{}_1', Quantity('kg/s', -0.01, 0.01, 'into chamber 1'),
-                     (*_GAS, 'intake_1', 'exhaust_1')),
-    'flow_2': Output('empirical_flow', '{}_2', Quantity('kg/s', -0.01, 0.01, 'into chamber 2'),
-                     (*_GAS, 'intake_2', 'exhaust_2')),
-    'heat_1': Output('empirical_heat', '{}_1', Quantity('W', -1e3, 1e3, 'into chamber 1'),
-                     ('constant', 'gauge_1', 'cold_1')),
-    'heat_2': Output('empirical_heat', '{}_2', Quantity('W', -1e3, 1e3, 'into chamber 2'),
-                     ('constant', 'gauge_2', 'cold_2')),
-    'friction': Output('empirical_friction', '{}',
-                       Quantity('N', -1e3, 1e3, 'added to F_c and F_smax'),
-                       (*_LEVEL, 'speed', 'slow', 'direction_slow', 'travel')),
-    'static_friction': Output('empirical_friction', 'static_{}',
-                              Quantity('N', -1e3, 1e3, 'added to F_smax alone'), _LEVEL),
-    'force': Output('empirical_force', '{}', Quantity('N', -1e3, 1e3, 'along the outstroke'),
-                    ('constant', 'position', 'position_squared', 'gauge_1', 'gauge_2',
-                     'difference', 'velocity', 'speed', 'ends', 'ends_velocity', 'mass')),
-    'voltage_1': Output('empirical_voltage', '{}_1', Quantity('V', -3.0, 3.0, 'added to u1'),
-                        ('constant', 'intake_1', 'exhaust_1', 'squared_1', 'change_1')),
-    'voltage_2': Output('empirical_voltage', '{}_2', Quantity('V', -3.0, 3.0, 'added to u2'),
-                        ('constant', 'intake_2', 'exhaust_2', 'squared_2', 'change_2')),
-    'position': Output('empirical_position_reading', '{}',
-                       Quantity('m', -0.1, 0.1, 'added to the reading of x'),
-                       ('constant', 'position', 'position_squared', 'velocity')),
-    'pressure_1': Output('empirical_pressure_reading', '{}_1',
-                         Quantity('Pa', -1e5, 1e5, 'added to the reading of p1'),
-                         ('constant', 'gauge_1', 'velocity')),
-    'pressure_2': Output('empirical_pressure_reading', '{}_2',
-                         Quantity('Pa', -1e5, 1e5, 'added to the reading of p2'),
-                         ('constant', 'gauge_2', 'velocity')),
-}  # fmt: skip
+    name: Output(
+        f'empirical_{effect}', parameter, Quantity(unit, -most, most, what), tuple(t.split())
+    )
+    for name, effect, parameter, unit, most, what, t in (
+        ('flow_1', 'flow', '{}_1', 'kg/s', 0.01, 'into chamber 1', f'{_GAS} intake_1 exhaust_1'),
+        ('flow_2', 'flow', '{}_2', 'kg/s', 0.01, 'into chamber 2', f'{_GAS} intake_2 exhaust_2'),
+        ('heat_1', 'heat', '{}_1', 'W', 1e3, 'into chamber 1', 'constant gauge_1 cold_1'),
+        ('heat_2', 'heat', '{}_2', 'W', 1e3, 'into chamber 2', 'constant gauge_2 cold_2'),
+        (
+            *('friction', 'friction', '{}', 'N', 1e3, 'added to F_c and F_smax'),
+            f'{_LEVEL} speed slow direction_slow travel',
+        ),
+        ('static_friction', 'friction', 'static_{}', 'N', 1e3, 'added to F_smax alone', _LEVEL),
+        (
+            'force',
+            'force',
+            '{}',
+            'N',
+            1e3,
+            'along the outstroke',
+            f'{_FORCE} ends ends_velocity mass',
+        ),
+        (
+            *('voltage_1', 'voltage', '{}_1', 'V', 3.0, 'added to u1'),
+            'constant intake_1 exhaust_1 squared_1 change_1',
+        ),
+        (
+            *('voltage_2', 'voltage', '{}_2', 'V', 3.0, 'added to u2'),
+            'constant intake_2 exhaust_2 squared_2 change_2',
+        ),
+        (
+            *('position', 'position_reading', '{}', 'm', 0.1, 'added to the reading of x'),
+            'constant position position_squared velocity',
+        ),
+        (
+            *('pressure_1', 'pressure_reading', '{}_1', 'Pa', 1e5, 'added to the reading of p1'),
+            'constant gauge_1 velocity',
+        ),
+        (
+            *('pressure_2', 'pressure_reading', '{}_2', 'Pa', 1e5, 'added to the reading of p2'),
+            'constant gauge_2 velocity',
+        ),
+    )
+}
 
 
 def terms(output: str) -> tuple[str, ...]:

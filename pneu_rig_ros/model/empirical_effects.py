@@ -1,18 +1,17 @@
 """
 The effects that add empirical terms to the plant: one for each balance, made of the table.
 
-They describe what no cause explains, and are none.
+They describe what no physical effect explains, and are not causes themselves.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from types import new_class
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model.compiled import called, compiled, inner
+from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Motion, Regime, Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Memory, Term
@@ -46,16 +45,16 @@ def coefficients(parameters: Any) -> Array:
     return np.array(parameters if any(parameters) else (), dtype=np.float64)
 
 
-@inner
+@compiled
 def _nothing(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
     return 0.0
 
 
 def _one(term: Term, place: int) -> Sum:
     """Return a term of the present times its coefficient, which is at ``place``."""
-    signal = _compiled_once(term.signal)
+    signal = compiled(term.signal)
 
-    @inner
+    @compiled
     def one(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
         return float(c[place] * signal(s, model)) if c[place] != 0.0 else 0.0
 
@@ -64,9 +63,9 @@ def _one(term: Term, place: int) -> Sum:
 
 def _one_past(term: Term, memory: Memory, place: int, slot: int) -> Sum:
     """Return a term with a memory, which is the state ``slot``, times its coefficient."""
-    signal = _compiled_once(term.signal)
+    signal = compiled(term.signal)
 
-    @inner
+    @compiled
     def one(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
         rate[slot] = 0.0
         if c[place] == 0.0:
@@ -78,11 +77,8 @@ def _one_past(term: Term, memory: Memory, place: int, slot: int) -> Sum:
     return one
 
 
-_compiled_once = cache(inner)
-
-
 def _both(first: Sum, second: Sum) -> Sum:
-    @inner
+    @compiled
     def both(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
         a = first(s, model, c, state, rate)
         return a + second(s, model, c, state, rate)
@@ -106,14 +102,14 @@ def _sum(names: Sequence[str], place: int, slot: int) -> Sum:
     return _both(_sum(first, place, slot), _sum(second, place + half, slot + states))
 
 
-@inner
+@compiled
 def _as_they_are(
     first: float, second: float, s: Signals, model: CompiledModel
 ) -> tuple[float, float]:
     return first, second
 
 
-@inner
+@compiled
 def _from_what_is_left(
     first: float, second: float, s: Signals, model: CompiledModel
 ) -> tuple[float, float]:
@@ -123,7 +119,7 @@ def _from_what_is_left(
     return max(first, first * left_1), max(second, second * left_2)
 
 
-@inner
+@compiled
 def _from_what_is_warm(
     first: float, second: float, s: Signals, model: CompiledModel
 ) -> tuple[float, float]:
@@ -134,7 +130,7 @@ def _from_what_is_warm(
     return max(first, first * left_1), max(second, second * left_2)
 
 
-@inner
+@compiled
 def _static_on_top(
     first: float, second: float, s: Signals, model: CompiledModel
 ) -> tuple[float, float]:
@@ -173,7 +169,7 @@ def _rate_of(total: Sum) -> Sum:
     By central differences, which are exact up to squares of the position.
     """
 
-    @inner
+    @compiled
     def rate_of(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
         step = STEP * model.cylinder.stroke
         ahead = total(_moved(s, step), model, c, state, rate)
@@ -183,7 +179,7 @@ def _rate_of(total: Sum) -> Sum:
     return rate_of
 
 
-@inner
+@compiled
 def _moved(signals: Signals, way: float) -> Signals:
     motion = Motion(signals.motion.position + way, signals.motion.velocity)
     return Signals(signals.time, motion, signals.gas, signals.ports, signals.seal)
@@ -239,26 +235,35 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
 
 
 GUARDS: dict[Balance, Guard] = {
-    Balance.MASS: _from_what_is_left, Balance.HEAT: _from_what_is_warm,
+    Balance.MASS: _from_what_is_left,
+    Balance.HEAT: _from_what_is_warm,
     Balance.LEVEL: _static_on_top,
-}  # fmt: skip
+}
 REGIMES = {
     Balance.LEVEL: (Regime.BREAKAWAY, Regime.SLIDING),
     Balance.SPOOL: (Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
 }
 EFFECTS: dict[str, Effect] = {
-    name: _effect(name, f'{what} nobody has named yet', balance, probes)
+    name: _effect(name, f'{what} without a known cause', balance, probes)
     for name, what, balance, probes in (
         ('empirical_flow', 'a flow', Balance.MASS, (1e-6, -1e-6)),
         ('empirical_force', 'a force', Balance.FORCE, (0.5, -0.5)),
         ('empirical_friction', 'a level of friction', Balance.LEVEL, (0.3, -0.1)),
         ('empirical_heat', 'a heat flow', Balance.HEAT, (1.0, -1.0)),
-        ('empirical_position_reading', 'an error of the position sensor',
-         Balance.MOTION_READING, (1e-3, -1e-3)),
-        ('empirical_pressure_reading', 'an error of the pressure sensors',
-         Balance.PRESSURE_READING, (1e3, -1e3)),
+        (
+            'empirical_position_reading',
+            'an error of the position sensor',
+            Balance.MOTION_READING,
+            (1e-3, -1e-3),
+        ),
+        (
+            'empirical_pressure_reading',
+            'an error of the pressure sensors',
+            Balance.PRESSURE_READING,
+            (1e3, -1e3),
+        ),
         ('empirical_voltage', 'an error of the valve spools', Balance.SPOOL, (0.02, -0.02)),
     )
-}  # fmt: skip
+}
 # where batches of plants, and pickle, find the classes
 globals().update({name: effect.parameters for name, effect in EFFECTS.items()})

@@ -73,7 +73,7 @@ def crossing(c0: float, d0: float, c1: float, d1: float, level: float) -> float:
 @compiled
 def release(before: Array, arrow: Array, contact: float) -> tuple[int, float, bool]:
     """
-    Return whether the piston leaves an end stop within a step, as :func:`find` does.
+    Return whether the piston leaves an end stop within a step, as :func:`locate_event` does.
 
     :param before, arrow: auxiliary output of the right-hand side at both ends of the step
     :param contact: -1 or +1, the stop
@@ -93,7 +93,7 @@ def breakaway_velocity(law: Friction) -> float:
 
 
 @compiled
-def find(
+def locate_event(
     step: float,
     y0: Array,
     f0: Array,
@@ -109,7 +109,7 @@ def find(
     Return the first event of a step: its code, its share of the step, and whether it is met.
 
     An event is met when the step ends beyond its threshold by no more than the tolerance. A
-    reversal is none: it only bounds the step, so that F(z) sees the turning point.
+    reversal is not an event: it only bounds the step, so that F(z) sees the turning point.
 
     :param step: length of the step [s]
     :param y0, f0, y1, f1: states and rates at both ends
@@ -158,27 +158,27 @@ def find(
 
 
 @compiled
-def remember(state: Array, memory: Array, model: CompiledModel) -> None:
+def update_anchors(state: Array, memory: Array, model: CompiledModel) -> None:
     """Let F(z) remember the deflection at the end of an accepted step; changes ``memory``."""
     hysteresis.drag_anchors(state[DEFLECTION], memory[ANCHORS:], model.friction)
 
 
 @compiled
-def apply(
+def apply_event(
     code: int, time: float, state: Array, memory: Array, arrow: Array, model: CompiledModel
 ) -> None:
     """Carry out an event: changes ``state`` and ``memory``."""
     if code == BREAKAWAY:
         break_away(time, memory, arrow[GROWN_STATIC], model.friction)
     elif code == ARREST:
-        rest(time, memory, model.friction)
+        enter_rest(time, memory, model.friction)
     elif code == TOUCH:
         outer = state[POSITION] > 0.5 * model.cylinder.stroke
         memory[CONTACT] = 1.0 if outer else -1.0
         state[POSITION] = model.cylinder.stroke if outer else 0.0
         state[VELOCITY] = 0.0
         if memory[STICKING] == 0.0:
-            rest(time, memory, model.friction)
+            enter_rest(time, memory, model.friction)
     elif code == RELEASE:
         memory[CONTACT] = 0.0
 
@@ -191,7 +191,7 @@ def break_away(time: float, memory: Array, grown: float, law: Friction) -> None:
 
 
 @compiled
-def rest(time: float, memory: Array, law: Friction) -> None:
+def enter_rest(time: float, memory: Array, law: Friction) -> None:
     """Let the dwell clock of Eq. 16 run from ``time`` [s] on; changes ``memory``."""
     memory[REST_AGE] = clock(time, memory, law)
     memory[REST_START], memory[STICKING] = time, 1.0

@@ -1,7 +1,7 @@
 """
 Seal friction: revised LuGre (Eq. 9-15) with dwell-time-dependent static friction (Eq. 16).
 
-The simpler laws are the same equations with terms left out: ``coulomb_viscous`` has a constant
+The simpler laws are the same equations without some terms: ``coulomb_viscous`` has a constant
 level F_c, ``lugre`` adds the Stribeck curve, ``revised_lugre`` the lubricant film and the fluid
 time constant, ``revised_lugre_dwell`` Eq. 16. Sticking is resolved by the bristle in all four.
 """
@@ -173,9 +173,12 @@ def static_friction(
     if friction.model != REVISED_LUGRE_DWELL:
         return breakaway_force
     return grown_static_friction(
-        dwell_time, breakaway_force, coulomb_force, friction.dwell_coefficient,
+        dwell_time,
+        breakaway_force,
+        coulomb_force,
+        friction.dwell_coefficient,
         friction.dwell_exponent,
-    )  # fmt: skip
+    )
 
 
 @compiled
@@ -197,7 +200,7 @@ def faded_dwell(dwell_time: float, sliding_time: float, friction: Friction) -> f
     left = grown * math.exp(-sliding_time / friction.memory_time)
     if left <= 0.0:
         return 0.0
-    if left >= 1.0:  # to all digits: no dwell is long enough, and none tells it apart
+    if left >= 1.0:  # saturated to all digits, whatever the dwell
         return dwell_time
     return math.pow(-math.log1p(-left) / gamma, 1.0 / alpha)
 

@@ -1,9 +1,9 @@
 """
 A run that keeps to a measured one: restarted from it, or with its motion or pressures imposed.
 
-What a measured signal imposes is no longer predicted, so that the other balances can be looked at
-alone; what is restarted at every rest is predicted over one stick-slip cycle only. All that
-cannot be measured - film, dwell clock, states of the effects - is carried on.
+What a measured signal imposes is no longer predicted, so that the other balances can be
+examined alone; what is restarted at every rest is predicted over one stick-slip cycle only. All
+that cannot be measured - film, dwell clock, states of the effects - is carried on.
 """
 
 from collections.abc import Callable
@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.model import chambers, events, piston
-from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
     DEFLECTION,
-    FREE_ACCELERATION,
     GAS_MASS_1,
     GAS_MASS_2,
     GROWN_STATIC,
@@ -31,7 +30,7 @@ from pneu_rig_ros.model.dynamics import (
     VELOCITY,
     Array,
 )
-from pneu_rig_ros.model.integrator import ACCELERATION, END, NOW, Carry
+from pneu_rig_ros.model.integrator import END, IntegratorState
 from pneu_rig_ros.model.parameters import Friction
 
 
@@ -64,7 +63,7 @@ class Impose(IntFlag):
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
 AT_STOP = 3e-4
-"""A rest this close to an end stop cannot be told from one at it [m]."""
+"""A rest this close to an end stop cannot be distinguished from one at it [m]."""
 LEAST_STIFFNESS = 1e-3
 """Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
 
@@ -102,7 +101,7 @@ def touched_stop(position: float, state: Array, contact: float, model: CompiledM
     """
     Return the end stop, -1 or +1, that holds the piston at a measured position [m], else 0.
 
-    So near to one that they cannot be told apart, it is at the stop if the gas pushes it there.
+    Within ``AT_STOP`` of a stop, the piston is at the stop if the gas pushes it there.
     """
     stop = 0.0
     if position < AT_STOP:
@@ -112,59 +111,6 @@ def touched_stop(position: float, state: Array, contact: float, model: CompiledM
     p1, p2 = state[PRESSURE_1], state[PRESSURE_2]
     pushed = stop * piston.driving_force(p1, p2, model.cylinder, model.gas) > 0.0
     return stop if pushed or contact == stop else 0.0
-
-
-def build_balance(start: Callable[..., None]) -> Callable[..., None]:
-    """Return the compiled balance of a piston that does not accelerate."""
-
-    @compiled
-    def balance(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
-        """Deflect the bristle until it holds the driving force."""
-        for _ in range(BALANCING_ROUNDS):
-            start(carry, model, effects)
-            if carry.arrow[V_Z] < -LEAST_STIFFNESS:
-                carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
-
-    return balance
-
-
-def build_hold(balance: Callable[..., None]) -> Callable[..., None]:
-    """Return the compiled start from a measured state in which the seal holds the piston."""
-
-    @compiled
-    def hold(
-        carry: Carry, measured: Array, model: CompiledModel, effects: tuple[object, ...]
-    ) -> None:
-        set_position(carry.y1, measured[0], model)
-        set_pressures(carry.y1, measured[2], measured[3], model)
-        carry.y1[VELOCITY], carry.memory[CONTACT] = measured[1], 0.0
-        balance(carry, model, effects)
-
-    return hold
-
-
-def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
-    """Return the compiled restart from rest at a measured position and pressures."""
-
-    @compiled
-    def restart(
-        carry: Carry, measured: Array, rest: float, model: CompiledModel,
-        effects: tuple[object, ...],
-    ) -> None:  # fmt: skip
-        memory = carry.memory
-        slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
-        set_pressures(carry.y1, measured[2], measured[3], model)
-        stop = touched_stop(measured[0], carry.y1, memory[CONTACT], model)
-        set_position(carry.y1, measured[0] + stop * AT_STOP, model)
-        if slow and stop == 0.0 and memory[CONTACT] == 0.0:
-            return  # the model slows down too: when it rests is for it to say
-        if memory[STICKING] == 0.0:
-            events.rest(rest, memory, model.friction)
-        memory[CONTACT], carry.y1[VELOCITY] = stop, 0.0
-        if stop == 0.0:
-            balance(carry, model, effects)
-
-    return restart
 
 
 @compiled
@@ -181,72 +127,85 @@ def switch(
     if action & Impose.BREAK.value and memory[STICKING] != 0.0:
         events.break_away(rest if action & Impose.HOLD.value else time, memory, grown, law)
     if action & Impose.REST.value and memory[STICKING] == 0.0:
-        events.rest(rest, memory, law)
+        events.enter_rest(rest, memory, law)
 
 
-def build_act(start: Callable[..., None]) -> Callable[..., None]:
-    """Return the compiled changes of state before an interval."""
-    balance = build_balance(start)
-    restart, hold = build_restart(balance), build_hold(balance)
+def build_balance(evaluate: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled balance of a piston that does not accelerate."""
+
+    @called
+    def balance(carry: IntegratorState, model: CompiledModel, effects: tuple[object, ...]) -> None:
+        """Deflect the bristle until it holds the driving force (Newton's method)."""
+        for _ in range(BALANCING_ROUNDS):
+            evaluate(carry, model, effects)
+            if carry.arrow[V_Z] < -LEAST_STIFFNESS:
+                carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
+
+    return balance
+
+
+def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled restart from rest at a measured position and pressures."""
 
     @compiled
-    def act(
-        carry: Carry, action: int, measured: Array, rest: float, model: CompiledModel,
+    def restart(
+        carry: IntegratorState,
+        measured: Array,
+        rest: float,
+        model: CompiledModel,
         effects: tuple[object, ...],
-    ) -> None:  # fmt: skip
-        grown = carry.arrow[GROWN_STATIC]
-        switch(carry.clock[END], carry.memory, action, grown, rest, model.friction)
+    ) -> None:
+        memory = carry.memory
+        slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
+        set_pressures(carry.y1, measured[2], measured[3], model)
+        stop = touched_stop(measured[0], carry.y1, memory[CONTACT], model)
+        # at a stop the position goes beyond it, and is clipped to the stop itself
+        set_position(carry.y1, measured[0] + stop * AT_STOP, model)
+        if slow and stop == 0.0 and memory[CONTACT] == 0.0:
+            return  # the model slows down too: when it rests is for it to decide
+        if memory[STICKING] == 0.0:
+            events.enter_rest(rest, memory, model.friction)
+        memory[CONTACT], carry.y1[VELOCITY] = stop, 0.0
+        if stop == 0.0:
+            balance(carry, model, effects)
+
+    return restart
+
+
+def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
+    """
+    Return the compiled changes of state before an interval.
+
+    :param evaluate: see ``integrator.build_evaluate``
+    """
+    balance = build_balance(evaluate)
+    restart = build_restart(balance)
+
+    @called
+    def act(
+        carry: IntegratorState,
+        action: int,
+        measured: Array,
+        rest: float,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        state, memory, grown = carry.y1, carry.memory, carry.arrow[GROWN_STATIC]
+        switch(carry.clock[END], memory, action, grown, rest, model.friction)
         if action & Impose.RESTART.value:
             restart(carry, measured, rest, model, effects)
         if action & Impose.HOLD.value:
-            hold(carry, measured, model, effects)
+            set_position(state, measured[0], model)
+            set_pressures(state, measured[2], measured[3], model)
+            state[VELOCITY], memory[CONTACT] = measured[1], 0.0
+            balance(carry, model, effects)
         if action & Impose.MOTION.value:
-            set_position(carry.y1, measured[0], model)
-            carry.y1[VELOCITY], carry.memory[CONTACT] = measured[1], HELD
-        elif carry.memory[CONTACT] == HELD:
-            carry.memory[CONTACT] = 0.0
+            set_position(state, measured[0], model)
+            state[VELOCITY], memory[CONTACT] = measured[1], HELD
+        elif memory[CONTACT] == HELD:
+            memory[CONTACT] = 0.0
         if action & Impose.PRESSURES.value:
-            set_pressures(carry.y1, measured[2], measured[3], model)
-        start(carry, model, effects)
+            set_pressures(state, measured[2], measured[3], model)
+        evaluate(carry, model, effects)
 
     return act
-
-
-def build_run_imposed(
-    start: Callable[..., None], cut: Callable[..., None], record: Callable[..., None],
-    advance: Callable[..., None],
-) -> Callable[..., None]:  # fmt: skip
-    """
-    Return the compiled run along a measured one.
-
-    ``run_imposed(carry, interval, first, voltages, actions, measured, rests, states, extras,
-    tolerance, longest, model, effects)`` is ``run`` with, for the interval after sample i,
-    ``actions[i]`` done with ``measured[i]``, (x, v, p1, p2) in SI units and corrected for the
-    sensors, and ``rests[i]``, the time at which the rest began [s], or with HOLD and BREAK the
-    slide before it. Where the motion is imposed, the acceleration in ``extras`` is the one that
-    the forces would give a free piston.
-    """
-    act = build_act(start)
-
-    @compiled
-    def run_imposed(
-        carry: Carry, interval: float, first: int, voltages: Array, actions: Actions,
-        measured: Array, rests: Array, states: Array, extras: Array, tolerance: float,
-        longest: float, model: CompiledModel, effects: tuple[object, ...],
-    ) -> None:  # fmt: skip
-        held = carry.voltages
-        for i in range(len(voltages)):
-            changed = voltages[i, 0] != held[0] or voltages[i, 1] != held[1]
-            if changed or actions[i] != 0:
-                cut(carry, voltages[i], model, effects)
-            if actions[i] != 0:
-                act(carry, actions[i], measured[i], rests[i], model, effects)
-            target = (first + i + 1) * interval
-            while carry.clock[END] < target:
-                advance(carry, tolerance, longest, model, effects)
-            carry.clock[NOW] = target
-            record(carry, target, states[i], extras[i])
-            if carry.memory[CONTACT] == HELD:
-                extras[i, ACCELERATION] = carry.arrow[FREE_ACCELERATION]
-
-    return run_imposed

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneu_rig_ros.model import events
-from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled import called, compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
@@ -46,7 +46,7 @@ EXTRA_NAMES = ('acceleration', 'sticking', 'contact', 'rest_start')
 ACCELERATION = 0
 
 
-class Carry(NamedTuple):
+class IntegratorState(NamedTuple):
     """
     Everything an integration under way consists of.
 
@@ -58,7 +58,7 @@ class Carry(NamedTuple):
     :param memory: what jumps, see ``dynamics``
     :param voltages: u1, u2 [V] of the present step
     :param scale: error weights, full scale of each state, shape (n,)
-    :param work: scratch, shape (7, n), and for the arrow
+    :param work: scratch, shape (5, n), and for the arrow
     """
 
     clock: Array
@@ -83,7 +83,7 @@ def copy(source: Array, target: Array) -> None:
 
 
 @compiled
-def interpolate(carry: Carry, time: float, out: Array) -> None:
+def interpolate(carry: IntegratorState, time: float, out: Array) -> None:
     """Write the state at ``time`` [s] within the present step into ``out``, shape (n,)."""
     start, end = carry.clock[START], carry.clock[END]
     if time >= end:
@@ -100,7 +100,7 @@ def interpolate(carry: Carry, time: float, out: Array) -> None:
 
 
 @compiled
-def interpolate_acceleration(carry: Carry, time: float) -> float:
+def interpolate_acceleration(carry: IntegratorState, time: float) -> float:
     """Return dv/dt [m/s^2] at ``time`` [s]: linear within the present step."""
     start, end = carry.clock[START], carry.clock[END]
     share = 1.0 if time >= end else (time - start) / (end - start)
@@ -128,149 +128,117 @@ def step_factor(ratio: float) -> float:
     return min(max(factor, SMALLEST_FACTOR), LARGEST_FACTOR)
 
 
-def build_start(right_hand_side: RightHandSide) -> Callable[..., None]:
+def build_evaluate(right_hand_side: RightHandSide) -> Callable[..., None]:
     """Return the compiled evaluation of the rates where the present step ends."""
-    rhs = right_hand_side
 
-    @compiled
-    def start(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
-        rhs(
-            carry.clock[END], carry.y1, carry.f1, carry.arrow, carry.memory, carry.voltages,
-            model, effects,
-        )  # fmt: skip
+    @called
+    def evaluate(
+        carry: IntegratorState, model: CompiledModel, effects: tuple[object, ...]
+    ) -> None:
+        time, state, rate = carry.clock[END], carry.y1, carry.f1
+        right_hand_side(
+            time, state, rate, carry.arrow, carry.memory, carry.voltages, model, effects
+        )
         carry.counts[EVALUATIONS] += 1
 
-    return start
+    return evaluate
 
 
-def build_cut(start: Callable[..., None]) -> Callable[..., None]:
-    """Return the compiled change of voltages: the step under way ends at the present time."""
-
-    @compiled
-    def cut(
-        carry: Carry, voltages: Array, model: CompiledModel, effects: tuple[object, ...]
-    ) -> None:
-        now = carry.clock[NOW]
-        if now < carry.clock[END]:
-            interpolate(carry, now, carry.work[0])
-            copy(carry.work[0], carry.y1)
-            carry.clock[END] = now
-            carry.counts[PENDING] = events.NONE
-        copy(voltages, carry.voltages)
-        start(carry, model, effects)
-
-    return cut
+@compiled
+def cut(carry: IntegratorState) -> None:
+    """End the step under way at the present time; the rates there must be evaluated again."""
+    now = carry.clock[NOW]
+    if now < carry.clock[END]:
+        interpolate(carry, now, carry.work[0])
+        copy(carry.work[0], carry.y1)
+        carry.clock[END] = now
+        carry.counts[PENDING] = events.NONE  # what would have happened beyond it does not
 
 
 def build_advance(
-    right_hand_side: RightHandSide, start: Callable[..., None]
+    right_hand_side: RightHandSide, evaluate: Callable[..., None]
 ) -> Callable[..., None]:
     """Return the compiled step that is accepted: short enough, and not beyond an event."""
     try_step = build_step(right_hand_side)
 
-    @compiled
-    def jump(carry: Carry, model: CompiledModel, effects: tuple[object, ...]) -> None:
-        time, code = carry.clock[END], carry.counts[PENDING]
-        events.apply(code, time, carry.y1, carry.memory, carry.arrow, model)
-        carry.counts[PENDING] = events.NONE
-        carry.counts[EVENTS] += 1
-        carry.clock[SUGGESTED] = min(carry.clock[SUGGESTED], AFTER_EVENT)
-        start(carry, model, effects)
-
-    @compiled
+    @inner
     def advance(
-        carry: Carry, tolerance: float, longest: float, model: CompiledModel,
+        carry: IntegratorState,
+        tolerance: float,
+        longest: float,
+        model: CompiledModel,
         effects: tuple[object, ...],
-    ) -> None:  # fmt: skip
-        clock, counts, error = carry.clock, carry.counts, carry.work[6]
+    ) -> None:
+        clock, counts, memory, error = carry.clock, carry.counts, carry.memory, carry.work[4]
+        y0, f0, y1, f1, before, arrow = (
+            carry.y0,
+            carry.f0,
+            carry.y1,
+            carry.f1,
+            carry.work_arrow,
+            carry.arrow,
+        )
         if counts[PENDING] != events.NONE:
-            jump(carry, model, effects)
-        copy(carry.y1, carry.y0)
-        copy(carry.f1, carry.f0)
-        copy(carry.arrow, carry.work_arrow)
+            events.apply_event(counts[PENDING], clock[END], y1, memory, arrow, model)
+            counts[PENDING] = events.NONE
+            counts[EVENTS] += 1
+            clock[SUGGESTED] = min(clock[SUGGESTED], AFTER_EVENT)
+            evaluate(carry, model, effects)
+        copy(y1, y0)
+        copy(f1, f0)
+        copy(arrow, before)
         time, h, aims = clock[END], min(clock[SUGGESTED], longest), 0
         backlash = BACKLASH * tolerance * carry.scale[DEFLECTION]
         while True:
             try_step(
-                time, h, carry.y0, carry.f0, carry.work_arrow, carry.y1, carry.f1, carry.arrow,
-                error, carry.work, carry.memory, carry.voltages, model, effects,
-            )  # fmt: skip
+                time,
+                h,
+                y0,
+                f0,
+                before,
+                y1,
+                f1,
+                arrow,
+                error,
+                carry.work,
+                memory,
+                carry.voltages,
+                model,
+                effects,
+            )
             counts[EVALUATIONS] += 4
             ratio = error_norm(error, carry.scale, tolerance)
             if ratio > 1.0 and h > SHORTEST:
                 h, aims = max(h * step_factor(ratio), SHORTEST), 0
             else:
-                code, share, met = events.find(
-                    h,
-                    carry.y0,
-                    carry.f0,
-                    carry.y1,
-                    carry.f1,
-                    carry.work_arrow,
-                    carry.arrow,
-                    carry.memory,
-                    backlash,
-                    model,
+                code, share, met = events.locate_event(
+                    h, y0, f0, y1, f1, before, arrow, memory, backlash, model
                 )
                 if code == events.NONE or met or h <= SHORTEST:
                     break
-                aims += 1  # an aim that keeps missing by little is replaced by halving
+                # Interpolation aims at the event; a few aims meet it, unless the step is not as
+                # smooth as the cubic through its ends. Then halving closes in on it.
+                aims += 1
                 h = max(h * share * (1.0 if aims <= MOST_AIMS else 0.5), SHORTEST)
             counts[REJECTED] += 1
         counts[STEPS] += 1
-        lost = ratio == LARGEST_ERROR  # not a number: there is nowhere to go on from
+        lost = ratio == LARGEST_ERROR  # non-finite state: the run ends here
         clock[START], clock[END] = time, math.inf if lost else time + h
         counts[PENDING] = code if code != events.REVERSAL else events.NONE
-        events.remember(carry.y1, carry.memory, model)
+        events.update_anchors(y1, memory, model)
         if aims == 0:
             clock[SUGGESTED] = h * step_factor(ratio)
-        else:
+        else:  # cut for the event, so its error does not limit the next step
             clock[SUGGESTED] = min(clock[SUGGESTED], max(LARGEST_FACTOR * h, AFTER_EVENT))
 
     return advance
 
 
 @compiled
-def sample(carry: Carry, time: float, state: Array, extra: Array) -> None:
+def sample(carry: IntegratorState, time: float, state: Array, extra: Array) -> None:
     """Write the state and its extras at ``time`` [s] within the present step."""
     interpolate(carry, time, state)
     extra[0] = interpolate_acceleration(carry, time)
     extra[1] = carry.memory[STICKING]
     extra[2] = carry.memory[CONTACT]
     extra[3] = carry.memory[REST_START]
-
-
-def build_run(cut: Callable[..., None], advance: Callable[..., None]) -> Callable[..., None]:
-    """
-    Return the compiled run over many sampling intervals.
-
-    ``run(carry, interval, first, voltages, states, extras, tolerance, longest, model, effects)``
-    holds each row of ``voltages``, shape (m, 2), for one interval [s]. Sample number
-    ``first + i + 1`` is at exactly that multiple of the interval; it goes to ``states[i]``, shape
-    (m, n), and ``extras[i]``, shape (m, 4), see ``EXTRA_NAMES``.
-    """
-
-    @compiled
-    def run(
-        carry: Carry,
-        interval: float,
-        first: int,
-        voltages: Array,
-        states: Array,
-        extras: Array,
-        tolerance: float,
-        longest: float,
-        model: CompiledModel,
-        effects: tuple[object, ...],
-    ) -> None:
-        clock, held = carry.clock, carry.voltages
-        for i in range(len(voltages)):
-            if voltages[i, 0] != held[0] or voltages[i, 1] != held[1]:
-                cut(carry, voltages[i], model, effects)
-            target = (first + i + 1) * interval
-            while clock[END] < target:
-                advance(carry, tolerance, longest, model, effects)
-            clock[NOW] = target
-            sample(carry, target, states[i], extras[i])
-
-    return run

@@ -15,8 +15,11 @@ FRICTION_MODELS = ('coulomb_viscous', 'lugre', 'revised_lugre', 'revised_lugre_d
 
 FOLLOWS_CLOCK, LATCHED_AT_BREAKAWAY, HELD_TO_NEXT_BREAKAWAY, FADES_WHILE_SLIDING = range(4)
 STATIC_FRICTION_READINGS = (
-    'follows_clock', 'latched_at_breakaway', 'held_to_next_breakaway', 'fades_while_sliding',
-)  # fmt: skip
+    'follows_clock',
+    'latched_at_breakaway',
+    'held_to_next_breakaway',
+    'fades_while_sliding',
+)
 
 FILM_PRINTED, FILM_NORMALISED = range(2)
 FILM_READINGS = ('printed', 'normalised')

@@ -11,7 +11,6 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import along, chambers, dynamics, friction, integrator, piston
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
-from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
 from pneu_rig_ros.model.effect import READING_BALANCES
@@ -25,8 +24,9 @@ TOLERANCE = 1e-6
 """Default local error, as a share of full scale [-]."""
 LONGEST_STEP = 0.05
 """Default longest step [s]."""
-ROUGHLY = 1000.0
-"""Multiple of the local error that is allowed of states that nothing asked for depends on [-]."""
+
+FREE = (np.empty(0, dtype=np.int64), np.empty((0, 4)), np.empty(0))
+"""Actions, measured states and rests of a run that nothing is imposed on."""
 
 
 class PlantState(NamedTuple):
@@ -80,11 +80,11 @@ class Trajectory(NamedTuple):
     pressure_2_reading: Array
 
 
-class UnderWay(NamedTuple):
+class RunState(NamedTuple):
     """
-    Everything that the compiled run of a plant goes on from.
+    Everything that the compiled run of a plant continues from.
 
-    :param run: the compiled run, see ``integrator.build_run``
+    :param run: the compiled run, see ``run.build_run``
     :param carry: the integration
     :param intervals: sampled since the reset
     :param model, effects: parameters
@@ -93,7 +93,7 @@ class UnderWay(NamedTuple):
     """
 
     run: Callable[..., None]
-    carry: integrator.Carry
+    carry: integrator.IntegratorState
     intervals: int
     model: CompiledModel
     effects: tuple[Any, ...]
@@ -134,7 +134,7 @@ class Plant:
         shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
         if shapes is not None:
             self.effects += (shapes,)
-        self.right_hand_side, self._solver, self._read, self._along = assemble(
+        self.right_hand_side, self._compiled_run, self._read, self._along = assemble(
             tuple(chosen), shapes is not None
         )
         self.reset()
@@ -142,14 +142,20 @@ class Plant:
     def reset(self) -> PlantState:
         """Go back to rest at the initial position; return the state there."""
         self._arguments = self._compiled_model()
-        self._carry = self.initial_carry()
-        self._solver.start(self._carry, self._arguments, self.effects)
+        self._carry = self.initial_integrator_state()
+        self._evaluate_rates()
         self._index = 0
         self._one_voltage = np.empty((1, 2))
         self._one_state = self._carry.y1[np.newaxis].copy()
         acceleration = self._carry.f1[dynamics.VELOCITY]
         self._one_extra = np.array([[acceleration, *self._carry.memory[:3]]])
         return self.state
+
+    def _evaluate_rates(self) -> None:
+        carry, given = self._carry, (self._arguments, self.effects)
+        signals = carry.y1, carry.f1, carry.arrow, carry.memory, carry.voltages
+        self.right_hand_side(0.0, *signals, *given)
+        carry.counts[integrator.EVALUATIONS] += 1
 
     def start_with(self, temperatures: tuple[float, float]) -> None:
         """Go back to rest, with the gas of both chambers at temperatures [K]."""
@@ -165,7 +171,7 @@ class Plant:
                 law = law._replace(**{name: getattr(own, name) for name in effect.clock})
         return compiled_model(self.model._replace(friction=law))
 
-    def initial_carry(self) -> integrator.Carry:
+    def initial_integrator_state(self) -> integrator.IntegratorState:
         """Return the integration of the model at rest, before its first step."""
         return _at_rest(self.model, self._arguments, self.state_size, self._temperatures)
 
@@ -176,10 +182,6 @@ class Plant:
         self._arguments = self._compiled_model()
         self._carry.voltages[:] = np.nan  # the next run cuts the step under way
 
-    def follow_roughly(self, *states: int) -> None:
-        """Let errors of these states (``dynamics``) be ``ROUGHLY`` as large, until the reset."""
-        self._carry.scale[list(states)] *= ROUGHLY
-
     def run(self, voltages: Array, interval: float) -> Trajectory:
         """
         Hold each row of voltages for one interval; return the states after each.
@@ -187,22 +189,16 @@ class Plant:
         :param voltages: u1, u2 [V], shape (m, 2)
         :param interval: [s], the same in every call since the last reset
         """
-        states = np.empty((len(voltages), self.state_size))
-        extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
-        self._solver.run(
-            self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), states,
-            extras, self.tolerance, self.longest_step, self._arguments, self.effects,
-        )  # fmt: skip
-        return self.advanced(states, extras, interval)
+        return self.run_imposed(voltages, interval, *FREE)
 
     def advanced(self, states: Array, extras: Array, interval: float) -> Trajectory:
         """
-        Return what has been run; the plant goes on from there.
+        Return the trajectory of what has been run, from which the plant continues.
 
         :param states: after each interval, shape (m, n)
         :param extras: see ``integrator.EXTRA_NAMES``, shape (m, 4)
         :param interval: [s]
-        :raises RigError: if the states are no longer numbers
+        :raises RigError: if a state is not finite
         """
         self._check()
         count = len(states)
@@ -216,10 +212,7 @@ class Plant:
         """Hold the voltages [V] for one interval [s]; return the state after it, as ``run``."""
         self._one_voltage[0] = voltage_1, voltage_2
         np.clip(self._one_voltage, 0.0, FULL_VOLTAGE, out=self._one_voltage)
-        self._solver.run(
-            self._carry, interval, self._index, self._one_voltage, self._one_state,
-            self._one_extra, self.tolerance, self.longest_step, self._arguments, self.effects,
-        )  # fmt: skip
+        self._call_run(interval, self._one_voltage, FREE, self._one_state, self._one_extra)
         self._check()
         self._index += 1
         return self.state
@@ -239,17 +232,30 @@ class Plant:
         """
         states = np.empty((len(voltages), self.state_size))
         extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
-        self._solver.run_imposed(
-            self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), actions,
-            measured, rests, states, extras, self.tolerance, self.longest_step, self._arguments,
-            self.effects,
-        )  # fmt: skip
+        clipped = np.clip(voltages, 0.0, FULL_VOLTAGE)
+        self._call_run(interval, clipped, (actions, measured, rests), states, extras)
         return self.advanced(states, extras, interval)
 
-    def along(
-        self, measured: Array, velocity: Array, contacts: Actions, voltages: Array,
+    def _call_run(
+        self,
         interval: float,
-    ) -> tuple[Array, Array]:  # fmt: skip
+        voltages: Array,
+        imposed: tuple[Actions, Array, Array],
+        states: Array,
+        extras: Array,
+    ) -> None:
+        accuracy, given = (self.tolerance, self.longest_step), (self._arguments, self.effects)
+        begin = self._carry, interval, self._index
+        self._compiled_run(*begin, voltages, *imposed, states, extras, *accuracy, *given)
+
+    def along(
+        self,
+        measured: Array,
+        velocity: Array,
+        contacts: Actions,
+        voltages: Array,
+        interval: float,
+    ) -> tuple[Array, Array]:
         """
         Return the modelled rates along a measured run, and by how much the sensors are off.
 
@@ -261,14 +267,12 @@ class Plant:
         :return: rates in the middle of each interval, see ``along.SOURCE_1``, shape (n - 1, 5),
             and readings less true x, p1, p2 there, shape (n - 1, 3)
         """
-        carry, count = self.initial_carry(), len(contacts)
+        count = len(contacts)
         rates, bias = np.empty((count, along.COLUMNS)), np.zeros((count, 3))
         states = np.empty((count if self._sensed else 0, self.state_size))
-        self._along(
-            interval, measured, velocity, contacts, np.clip(voltages, 0.0, FULL_VOLTAGE), rates,
-            states, np.zeros(2), carry.y0, carry.y1, carry.f1, carry.arrow, carry.memory,
-            self._arguments, self.effects,
-        )  # fmt: skip
+        clipped, given = np.clip(voltages, 0.0, FULL_VOLTAGE), (self._arguments, self.effects)
+        runs = measured, velocity, contacts, clipped
+        self._along(interval, *runs, rates, states, self.initial_integrator_state(), *given)
         if self._sensed:
             bias = (self._readings(states) - states[:, :4])[:, [0, 2, 3]]
         return rates, bias
@@ -276,29 +280,33 @@ class Plant:
     def _check(self) -> None:
         start, end = self._carry.clock[: integrator.END + 1].tolist()
         if math.isinf(end):
-            when = f'{start:.6g} s after the start'
-            raise RigError(f'the simulation broke down {when}: not a number')
+            when = f'at t = {start:.6g} s'
+            raise RigError(f'simulation failed {when}: non-finite state')
 
     @property
-    def under_way(self) -> UnderWay:
-        """What the compiled run goes on from."""
-        return UnderWay(
-            self._solver.run, self._carry, self._index, self._arguments, self.effects,
-            self.tolerance, self.longest_step,
-        )  # fmt: skip
+    def run_state(self) -> RunState:
+        """What the compiled run continues from."""
+        return RunState(
+            self._compiled_run,
+            self._carry,
+            self._index,
+            self._arguments,
+            self.effects,
+            self.tolerance,
+            self.longest_step,
+        )
 
     @property
     def state(self) -> PlantState:
         """The state at the present sampling instant."""
-        x, v, p1, p2, z, film, m1, m2, *_ = self._one_state[0].tolist()
+        x, v, p1, p2, *inner = self._one_state[0, : dynamics.STATE_SIZE].tolist()
         acceleration, sticking, contact, rest_start = self._one_extra[0].tolist()
         force = self._friction(p1, p2, acceleration)
         time = float(self._carry.clock[integrator.NOW])
-        return PlantState(
-            time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
-            int(contact), time - rest_start if sticking else 0.0,
-            *self._readings(self._one_state)[0].tolist(),
-        )  # fmt: skip
+        rest = sticking != 0.0, int(contact), time - rest_start if sticking else 0.0
+        readings = self._readings(self._one_state)[0].tolist()
+        values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
+        return PlantState._make(values)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -308,7 +316,7 @@ class Plant:
 
     def _friction(self, pressure_1: Any, pressure_2: Any, acceleration: Any) -> Any:
         """Return F_r [N] by Eq. 8 from numbers or arrays."""
-        drive = plain(piston.driving_force)(
+        drive = piston.driving_force(
             pressure_1, pressure_2, self.model.cylinder, self._arguments.gas
         )
         return drive - self.model.total_mass * acceleration
@@ -322,47 +330,52 @@ class Plant:
         return readings
 
     def _trajectory(self, time: Array, states: Array, extras: Array) -> Trajectory:
-        x, v, p1, p2, z, film, m1, m2 = states.T[: dynamics.STATE_SIZE]
+        x, v, p1, p2, *inner = states.T[: dynamics.STATE_SIZE]
         acceleration, sticking, contact, rest_start = extras.T
-        dwell = np.where(sticking != 0.0, time - rest_start, 0.0)
         force = self._friction(p1, p2, acceleration)
-        return Trajectory(
-            time, x, v, acceleration, p1, p2, force, z, film, m1, m2, sticking != 0.0,
-            contact.astype(np.int64), dwell, *self._readings(states).T,
-        )  # fmt: skip
+        dwell = np.where(sticking != 0.0, time - rest_start, 0.0)
+        rest = sticking != 0.0, contact.astype(np.int64), dwell
+        readings = self._readings(states).T
+        values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
+        return Trajectory._make(values)
 
 
 def _at_rest(
     model: Model, arguments: CompiledModel, size: int, temperatures: tuple[float, float]
-) -> integrator.Carry:
+) -> integrator.IntegratorState:
     """
     Return the carry of a piston that has rested for ``rest_time`` at its initial position.
 
     :param temperatures: of the gas in both chambers [K]
     """
     operation, law = model.operation, model.friction
-    volume_1, volume_2 = plain(chambers.volumes)(operation.initial_position, model.cylinder)
-    p1, p2 = operation.initial_pressure_1, operation.initial_pressure_2
-    gas_mass = plain(chambers.gas_mass)
-    mass_1 = gas_mass(p1, volume_1, temperatures[0], arguments.gas)
-    mass_2 = gas_mass(p2, volume_2, temperatures[1], arguments.gas)
-    state = np.zeros(size)
-    state[:8] = operation.initial_position, 0.0, p1, p2, 0.0, 0.0, mass_1, mass_2
-    held = plain(friction.static_friction)(
+    volumes = chambers.volumes(operation.initial_position, model.cylinder)
+    pressures = operation.initial_pressure_1, operation.initial_pressure_2
+    y1 = np.zeros(size)
+    y1[dynamics.POSITION] = operation.initial_position
+    for i in range(2):
+        mass = chambers.gas_mass(pressures[i], volumes[i], temperatures[i], arguments.gas)
+        y1[dynamics.PRESSURE_1 + i], y1[dynamics.GAS_MASS_1 + i] = pressures[i], mass
+    memory = np.zeros(dynamics.ANCHORS + len(law.element_stiffness))
+    memory[dynamics.STICKING], memory[dynamics.REST_START] = 1.0, -operation.rest_time
+    memory[dynamics.HELD_DWELL] = operation.rest_time
+    memory[dynamics.HELD_STATIC] = friction.static_friction(
         operation.rest_time, law.breakaway_force, law.coulomb_force, arguments.friction
     )
-    memory = np.zeros(dynamics.ANCHORS + len(law.element_stiffness))
-    memory[: dynamics.ANCHORS] = (
-        1.0, 0.0, -operation.rest_time, 0.0, 0.0, held, operation.rest_time,
-    )  # fmt: skip
-    clock = np.array([0.0, 0.0, integrator.AFTER_EVENT, 0.0])
-    return integrator.Carry(
-        clock=clock, counts=np.zeros(5, dtype=np.int64),
-        y0=state.copy(), f0=np.zeros(size), y1=state, f1=np.zeros(size),
-        arrow=np.zeros(dynamics.ARROW_SIZE), memory=memory,
-        voltages=np.full(2, CENTRE_VOLTAGE), scale=full_scale(model, size),
-        work=np.zeros((7, size)), work_arrow=np.zeros(dynamics.ARROW_SIZE),
-    )  # fmt: skip
+    return integrator.IntegratorState(
+        clock=np.array([0.0, 0.0, integrator.AFTER_EVENT, 0.0]),
+        counts=np.zeros(5, dtype=np.int64),
+        y0=y1.copy(),
+        f0=np.zeros(size),
+        y1=y1,
+        f1=np.zeros(size),
+        arrow=np.zeros(dynamics.ARROW_SIZE),
+        memory=memory,
+        voltages=np.full(2, CENTRE_VOLTAGE),
+        scale=full_scale(model, size),
+        work=np.zeros((5, size)),
+        work_arrow=np.zeros(dynamics.ARROW_SIZE),
+    )
 
 
 def full_scale(model: Model, size: int) -> Array:
@@ -372,7 +385,7 @@ def full_scale(model: Model, size: int) -> Array:
     level = max(model.friction.breakaway_force, model.friction.coulomb_force)
     cylinder = model.cylinder
     volume = cylinder.cap_dead_volume + cylinder.cap_area * cylinder.stroke
-    mass = plain(chambers.gas_mass)(pressure, volume, model.gas.supply_temperature, air(model.gas))
+    mass = chambers.gas_mass(pressure, volume, model.gas.supply_temperature, air(model.gas))
     scale = np.ones(size)
     scale[:8] = cylinder.stroke, 1.0, pressure, pressure, level / stiffness, 1.0, mass, mass
     return scale

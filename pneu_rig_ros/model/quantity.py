@@ -115,7 +115,7 @@ def specifications(section: type[Any]) -> dict[str, Specification]:
 
 def read_section(section: type[Any], values: object, where: str) -> Any:
     """
-    Build a section (a ``NamedTuple`` class) from a YAML mapping; a default may be left out.
+    Build a section (a ``NamedTuple`` class) from a YAML mapping; defaults may be omitted.
 
     :raises RigError: for a missing or unknown key, a wrong unit, or a value out of range
     """

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
 from pneu_rig_ros.model.dynamics import (
@@ -40,15 +40,18 @@ def build_readings(contributions: Contributions) -> Readings:
 
     ``readings(states, out, scratch, model, effects)`` writes the readings of x [m], v [m/s], p1
     and p2 [Pa, absolute] of each row of ``states``, shape (m, n), into ``out``, shape (m, 4), and
-    rates that nobody needs into ``scratch``, shape (n,).
+    rates that are not needed into ``scratch``, shape (n,).
     """
     add_motion, add_pressure = contributions.motion_reading, contributions.pressure_reading
 
-    @compiled
+    @inner
     def readings(
-        states: Array, out: Array, scratch: Array, model: CompiledModel,
+        states: Array,
+        out: Array,
+        scratch: Array,
+        model: CompiledModel,
         effects: tuple[object, ...],
-    ) -> None:  # fmt: skip
+    ) -> None:
         for i in range(len(states)):
             state = states[i]
             signals = visible(state, model)

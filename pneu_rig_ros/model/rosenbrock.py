@@ -8,7 +8,7 @@ Reference: J. Rang, L. Angermann, BIT Numerical Mathematics 45 (2005) 761.
 
 import numpy as np
 
-from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
     DEFLECTION,
@@ -33,59 +33,29 @@ ORDER = 3
 """Declared order of the method."""
 
 _DIAGONAL = 4.3586652150845900e-01
-_ALPHA = np.array(
-    [
-        [0.0, 0.0, 0.0, 0.0],
-        [8.7173304301691801e-01, 0.0, 0.0, 0.0],
-        [8.4457060015369423e-01, -1.1299064236484185e-01, 0.0, 0.0],
-        [0.0, 0.0, 1.0, 0.0],
-    ]
-)
-_GAMMA = np.array(
-    [
-        [_DIAGONAL, 0.0, 0.0, 0.0],
-        [-8.7173304301691801e-01, _DIAGONAL, 0.0, 0.0],
-        [-9.0338057013044082e-01, 5.4180672388095326e-02, _DIAGONAL, 0.0],
-        [
-            2.4212380706095346e-01,
-            -1.2232505839045147e00,
-            5.4526025533510214e-01,
-            _DIAGONAL,
-        ],
-    ]
-)
+_ALPHA = np.zeros((4, 4))
+_ALPHA[1, 0] = 8.7173304301691801e-01
+_ALPHA[2, :2] = 8.4457060015369423e-01, -1.1299064236484185e-01
+_ALPHA[3, 2] = 1.0
+_GAMMA = np.diag([_DIAGONAL] * 4)
+_GAMMA[1, 0] = -8.7173304301691801e-01
+_GAMMA[2, :2] = -9.0338057013044082e-01, 5.4180672388095326e-02
+_GAMMA[3, :3] = 2.4212380706095346e-01, -1.2232505839045147e00, 5.4526025533510214e-01
 _WEIGHTS = np.array(
-    [
-        2.4212380706095346e-01,
-        -1.2232505839045147e00,
-        1.5452602553351020e00,
-        4.3586652150845900e-01,
-    ]
+    [2.4212380706095346e-01, -1.2232505839045147e00, 1.5452602553351020e00, _DIAGONAL]
 )
 _EMBEDDED = np.array(
-    [
-        3.7810903145819369e-01,
-        -9.6042292212423178e-02,
-        5.0000000000000000e-01,
-        2.1793326075422950e-01,
-    ]
+    [3.7810903145819369e-01, -9.6042292212423178e-02, 0.5, 2.1793326075422950e-01]
 )
 
-# in the variables u = Gamma k no product with the Jacobian is needed
+# In the variables u = Gamma k no product with the Jacobian is needed (Hairer, Wanner, Solving
+# Ordinary Differential Equations II, 1996, IV.7): stage s is evaluated at y0 + sum A[s, j] u[j],
+# and its linear system has the right-hand side f + sum C[s, j] u[j] / h. Row 4 is the result.
 _INVERSE = np.linalg.inv(_GAMMA)
-_A = np.tril(_ALPHA @ _INVERSE, -1)
+_A = np.vstack([np.tril(_ALPHA @ _INVERSE, -1), _WEIGHTS @ _INVERSE])
 _C = np.tril(np.diag(1.0 / np.diag(_GAMMA)) - _INVERSE, -1)
-_M = _WEIGHTS @ _INVERSE
 _E = (_WEIGHTS - _EMBEDDED) @ _INVERSE
-_A21, _A31, _A32, _A41, _A42, _A43 = (
-    float(_A[i, j]) for i, j in ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2))
-)
-_C21, _C31, _C32, _C41, _C42, _C43 = (
-    float(_C[i, j]) for i, j in ((1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2))
-)
-_M1, _M2, _M3, _M4 = (float(m) for m in _M)
-_E1, _E2, _E3, _E4 = (float(e) for e in _E)
-_T2, _T3, _T4 = (float(t) for t in _ALPHA.sum(axis=1)[1:])
+_TIMES = np.append(_ALPHA.sum(axis=1), 1.0)
 
 
 @compiled
@@ -119,13 +89,12 @@ def build_step(right_hand_side: RightHandSide) -> RightHandSide:
     """
     Return the compiled step for a right-hand side.
 
-    ``step(t, h, y0, f0, arrow, y1, f1, arrow_1, error, work, memory, voltages, model, effects)``
+    ``step(t, h, y0, f0, arrow, y1, f1, arrow_1, error, u, memory, voltages, model, effects)``
     writes state, rate and Jacobian at t + h into ``y1``, ``f1`` and ``arrow_1`` and the local
-    error estimate into ``error``; ``work`` has shape (6, n).
+    error estimate into ``error``; ``u`` is scratch, shape (4, n).
     """
-    rhs = right_hand_side
 
-    @compiled
+    @inner
     def step(
         t: float,
         h: float,
@@ -136,39 +105,36 @@ def build_step(right_hand_side: RightHandSide) -> RightHandSide:
         f1: Array,
         arrow_1: Array,
         error: Array,
-        work: Array,
+        u: Array,
         memory: Array,
         voltages: Array,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        n = len(y0)
-        u1, u2, u3, u4, y, f = work[0], work[1], work[2], work[3], work[4], work[5]
+        u1, u2, u3, u4 = u[0], u[1], u[2], u[3]
         diagonal, per_h = 1.0 / (h * _DIAGONAL), 1.0 / h
-        for i in range(n):
+        for i in range(len(y0)):
             u1[i] = f0[i]
+            u2[i] = u3[i] = u4[i] = 0.0  # what is not yet known counts with a coefficient of zero
         solve(diagonal, arrow, u1)
-        for i in range(n):
-            y[i] = y0[i] + _A21 * u1[i]
-        rhs(t + _T2 * h, y, f, arrow_1, memory, voltages, model, effects)
-        for i in range(n):
-            u2[i] = f[i] + per_h * _C21 * u1[i]
-        solve(diagonal, arrow, u2)
-        for i in range(n):
-            y[i] = y0[i] + _A31 * u1[i] + _A32 * u2[i]
-        rhs(t + _T3 * h, y, f, arrow_1, memory, voltages, model, effects)
-        for i in range(n):
-            u3[i] = f[i] + per_h * (_C31 * u1[i] + _C32 * u2[i])
-        solve(diagonal, arrow, u3)
-        for i in range(n):
-            y[i] = y0[i] + _A41 * u1[i] + _A42 * u2[i] + _A43 * u3[i]
-        rhs(t + _T4 * h, y, f, arrow_1, memory, voltages, model, effects)
-        for i in range(n):
-            u4[i] = f[i] + per_h * (_C41 * u1[i] + _C42 * u2[i] + _C43 * u3[i])
-        solve(diagonal, arrow, u4)
-        for i in range(n):
-            y1[i] = y0[i] + _M1 * u1[i] + _M2 * u2[i] + _M3 * u3[i] + _M4 * u4[i]
-            error[i] = _E1 * u1[i] + _E2 * u2[i] + _E3 * u3[i] + _E4 * u4[i]
-        rhs(t + h, y1, f1, arrow_1, memory, voltages, model, effects)
+        # A loop with a single call, as the whole plant is inlined there: four times the code would
+        # take much longer to compile.
+        for stage in range(1, 5):
+            a1, a2, a3, a4 = _A[stage, 0], _A[stage, 1], _A[stage, 2], _A[stage, 3]
+            for i in range(len(y0)):
+                y1[i] = y0[i] + a1 * u1[i] + a2 * u2[i] + a3 * u3[i] + a4 * u4[i]
+            right_hand_side(
+                t + _TIMES[stage] * h, y1, f1, arrow_1, memory, voltages, model, effects
+            )
+            if stage < 4:
+                # 1/h is a factor of the sum, but at first of the coefficient: the order decides
+                # the last digit, and with it recorded trajectories
+                inside, outside = (per_h, 1.0) if stage == 1 else (1.0, per_h)
+                c1, c2, c3 = inside * _C[stage, 0], _C[stage, 1], _C[stage, 2]
+                for i in range(len(y0)):
+                    u[stage, i] = f1[i] + outside * (c1 * u1[i] + c2 * u2[i] + c3 * u3[i])
+                solve(diagonal, arrow, u[stage])
+        for i in range(len(y0)):
+            error[i] = _E[0] * u1[i] + _E[1] * u2[i] + _E[2] * u3[i] + _E[3] * u4[i]
 
     return step

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.compiled import called, inner
+from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Effect, Signals
 from pneu_rig_ros.model.quantity import (
@@ -67,7 +67,7 @@ class Shaped(NamedTuple):
 
 
 def without_shape(own: Any) -> Any:
-    """Return the parameters of an effect, be they with a shape or alone."""
+    """Return the parameters of an effect, with or without a shape."""
     return own.parameters if isinstance(own, Shaped) else own
 
 
@@ -158,7 +158,7 @@ def _fill(row: Array, over: str, at: Sequence[float], times: Sequence[float]) ->
     row[FIRST + KNOTS : FIRST + KNOTS + len(at)] = times
 
 
-@inner
+@compiled
 def _common(driver: int, s: Signals) -> float:
     """Return a driver of both contributions; the order is that of ``DRIVERS``."""
     if driver == 0:
@@ -176,11 +176,15 @@ def _common(driver: int, s: Signals) -> float:
     return s.seal.dwell_time if driver == 6 else s.time
 
 
-@inner
+@compiled
 def _own(
-    driver: int, pressure: float, volume: float, gas_mass: float, voltage: float,
+    driver: int,
+    pressure: float,
+    volume: float,
+    gas_mass: float,
+    voltage: float,
     model: CompiledModel,
-) -> float:  # fmt: skip
+) -> float:
     """Return a driver of one chamber and its valve."""
     if driver == 8:
         return pressure
@@ -189,7 +193,7 @@ def _own(
     return voltage - CENTRE_VOLTAGE
 
 
-@inner
+@compiled
 def _factor(row: Array, value: float) -> float:
     count = int(row[COUNT])
     at, times = row[FIRST : FIRST + count], row[FIRST + KNOTS : FIRST + KNOTS + count]

@@ -13,17 +13,13 @@ PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
 """Environment variables with the Fast DDS profiles; the second one since Kilted."""
 
 
-def _middlewares() -> set[str]:
-    """Return the names of the installed ROS middlewares, as far as the ament index lists them."""
+def _check_middleware() -> None:
+    """Exit with code 2 and a message where importing rclpy would end the process with code 102."""
+    requested = os.environ.get('RMW_IMPLEMENTATION', '')
     prefixes = [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     index = Path('share', 'ament_index', 'resource_index', 'rmw_typesupport')
     names = (path.name for prefix in prefixes if prefix for path in Path(prefix, index).glob('*'))
-    return set(names) - {'rmw_implementation'}
-
-
-def _check_middleware() -> None:
-    """Exit with code 2 and a message where importing rclpy would end the process with code 102."""
-    requested, installed = os.environ.get('RMW_IMPLEMENTATION', ''), _middlewares()
+    installed = set(names) - {'rmw_implementation'}
     if requested and installed and requested not in installed:
         print(
             f'Error: RMW_IMPLEMENTATION={requested} is not installed, '

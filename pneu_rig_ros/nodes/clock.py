@@ -51,12 +51,11 @@ class WallClock:
 
 def _wall_minus_monotonic_ns() -> int:
     """Return wall less monotonic time [ns], from the readings taken closest together."""
-    return min(map(_clock_reading, range(3)))[1]
-
-
-def _clock_reading(_: int) -> tuple[int, int]:
-    before, wall, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
-    return after - before, wall - (before + after) // 2
+    readings = []
+    for _ in range(3):
+        before, wall, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
+        readings.append((after - before, wall - (before + after) // 2))
+    return min(readings)[1]
 
 
 class SimulatedTime:

@@ -92,20 +92,22 @@ class DiagnosticsPublisher:
 
 
 class RateCounter:
-    """Counts events: increase `count`, the number since the start, and ask for `per_second`."""
+    """Counts events: increase `count`, the number since the start."""
 
     def __init__(self) -> None:
         self.count = 0
+        self.per_second = 0.0
+        """Mean rate between the last two updates [Hz]."""
         self._last_count = 0
         self._last_ns = time.monotonic_ns()
 
-    def per_second(self) -> float:
-        """Return the mean rate since the last call [Hz]."""
+    def update(self) -> float:
+        """Return the mean rate since the last update [Hz]."""
         now = time.monotonic_ns()
         elapsed = (now - self._last_ns) * 1e-9
-        rate = (self.count - self._last_count) / elapsed if elapsed > 0 else 0.0
+        self.per_second = (self.count - self._last_count) / elapsed if elapsed > 0 else 0.0
         self._last_ns, self._last_count = now, self.count
-        return rate
+        return self.per_second
 
 
 class LossCounter:

@@ -86,17 +86,16 @@ class DuplicateNameGuard:
         acquired = [lock.acquire() for lock in self._locks]
         if not all(acquired):
             return TIMEOUT_ON_HOST
-        return TIMEOUT_IN_GRAPH if any(map(_twice_in_graph, self._nodes.values())) else TIMEOUT
+        for node in self._nodes.values():
+            names = node.get_node_names_and_namespaces()
+            if names.count((node.get_name(), node.get_namespace())) > 1:
+                return TIMEOUT_IN_GRAPH
+        return TIMEOUT
 
     def close(self) -> None:
         """Release the names."""
         for lock in self._locks:
             lock.release()
-
-
-def _twice_in_graph(node: RigNode) -> bool:
-    names = node.get_node_names_and_namespaces()
-    return bool(names.count((node.get_name(), node.get_namespace())) > 1)
 
 
 class HostLock:

@@ -1,15 +1,14 @@
 """The excitation node: publishes a profile of commands or references, sample by sample."""
 
-from collections.abc import Mapping
-from typing import Any
+from functools import partial
 
 from rclpy.context import Context
 
 from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.records.cdr import pack_float64, unpack_stamp
 
 
@@ -26,9 +25,7 @@ class ExcitationNode(RigNode):
         Parameter('repeat', False, 'whether the profile is repeated'),
     )
 
-    def __init__(
-        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('excitation', context, overrides)
         self._excitation = load_excitation(self.text('profile'))
         self._repeat = self.flag('repeat')
@@ -36,7 +33,6 @@ class ExcitationNode(RigNode):
         self._samples = self.subscribe('joint_states')
         self._start_ns: int | None = None
         self._elapsed = 0.0
-        self._rate = RateCounter()
 
     def update(self) -> None:
         """Answer the waiting samples."""
@@ -47,7 +43,7 @@ class ExcitationNode(RigNode):
                 self._start_ns = stamp_ns
             self._elapsed = (stamp_ns - self._start_ns) * 1e-9
             self._publish(pack_float64(self._excitation.level(self._phase())))
-            self._rate.count += 1
+            self.rate.count += 1
 
     def _phase(self) -> float:
         """Return the time since the last start of the profile [s]."""
@@ -59,9 +55,8 @@ class ExcitationNode(RigNode):
         return not self._repeat and self._elapsed >= self._excitation.duration
 
     def status(self) -> NodeStatus:
-        """Return profile, progress and rate for `/diagnostics`."""
+        """Return profile and progress for `/diagnostics`."""
         values: dict[str, object] = {
-            'rate [Hz]': f'{self._rate.per_second():.2f}',
             'profile': self._excitation.name,
             'drives': self._excitation.drives,
             'elapsed [s]': f'{self._phase():.2f}',
@@ -71,10 +66,7 @@ class ExcitationNode(RigNode):
         return NodeStatus('finished' if self.played else waiting, values)
 
 
-def main() -> int:
-    """Run the node until Ctrl-C; return the exit code."""
-    return runner.main([ExcitationNode])
-
+main = partial(runner.main, [ExcitationNode])
 
 if __name__ == '__main__':
     raise SystemExit(main())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from threading import Lock
 from typing import Any
@@ -15,28 +15,23 @@ from rclpy.context import Context
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
-from pneu_rig_ros.nodes.rig_node import RigNode
-from pneu_rig_ros.nodes.sync import TimeSynchronizer
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
+from pneu_rig_ros.nodes.embedding import COMMAND_PERIOD_NS
+from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.sync import SampleSubscription
 from pneu_rig_ros.records.cdr import (
     pack_float64,
     unpack_float64,
-    unpack_fluid_pressure,
     unpack_joint_state,
-    unpack_string,
     unpack_valve_voltages,
 )
-from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
+from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.configuration import OVERRIDES
 
 HISTORY_LENGTH = 17_241
 """Samples kept for a page that is opened later: 20 s at 862 Hz."""
 
-PERIOD_NS = 20_000_000
-"""Commands are published at 50 Hz, often enough for any sensible `command_timeout`."""
-
 SIGNALS = 'position', 'velocity', 'pressure_1', 'pressure_2', 'u', 'voltage_1', 'voltage_2'
-
 
 Row = Sequence[float | None]
 
@@ -79,19 +74,21 @@ class LiveNode(RigNode):
     loop. Nothing is published before the first command, so that a controller is not disturbed.
     """
 
-    period_ns = PERIOD_NS
+    period_ns = COMMAND_PERIOD_NS
     unique = False
 
-    def __init__(
-        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('live', context, overrides)
         self.streams = {
             'samples': History(('time', *SIGNALS), HISTORY_LENGTH),
             'friction': History(('time', 'friction'), HISTORY_LENGTH),
         }
         self._publish = self.advertise('u').publish
-        self._connect()
+        self._samples = SampleSubscription(self)
+        self._friction = self.subscribe('friction')
+        self._commands = self.subscribe('u')
+        self._valves = self.subscribe('valve_voltages')
+        self._descriptions = self.subscribe('rig_description')
         self._supply = self.create_client(SetParameters, 'plant/set_parameters')
         self._reset = self.create_client(Trigger, 'plant/reset')
         self._requests: deque[Callable[[], None]] = deque()
@@ -102,17 +99,6 @@ class LiveNode(RigNode):
         self._configuration: RigConfiguration | None = None
         self._start_ns: int | None = None
         self._message = ''
-        self._rate = RateCounter()
-        self._per_second = 0.0
-
-    def _connect(self) -> None:
-        self._joints = self.subscribe('joint_states')
-        self._chambers = [self.subscribe(f'chamber_{i}/pressure') for i in (1, 2)]
-        self._friction = self.subscribe('friction')
-        self._commands = self.subscribe('u')
-        self._valves = self.subscribe('valve_voltages')
-        self._descriptions = self.subscribe('rig_description')
-        self._synchronizer = TimeSynchronizer(4)
 
     # Methods for other threads.
 
@@ -134,8 +120,8 @@ class LiveNode(RigNode):
         return {
             'rig': self._rig(),
             'held': self._wanted,
-            'rate': self._per_second,
-            'told': self._message,
+            'rate': self.rate.per_second,
+            'message': self._message,
             'supply_limits': [limits.low, limits.high],
             'changeable': self._supply.service_is_ready(),
         }
@@ -163,13 +149,16 @@ class LiveNode(RigNode):
         self._publish_command()
         while self._requests:
             self._requests.popleft()()
-        for cdr in self._descriptions.take_all():
-            with self.skip_invalid(self._descriptions):
-                self._configuration = configuration_from_yaml(
-                    unpack_string(cdr), self._descriptions.name
-                )
-        self._take_valve_signals()
+        self.take_configurations(self._descriptions, self._use_description)
+        # Commands and voltages have no stamp: the newest ones apply to the next samples.
+        for u in self.take_decoded(self._commands, unpack_float64):
+            self._u = _finite(u)
+        for voltage_1, voltage_2 in self.take_decoded(self._valves, unpack_valve_voltages):
+            self._voltages = _finite(voltage_1), _finite(voltage_2)
         self._take_samples()
+
+    def _use_description(self, configuration: RigConfiguration) -> None:
+        self._configuration = configuration
 
     def _publish_command(self) -> None:
         wanted = self._wanted
@@ -177,26 +166,21 @@ class LiveNode(RigNode):
             self._publish(pack_float64(wanted or 0.0))
         self._held = wanted
 
-    def _take_valve_signals(self) -> None:
-        """Take the newest command and voltages; without a stamp they apply to the next samples."""
-        for u in self.take_decoded(self._commands, unpack_float64):
-            self._u = _finite(u)
-        for voltage_1, voltage_2 in self.take_decoded(self._valves, unpack_valve_voltages):
-            self._voltages = _finite(voltage_1), _finite(voltage_2)
-
     def _take_samples(self) -> None:
-        positions, velocities, *pressures = self._synchronizer.queues
-        for reading in self.take_decoded(self._joints, unpack_joint_state):
-            positions.append((reading.stamp_ns, reading.position))
-            velocities.append((reading.stamp_ns, reading.velocity))
-        for queue, chamber in zip(pressures, self._chambers, strict=True):
-            readings = self.take_decoded(chamber, unpack_fluid_pressure)
-            queue.extend(reading[:2] for reading in readings)
         held = (self._u, *self._voltages)
-        samples = self._synchronizer.complete()
-        rows = [(self._time(ns), *map(_finite, values), *held) for ns, values in samples]
+        rows = [
+            (
+                self._time(s.stamp_ns),
+                s.position,
+                _finite(s.velocity),
+                s.pressure_1,
+                s.pressure_2,
+                *held,
+            )
+            for s in self._samples.take_all()
+        ]
         self.streams['samples'].extend(rows)
-        self._rate.count += len(rows)
+        self.rate.count += len(rows)
         forces = self.take_decoded(self._friction, unpack_joint_state)
         # A force belongs to a sample 29 ms earlier; one of a sample before the first is skipped.
         self.streams['friction'].extend(
@@ -240,12 +224,10 @@ class LiveNode(RigNode):
         self._publish_command()
 
     def status(self) -> NodeStatus:
-        """Return rate and command for `/diagnostics`."""
-        self._per_second = self._rate.per_second()
+        """Return the command for `/diagnostics`."""
         values: dict[str, object] = {
-            'rate [Hz]': f'{self._per_second:.2f}',
             'u held [V]': self._wanted,
-            'incomplete samples': self._synchronizer.dropped,
+            'incomplete samples': self._samples.dropped,
         }
         waiting = self._start_ns is None
         return NodeStatus('waiting for samples' if waiting else 'running', values)

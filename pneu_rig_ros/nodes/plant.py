@@ -2,8 +2,8 @@
 
 import math
 import time
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
+from functools import partial
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.context import Context
@@ -13,23 +13,22 @@ from std_srvs.srv import SetBool, Trigger
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import WallClock
-from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
-from pneu_rig_ros.nodes.parameters import (
-    RUNTIME_SETTERS,
-    Parameter,
-    declare_rig_parameters,
-    rig_configuration,
-)
-from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.parameters import Parameter, declare
+from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.records.cdr import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.records.description import describe
-from pneu_rig_ros.rig import Rig
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
+from pneu_rig_ros.rig.configuration import OVERRIDES
 from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 LATE_SHARE = 0.01
 """Share of late ticks [-] above which diagnostics warn."""
+
+RUNTIME_SETTERS = {'supply_pressure': Rig.set_supply_pressure, 'load_mass': Rig.set_load_mass}
+"""Quantities that may change while the rig runs, and the methods that set them."""
 
 
 class PlantNode(RigNode):
@@ -43,53 +42,23 @@ class PlantNode(RigNode):
     """
 
     PARAMETERS = (
-        Parameter(
-            'speed',
-            1.0,
-            'simulated over real time; 0: lock step, as fast as voltages arrive; '
-            'other than 1 needs use_sim_time',
-            '-',
-            0.0,
-            1000.0,
-        ),
+        Parameter('cylinder', 'cylinder_2', 'name of a shipped cylinder, or a YAML file'),
+        Parameter('friction', '', 'friction model; empty: that of the cylinder'),
+        Parameter('sensors', '', "'rig' or 'ideal' sensors; empty: those of the cylinder"),
+        Parameter('seed', -1, 'seed of the sensor noise; -1: of the cylinder', '-', -1, 2**53),
+        Parameter('interval_ns', 0, 'sampling interval; 0: that of the cylinder', 'ns', 0, 10**9),
+        Parameter('speed', 1.0, 'simulated over real time; 0: lock step', '-', 0.0, 1000.0),
         Parameter('paused', False, 'whether to start paused; ~/pause changes it'),
     )
 
-    def __init__(
-        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('plant', context, overrides)
-        declare_rig_parameters(self)
-        self._rig = Rig(rig_configuration(self))
+        self._declare_quantities()
+        self._rig = Rig(self._configuration())
         self._rig.warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
         self._speed = self._checked_speed()
         self._paused = self.flag('paused')
-        self._connect()
-        self._start_ns: int | None = None
-        self._tick = 0
-        self._awaiting = False
-        self._saturated = 0
-        self._late_before = 0
-        self._voltages = valve_voltages(0.0)
-        self._rate = RateCounter()
-        self._timer = PeriodicTimer(self.period_ns) if self._speed else None
-        self._wall_clock = WallClock()
-        self._prepare()
-
-    def _checked_speed(self) -> float:
-        speed = self.number('speed')
-        if speed != 1.0 and not self.simulated_time:
-            raise RigError(
-                f'plant: speed {speed:g} needs simulated time; set use_sim_time to true, '
-                'or speed to 1'
-            )
-        if 0.0 < speed < 1e-3:
-            raise RigError(f'plant: speed {speed:g}, allowed 0 (lock step) or 0.001 to 1000')
-        self.period_ns = round(self.interval_ns / speed) if speed else 0
-        return speed
-
-    def _connect(self) -> None:
         self._description = self.advertise('rig_description')
         self._robot = self.advertise('robot_description')
         self._messages = PlantMessages(self._rig.pressure_variance)
@@ -101,11 +70,65 @@ class PlantNode(RigNode):
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.add_on_set_parameters_callback(self._on_parameters)
         self._described = False
+        self._start_ns: int | None = None
+        self._tick = 0
+        self._awaiting = False
+        self._saturated = 0
+        self._late_before = 0
+        self._voltages = valve_voltages(0.0)
+        self._timer = PeriodicTimer(self.period_ns) if self._speed else None
+        self._wall_clock = WallClock()
+        self._prepare()
+
+    def _declare_quantities(self) -> None:
+        """Declare the quantities whose defaults come from the cylinder."""
+        operation = load_configuration(self.text('cylinder')).model.operation
+        declare(
+            self,
+            (
+                Parameter(
+                    name,
+                    float(getattr(operation, name)),
+                    quantity.description,
+                    quantity.unit,
+                    quantity.low,
+                    quantity.high,
+                    read_only=name not in RUNTIME_SETTERS,
+                )
+                for name, quantity in OVERRIDES.items()
+            ),
+        )
+
+    def _configuration(self) -> RigConfiguration:
+        """Return the configuration of the declared parameters; RigError if it is not valid."""
+        seed = int(self.number('seed'))
+        configuration = load_configuration(
+            self.text('cylinder'),
+            seed=None if seed < 0 else seed,
+            sensors=self.text('sensors') or None,
+            friction=self.text('friction') or None,
+            **{name: self.number(name) for name in OVERRIDES},
+        )
+        interval_ns = int(self.number('interval_ns')) or configuration.interval_ns
+        return replace(configuration, interval_ns=interval_ns)
+
+    def _checked_speed(self) -> float:
+        """Return the speed and set the period of the loop; RigError if it is not allowed."""
+        speed = self.number('speed')
+        if speed != 1.0 and not self.simulated_time:
+            raise RigError(
+                f'plant: speed {speed:g} needs simulated time; set use_sim_time to true, '
+                'or speed to 1'
+            )
+        if 0.0 < speed < 1e-3:
+            raise RigError(f'plant: speed {speed:g}, allowed 0 (lock step) or 0.001 to 1000')
+        self.period_ns = round(self.interval_ns / speed) if speed else 0
+        return speed
 
     @property
     def samples(self) -> int:
         """Number of published samples."""
-        return self._rate.count
+        return self.rate.count
 
     def loop_timer(self) -> LoopTimer:
         """Return the timer of the sampling interval; in lock step wait for voltages."""
@@ -115,46 +138,46 @@ class PlantNode(RigNode):
         """Do one tick; in lock step only after the answer to the last sample."""
         if not self._described:
             self._describe()
-        if self._awaiting and not self._answered():
-            return
-        if self._paused or not self.ready():
-            self._skip()
-            return
-        self._publish_sample()
-        if self._speed:
-            self._take_newest_voltages()
+        if self._awaiting:
+            answer = self._commands.take()
+            if answer is None:
+                return
+            self._accept(answer)
+            self._awaiting = False
             self._advance()
-        else:
-            self._awaiting = True
-
-    def _skip(self) -> None:
-        """Skip a tick: wall time goes on, simulated time stands still."""
-        if self._start_ns is not None and not self.simulated_time:
-            self._tick += 1
-            self._prepare()
-
-    def _publish_sample(self) -> None:
+        if self._paused or not self.ready():
+            # Wall time goes on, simulated time stands still.
+            if self._start_ns is not None and not self.simulated_time:
+                self._tick += 1
+                self._prepare()
+            return
         if self._start_ns is None:
             self._begin()
         for topic, cdr in self._ready_messages.items():
             self._publish[topic](cdr)
-        self._rate.count += 1
+        self.rate.count += 1
+        if self._speed:
+            for cdr in list(self._commands.take_all())[-1:]:
+                self._accept(cdr)
+            self._advance()
+        else:
+            self._awaiting = True
 
     def _begin(self) -> None:
         """Set the stamp of tick 0 and restart the tick errors."""
         self._late_before = 0
         self._wall_clock = WallClock()
-        self._start_ns = 0 if self.simulated_time else self._next_on_grid()
+        if self.simulated_time:
+            self._start_ns = 0
+        else:
+            # Wait for a multiple of the interval, so that the stamps of all starts share a grid.
+            now = self.get_clock().now().nanoseconds
+            remaining = -now % self.interval_ns
+            time.sleep(remaining * 1e-9)
+            self._start_ns = int(now + remaining)
         if self._timer:
             self._timer.restart(time.monotonic_ns())
         self._prepare()
-
-    def _next_on_grid(self) -> int:
-        """Wait for a multiple of the interval [ns]: the stamps of all starts are on one grid."""
-        now = self.get_clock().now().nanoseconds
-        remaining = -now % self.interval_ns
-        time.sleep(remaining * 1e-9)
-        return int(now + remaining)
 
     def _prepare(self) -> None:
         """Pack the present sample with the stamp of the present tick."""
@@ -169,35 +192,13 @@ class PlantNode(RigNode):
         self._tick += 1
         self._prepare()
 
-    def _answered(self) -> bool:
-        """Lock step: advance by one interval if the answer to the last sample has arrived."""
-        cdr = self._commands.take()
-        if cdr is None:
-            return False
-        self._accept(cdr)
-        self._awaiting = False
-        self._advance()
-        return True
-
-    def _take_newest_voltages(self) -> None:
-        commands = list(self._commands.take_all())
-        if commands:
-            self._accept(commands[-1])
-
     def _accept(self, cdr: bytes) -> None:
         """Apply the voltages of a message; keep the last ones if they are not valid."""
-        try:
+        with self.skip_invalid(self._commands, f'keeping {self._voltages}'):
             voltages = unpack_valve_voltages(cdr)
-        except RigError as error:
-            self._warn(str(error))
-            return
-        if all(map(math.isfinite, voltages)):
+            if not all(map(math.isfinite, voltages)):
+                raise RigError(f'{voltages} are not finite')
             self._voltages = voltages
-        else:
-            self._warn(f'valve_voltages {voltages} are not finite, keeping {self._voltages}')
-
-    def _warn(self, message: str) -> None:
-        self.get_logger().warning(message, throttle_duration_sec=1.0)
 
     def _describe(self) -> None:
         """Publish both descriptions; not in the constructor, as a duplicate must not publish."""
@@ -236,43 +237,30 @@ class PlantNode(RigNode):
         return SetParametersResult(successful=True)
 
     def status(self) -> NodeStatus:
-        """Return rate, tick errors, late ticks and saturation for `/diagnostics`."""
+        """Return tick errors, late ticks and saturation for `/diagnostics`."""
         errors = self._timer.errors if self._timer else TickErrors()
         late, self._late_before = errors.late - self._late_before, errors.late
         saturated, self._saturated = self._saturated, 0
-        rate = self._rate.per_second()
         values: dict[str, object] = {
-            'rate [Hz]': f'{rate:.2f}',
-            'published': self._rate.count,
+            'published': self.rate.count,
             'late ticks': errors.late,
             'saturated samples in the last second': saturated,
             'paused': self._paused,
-            **_tick_errors(errors),
+            'tick error p50 [ms]': f'{errors.percentile_ms(50):.3f}',
+            'tick error p99 [ms]': f'{errors.percentile_ms(99):.3f}',
+            'tick error max [ms]': f'{errors.max_ns * 1e-6:.3f}',
         }
         self._wall_clock.update()
-        return NodeStatus(
-            'paused' if self._paused else 'running',
-            values,
-            warnings=(
-                'sensor saturated' if saturated else None,
-                f'{late} ticks late in the last second' if late > LATE_SHARE * rate else None,
-                None if self.simulated_time else self._wall_clock.warning('stamps'),
-            ),
+        often = late > LATE_SHARE * self.rate.per_second
+        warnings = (
+            'sensor saturated' if saturated else None,
+            f'{late} ticks late in the last second' if often else None,
+            None if self.simulated_time else self._wall_clock.warning('stamps'),
         )
+        return NodeStatus('paused' if self._paused else 'running', values, warnings)
 
 
-def _tick_errors(errors: TickErrors) -> dict[str, object]:
-    return {
-        'tick error p50 [ms]': f'{errors.percentile_ms(50):.3f}',
-        'tick error p99 [ms]': f'{errors.percentile_ms(99):.3f}',
-        'tick error max [ms]': f'{errors.max_ns * 1e-6:.3f}',
-    }
-
-
-def main() -> int:
-    """Run the node until Ctrl-C; return the exit code."""
-    return runner.main([PlantNode])
-
+main = partial(runner.main, [PlantNode])
 
 if __name__ == '__main__':
     raise SystemExit(main())

@@ -1,20 +1,29 @@
 """The position controller node: PID or sliding mode, from `joint_states` to `u`."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from functools import partial
 from typing import Any, cast
 
 from rclpy.context import Context
 
-from pneu_rig_ros.control.controller import NONE, Compensation, PositionController
+from pneu_rig_ros.control.controller import (
+    NONE,
+    Compensation,
+    Law,
+    Pid,
+    PidGains,
+    PositionController,
+    SlidingGains,
+    SlidingMode,
+)
 from pneu_rig_ros.control.excitation import REFERENCE, Excitation, load_excitation
-from pneu_rig_ros.control.laws import Law, Pid, PidGains, SlidingGains, SlidingMode
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.records.cdr import (
     JointReading,
     pack_float64,
@@ -59,16 +68,13 @@ class PositionControllerNode(RigNode):
         *_section_parameters(Compensation),
     )
 
-    def __init__(
-        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('position_controller', context, overrides)
-        compensated = self.flag('compensation')
-        self._controller = PositionController(
-            self._law(),
-            Compensation(**self._section(Compensation)) if compensated else NONE,
-            self.number('command_limit'),
-        )
+        compensation = NONE
+        if self.flag('compensation'):
+            compensation = Compensation(**self._section(Compensation))
+        limit = self.number('command_limit')
+        self._controller = PositionController(self._law(), compensation, limit)
         self._profile = self._load_profile()
         self._command = self.advertise('u').publish
         self._publish_reference = self.advertise(REFERENCE).publish if self._profile else None
@@ -78,8 +84,6 @@ class PositionControllerNode(RigNode):
         self._start_ns: int | None = None
         self._last_ns = 0
         self._errors: list[float] = []
-        self._refused = 0
-        self._rate = RateCounter()
 
     def _section(self, section: Any) -> dict[str, float]:
         return {name: self.number(name) for name in section._fields}
@@ -106,27 +110,23 @@ class PositionControllerNode(RigNode):
             return
         if self._references:
             for reference in self.take_decoded(self._references, unpack_float64):
-                self._accept_reference(reference)
+                if math.isfinite(reference):
+                    self._reference = reference
+                else:
+                    self.refuse(f'reference {reference}, ignored')
         for reading in self.take_decoded(self._samples, unpack_joint_state):
             if math.isfinite(reading.position) and math.isfinite(reading.velocity):
                 self._answer(reading)
             else:
-                self._reject('joint_states without finite position and velocity')
-
-    def _accept_reference(self, reference: float) -> None:
-        if math.isfinite(reference):
-            self._reference = reference
-        else:
-            self._reject(f'reference {reference}')
-
-    def _reject(self, what: str) -> None:
-        self._refused += 1
-        self.get_logger().warning(f'{what}, ignored', throttle_duration_sec=1.0)
+                self.refuse('joint_states without finite position and velocity, ignored')
 
     def _answer(self, reading: JointReading) -> None:
         if self._start_ns is None:
             self._start_ns = self._last_ns = reading.stamp_ns
-        reference = self._reference_at((reading.stamp_ns - self._start_ns) * 1e-9)
+        if self._profile:
+            reference = self._profile.level((reading.stamp_ns - self._start_ns) * 1e-9)
+        else:
+            reference = self.number('setpoint') if self._reference is None else self._reference
         interval = (reading.stamp_ns - self._last_ns) * 1e-9
         self._last_ns = reading.stamp_ns
         u = self._controller.update(interval, reference, reading.position, reading.velocity)
@@ -134,31 +134,21 @@ class PositionControllerNode(RigNode):
             self._publish_reference(pack_float64(reference))
         self._command(pack_float64(u))
         self._errors.append(reference - reading.position)
-        self._rate.count += 1
-
-    def _reference_at(self, time: float) -> float:
-        if self._profile:
-            return self._profile.level(time)
-        return self.number('setpoint') if self._reference is None else self._reference
+        self.rate.count += 1
 
     def status(self) -> NodeStatus:
-        """Return law, rate and error for `/diagnostics`."""
+        """Return law and error for `/diagnostics`."""
         errors, self._errors = self._errors, []
         rms = math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else math.nan
         values: dict[str, object] = {
-            'rate [Hz]': f'{self._rate.per_second():.2f}',
             'law': self.text('law'),
             'error, rms of the last second [mm]': f'{rms * 1e3:.3f}',
-            'refused messages': self._refused,
         }
         waiting = self._start_ns is None
         return NodeStatus('waiting for joint_states' if waiting else 'running', values)
 
 
-def main() -> int:
-    """Run the node until Ctrl-C; return the exit code."""
-    return runner.main([PositionControllerNode])
-
+main = partial(runner.main, [PositionControllerNode])
 
 if __name__ == '__main__':
     raise SystemExit(main())

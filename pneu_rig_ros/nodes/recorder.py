@@ -3,19 +3,18 @@
 import contextlib
 import itertools
 import shutil
-from collections.abc import Mapping
 from datetime import datetime
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from rclpy.context import Context
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
-from pneu_rig_ros.nodes.diagnostics import LossCounter, NodeStatus, RateCounter
+from pneu_rig_ros.nodes.diagnostics import LossCounter, NodeStatus
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.nodes.topics import ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
@@ -46,19 +45,16 @@ class RecorderNode(RigNode):
 
     PARAMETERS = (Parameter('output', '', 'directory to create; empty: runs/ and the date'),)
 
-    def __init__(
-        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('recorder', context, overrides)
         default = f'runs/{datetime.now():%Y-%m-%d_%H-%M-%S}'
         self._writer = BagWriter(free_path(Path(self.text('output') or default)))
-        self._failure: RigError | None = None
+        self._failure: str | None = None
         self._wall_clock = WallClock()
         self._newest_ns = 0
         self._description = ''
         self._simulated = SimulatedTime() if self.simulated_time else None
         self._waiting: list[ReceivedMessage] = []
-        self._rate = RateCounter()
         self._losses = LossCounter()
         for topic in TOPICS.values():
             subscription = self.subscribe(topic.name)
@@ -76,20 +72,18 @@ class RecorderNode(RigNode):
             if topic_name == DESCRIPTION:
                 with self.skip_invalid(message.subscription):
                     self._description = unpack_string(message.cdr)
-        if self._failure is None:
-            try:
-                self._record(batch)
-            except RigError as error:
-                self._failure = error
-                self.get_logger().error(self._failure_message(error))
-
-    def _record(self, batch: list[ReceivedMessage]) -> None:
-        if self._simulated is None:
-            self._write_received(batch)
-        else:
-            self._write_simulated(batch, self._simulated)
-        if not batch:
-            self._writer.flush()
+        if self._failure is not None:
+            return
+        try:
+            if self._simulated is None:
+                self._write_received(batch)
+            else:
+                self._write_simulated(batch, self._simulated)
+            if not batch:
+                self._writer.flush()
+        except RigError as error:
+            self._failure = f'{error}; recording has ended, what was recorded is kept'
+            self.get_logger().error(self._failure)
 
     def _write_received(self, batch: list[ReceivedMessage]) -> None:
         """Write with the reception time; log times increase even if the clock is set back."""
@@ -107,10 +101,18 @@ class RecorderNode(RigNode):
     def _write_simulated(self, batch: list[ReceivedMessage], simulated: SimulatedTime) -> None:
         """Write with simulated time; unstamped messages wait for the next sample."""
         for message in batch:
-            if message.subscription.topic.name in STAMPED:
-                self._write_stamped(message, simulated)
-            else:
+            topic_name = message.subscription.topic.name
+            if topic_name not in STAMPED:
                 self._waiting.append(message)
+                continue
+            stamp_ns: int | None = None
+            with self.skip_invalid(message.subscription):
+                stamp_ns = unpack_stamp(message.cdr)
+            if stamp_ns is None:
+                continue
+            if topic_name == SAMPLES:
+                simulated.add_sample(message.sent_ns, stamp_ns)
+            self._write(message, stamp_ns)
         waiting, self._waiting = self._waiting, []
         for message in waiting:
             if simulated.is_known(message.sent_ns):
@@ -119,20 +121,10 @@ class RecorderNode(RigNode):
                 self._waiting.append(message)
         simulated.discard_before(min((m.sent_ns for m in self._waiting), default=0))
 
-    def _write_stamped(self, message: ReceivedMessage, simulated: SimulatedTime) -> None:
-        stamp_ns: int | None = None
-        with self.skip_invalid(message.subscription):
-            stamp_ns = unpack_stamp(message.cdr)
-        if stamp_ns is None:
-            return
-        if message.subscription.topic.name == SAMPLES:
-            simulated.add_sample(message.sent_ns, stamp_ns)
-        self._write(message, stamp_ns)
-
     def _write(self, message: ReceivedMessage, log_time_ns: int) -> None:
         subscription = message.subscription
         self._writer.write(subscription.name, subscription.topic.type, log_time_ns, message.cdr)
-        self._rate.count += 1
+        self.rate.count += 1
 
     def close(self) -> None:
         """
@@ -144,12 +136,12 @@ class RecorderNode(RigNode):
         if self._failure is not None:
             with contextlib.suppress(RigError):  # the index may still fit
                 self._writer.close(bag_metadata(self._description))
-            raise RigError(self._failure_message(self._failure))
+            raise RigError(self._failure)
         for message in self._waiting:
             assert self._simulated is not None
             self._write(message, self._simulated.at(message.sent_ns))
         self._writer.close(bag_metadata(self._description))
-        self.get_logger().info(f'{self._rate.count} messages in {self._writer.path.resolve()}')
+        self.get_logger().info(f'{self.rate.count} messages in {self._writer.path.resolve()}')
 
     def abort(self) -> None:
         """Remove the empty bag."""
@@ -157,26 +149,18 @@ class RecorderNode(RigNode):
         shutil.rmtree(self._writer.path)
 
     def status(self) -> NodeStatus:
-        """Return rate, losses and bag for `/diagnostics`."""
+        """Return losses and bag for `/diagnostics`."""
         values: dict[str, object] = {
-            'rate [Hz]': f'{self._rate.per_second():.2f}',
-            'messages': self._rate.count,
+            'messages': self.rate.count,
             'lost': self._losses.total,
             'bag': self._writer.path.resolve(),
         }
         lost = self._losses.total
-        return NodeStatus(
-            'recording',
-            values,
-            warnings=(
-                f'{lost} messages lost' if lost else None,
-                None if self.simulated_time else self._wall_clock.warning('log times'),
-            ),
-            errors=(self._failure_message(self._failure) if self._failure else None,),
+        warnings = (
+            f'{lost} messages lost' if lost else None,
+            None if self.simulated_time else self._wall_clock.warning('log times'),
         )
-
-    def _failure_message(self, failure: RigError) -> str:
-        return f'{failure}; recording has ended, what was recorded is kept'
+        return NodeStatus('recording', values, warnings, errors=(self._failure,))
 
 
 def free_path(path: Path) -> Path:
@@ -189,10 +173,7 @@ def free_path(path: Path) -> Path:
     return next(name for name in names if not name.exists())
 
 
-def main() -> int:
-    """Run the node until Ctrl-C; return the exit code."""
-    return runner.main([RecorderNode])
-
+main = partial(runner.main, [RecorderNode])
 
 if __name__ == '__main__':
     raise SystemExit(main())

@@ -1,8 +1,8 @@
 """The replay node: plays back the topics of a bag, also faster or slower than recorded."""
 
 import time
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
+from functools import partial
 
 from rclpy.context import Context
 from rosgraph_msgs.msg import Clock
@@ -10,10 +10,10 @@ from std_srvs.srv import SetBool
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.records.cdr import NANOSECONDS
 from pneu_rig_ros.records.playback import Message, Playback
 from pneu_rig_ros.records.topics import CLOCK
@@ -46,9 +46,7 @@ class ReplayNode(RigNode):
         Parameter('paused', False, 'whether to start paused; ~/pause changes it'),
     )
 
-    def __init__(
-        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('replay', context, overrides)
         if not self.text('bag'):
             raise RigError('replay: bag is empty; pass the bag directory')
@@ -59,7 +57,6 @@ class ReplayNode(RigNode):
         self._repeat = self.flag('repeat')
         self._rate = self.number('rate')
         self._paused = self.flag('paused')
-        self._published = RateCounter()
         self.create_service(SetBool, '~/pause', self._on_pause)
         self._messages: Iterator[Message] = iter(())
         self._next: Message | None = None
@@ -84,7 +81,7 @@ class ReplayNode(RigNode):
     @property
     def published(self) -> int:
         """Number of published messages."""
-        return self._published.count
+        return self.rate.count
 
     def loop_timer(self) -> LoopTimer:
         """Return itself: it sleeps until the next message is due."""
@@ -108,26 +105,17 @@ class ReplayNode(RigNode):
         if self._paused or self.done or now < self._origin_ns or not self.ready():
             return
         if not self._started:
-            self._begin(now)
+            self._started = True
+            self._origin_ns = now
+            self._messages = self._playback.messages()
+            self._next = next(self._messages, None)
         for _ in range(BATCH_SIZE):
             if self._next is None or self._due_ns(self._next) > now:
                 break
             self._send(self._next)
             self._next = next(self._messages, None)
         if self._next is None:
-            self._end()
-
-    def _begin(self, now: int) -> None:
-        self._origin_ns = now
-        self._messages = self._playback.messages()
-        self._next = next(self._messages, None)
-        self._started = True
-
-    def _end(self) -> None:
-        if self._repeat:
-            self._started = False
-        else:
-            self.done = True
+            self._started, self.done = not self._repeat, not self._repeat
 
     def _send(self, message: Message) -> None:
         if self._clock_publisher and message.topic == SAMPLES:
@@ -135,7 +123,7 @@ class ReplayNode(RigNode):
             now.clock.sec, now.clock.nanosec = divmod(message.time_ns, NANOSECONDS)
             self._clock_publisher.publish(now)
         self._publish[message.topic](message.cdr)
-        self._published.count += 1
+        self.rate.count += 1
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if self._paused and not request.data and self._next is not None:
@@ -151,10 +139,9 @@ class ReplayNode(RigNode):
         self._playback.__exit__(None, None, None)
 
     def status(self) -> NodeStatus:
-        """Return rate and progress for `/diagnostics`."""
+        """Return progress for `/diagnostics`."""
         values: dict[str, object] = {
-            'rate [Hz]': f'{self._published.per_second():.2f}',
-            'published': self._published.count,
+            'published': self.rate.count,
             'elapsed [s]': f'{self.elapsed:.2f}',
             'duration [s]': f'{self.duration:.2f}',
             'topics': ', '.join(self._playback.topics),
@@ -164,10 +151,7 @@ class ReplayNode(RigNode):
         return NodeStatus(state, values)
 
 
-def main() -> int:
-    """Run the node to the end of the bag or until Ctrl-C; return the exit code."""
-    return runner.main([ReplayNode])
-
+main = partial(runner.main, [ReplayNode])
 
 if __name__ == '__main__':
     raise SystemExit(main())

@@ -1,5 +1,7 @@
 """The whole rig in one process: plant, valve command, friction estimator and recorder."""
 
+from functools import partial
+
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
 from pneu_rig_ros.nodes.plant import PlantNode
@@ -9,11 +11,7 @@ from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 NODES = (PlantNode, ValveCommandNode, FrictionEstimatorNode, RecorderNode)
 """The timer of the plant is that of the loop."""
 
-
-def main() -> int:
-    """Run the nodes until Ctrl-C; return the exit code."""
-    return runner.main(NODES)
-
+main = partial(runner.main, NODES)
 
 if __name__ == '__main__':
     raise SystemExit(main())

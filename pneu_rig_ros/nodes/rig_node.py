@@ -12,13 +12,17 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import parameters
-from pneu_rig_ros.nodes.diagnostics import NodeStatus
+from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer
-from pneu_rig_ros.nodes.parameters import Parameter
+from pneu_rig_ros.nodes.parameters import Parameter, declare
 from pneu_rig_ros.nodes.qos import QosMonitor
 from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
+from pneu_rig_ros.records.cdr import unpack_string
 from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
+
+Overrides = Mapping[str, Any] | None
+"""Parameter values that come before those of the command line."""
 
 _Value = TypeVar('_Value')
 
@@ -26,22 +30,8 @@ ACKNOWLEDGEMENT_TIMEOUT = 0.3
 """Longest wait for the acknowledgements of each topic at the end [s]."""
 
 COMMON = (
-    Parameter(
-        'realtime_priority',
-        0,
-        'priority of the loop under SCHED_FIFO where permitted, 0 = ordinary scheduling',
-        '-',
-        0,
-        99,
-    ),
-    Parameter(
-        'wait_for_subscribers',
-        0,
-        'subscribers that each topic of this node (but latched ones) must have before it begins',
-        '-',
-        0,
-        100,
-    ),
+    Parameter('realtime_priority', 0, 'SCHED_FIFO priority where permitted; 0: none', '-', 0, 99),
+    Parameter('wait_for_subscribers', 0, 'subscribers of each topic to wait for', '-', 0, 100),
 )
 
 
@@ -51,7 +41,6 @@ class RigNode(Node):
 
     :param name: of the node
     :param context: of ROS; the global one when not given
-    :param overrides: parameter values that come before those of the command line
     """
 
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
@@ -64,16 +53,17 @@ class RigNode(Node):
     has_duplicate: bool = False
     """Whether another process runs a node of this name."""
 
-    def __init__(
-        self, name: str, context: Context | None, overrides: Mapping[str, Any] | None
-    ) -> None:
+    def __init__(self, name: str, context: Context | None, overrides: Overrides) -> None:
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
         super().__init__(name, context=context, parameter_overrides=given)
-        parameters.declare(self, (*COMMON, *self.PARAMETERS))
-        self.malformed = 0
+        declare(self, (*COMMON, *self.PARAMETERS))
+        self.rate = RateCounter()
+        """Messages published, or recorded."""
+        self.refused = 0
+        """Messages that were invalid."""
+        self.polled_subscriptions: list[PolledSubscription] = []
         self._qos_monitor = QosMonitor(self)
         self._volatile_publishers: list[Publisher] = []
-        self.polled_subscriptions: list[PolledSubscription] = []
         self._ready = False
         self._local_subscriptions: Counter[str] = Counter()
 
@@ -93,33 +83,45 @@ class RigNode(Node):
     def take_decoded(
         self, subscription: PolledSubscription, decode: Callable[[bytes], _Value]
     ) -> Iterator[_Value]:
-        """Yield all waiting messages decoded; an invalid one is reported and skipped."""
+        """Yield all waiting messages decoded; an invalid one is refused."""
         for cdr in subscription.take_all():
             with self.skip_invalid(subscription):
                 yield decode(cdr)
 
+    def take_configurations(
+        self, descriptions: PolledSubscription, use: Callable[[RigConfiguration], None]
+    ) -> None:
+        """Call `use` with each waiting `rig_description`; an invalid one is refused."""
+        for cdr in descriptions.take_all():
+            with self.skip_invalid(descriptions):
+                use(configuration_from_yaml(unpack_string(cdr), descriptions.name))
+
     @contextmanager
-    def skip_invalid(self, subscription: PolledSubscription) -> Iterator[None]:
-        """Count and report a message of which the processing in the block raises RigError."""
+    def skip_invalid(
+        self, subscription: PolledSubscription, consequence: str = 'ignored'
+    ) -> Iterator[None]:
+        """Refuse a message of which the processing in the block raises RigError or ValueError."""
         try:
             yield
-        except RigError as error:
-            self.malformed += 1
-            self.get_logger().warning(
-                f'{subscription.name}: {error}; ignored', throttle_duration_sec=1.0
-            )
+        except (RigError, ValueError) as error:
+            self.refuse(f'{subscription.name}: {error}; {consequence}')
+
+    def refuse(self, warning: str) -> None:
+        """Count an invalid message, and warn of it at most once a second."""
+        self.refused += 1
+        self.get_logger().warning(warning, throttle_duration_sec=1.0)
 
     def number(self, name: str) -> float:
         """Return a parameter that is a number."""
-        return parameters.number(self, name)
+        return float(self.get_parameter(name).value)
 
     def text(self, name: str) -> str:
         """Return a parameter that is a text."""
-        return parameters.text(self, name)
+        return str(self.get_parameter(name).value)
 
     def flag(self, name: str) -> bool:
         """Return a parameter that is true or false."""
-        return parameters.flag(self, name)
+        return bool(self.get_parameter(name).value)
 
     @property
     def simulated_time(self) -> bool:
@@ -134,13 +136,14 @@ class RigNode(Node):
 
     def ready(self) -> bool:
         """Return whether each topic of this node has had the required number of subscribers."""
-        self._ready = self._ready or all(map(self._subscribed, self._volatile_publishers))
+        if not self._ready:
+            required = int(self.number('wait_for_subscribers'))
+            self._ready = all(
+                publisher.get_subscription_count()
+                >= max(required, self._local_subscriptions[publisher.topic_name])
+                for publisher in self._volatile_publishers
+            )
         return self._ready
-
-    def _subscribed(self, publisher: Publisher) -> bool:
-        local = self._local_subscriptions[publisher.topic_name]
-        required = max(int(self.number('wait_for_subscribers')), local)
-        return publisher.get_subscription_count() >= required
 
     def loop_timer(self) -> LoopTimer:
         """Return the timer of the loop in which this node is the first."""
@@ -153,18 +156,18 @@ class RigNode(Node):
         raise NotImplementedError
 
     def status(self) -> NodeStatus:
-        """Return the status of this node for `/diagnostics`."""
+        """Return what this node reports on `/diagnostics` besides `full_status`."""
         return NodeStatus('running', {})
 
     def full_status(self) -> NodeStatus:
-        """Return the status together with the problems that any node may have."""
+        """Return the status with the rate and the problems that any node may have."""
+        rate = self.rate.update()
         status = self.status()
         name = self.get_fully_qualified_name()
         duplicate = f'another {name} is running: give one rig a namespace'
-        malformed = {'malformed messages': self.malformed} if self.malformed else {}
         return NodeStatus(
             status.state,
-            {**status.values, **malformed},
+            {'rate [Hz]': f'{rate:.2f}', **status.values, 'refused messages': self.refused},
             (*status.warnings, *self._qos_monitor.warnings()),
             (*status.errors, duplicate if self.has_duplicate else None),
         )

@@ -1,6 +1,7 @@
 """The rig and an excitation in one process that ends with the profile, for experiments."""
 
 from collections.abc import Iterable
+from functools import partial
 
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.excitation import ExcitationNode
@@ -44,11 +45,7 @@ class ProfileOnce(ExcitationNode):
 NODES = (LockStepPlant, ProfileOnce, ValveCommandNode, FrictionEstimatorNode, RecorderNode)
 """In the order of their messages, so that one update of all nodes is one lock step."""
 
-
-def main() -> int:
-    """Run the nodes until the end of the profile, or Ctrl-C; return the exit code."""
-    return runner.main(NODES)
-
+main = partial(runner.main, NODES)
 
 if __name__ == '__main__':
     raise SystemExit(main())

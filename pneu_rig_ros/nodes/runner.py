@@ -6,9 +6,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import TypeVar
+from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
@@ -22,14 +20,11 @@ from pneu_rig_ros.nodes.diagnostics import DiagnosticsPublisher
 from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
 from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
-from pneu_rig_ros.nodes.startup import ros_context
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
 
 Factory = Callable[[Context], RigNode]
-Run = Callable[[Callable[[], bool]], None]
-_Node = TypeVar('_Node', bound=RigNode)
 
 
 class Runner:
@@ -111,25 +106,6 @@ class Runner:
         self.duplicates.close()
 
 
-@contextmanager
-def embedded(
-    factory: Callable[[Context], _Node], namespace: str = ''
-) -> Iterator[tuple[_Node, Run]]:
-    """
-    Create a node inside another program; yield it and `Runner.run`, then close it.
-
-    :param namespace: of the node
-    :raises RigError: when the namespace or a parameter of the node is not valid
-    """
-    with ros_context(namespace) as context:
-        node = factory(context)
-        runner = Runner([node])
-        try:
-            yield node, runner.run
-        finally:
-            runner.close()
-
-
 def main(factories: Sequence[Factory]) -> int:
     """
     Run nodes as a process until SIGINT or SIGTERM; return the exit code.
@@ -158,7 +134,9 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
     runner = Runner([factory(context) for factory in factories])
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: stop.append(received))
-    _claim_priority(runner.nodes)
+    priority = max(int(node.number('realtime_priority')) for node in runner.nodes)
+    if refusal := claim_realtime_priority(priority):
+        runner.nodes[0].get_logger().warning(refusal)
     # Objects created so far live until the end: exclude them from garbage collection.
     gc.collect()
     gc.freeze()
@@ -178,10 +156,3 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
     finally:
         runner.close()
     return 0
-
-
-def _claim_priority(nodes: Sequence[RigNode]) -> None:
-    priority = max(int(node.number('realtime_priority')) for node in nodes)
-    trouble = claim_realtime_priority(priority)
-    if trouble:
-        nodes[0].get_logger().warning(trouble)

@@ -2,25 +2,98 @@
 
 from collections import deque
 from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.records.cdr import unpack_fluid_pressure, unpack_joint_state
 
-StampedValue = tuple[int, float]
-"""Stamp [ns] and value."""
+SAMPLE_TOPICS = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
 
 LARGEST_VALUE = 1e9
 """Largest plausible magnitude of a sensor reading [m, Pa]."""
 
 
-def decode_position(cdr: bytes) -> StampedValue:
-    """Decode stamp and position [m] of a JointState; RigError unless they are plausible."""
-    reading = unpack_joint_state(cdr)
-    return reading.stamp_ns, _plausible(reading.position, 'position')
+class TimeSynchronizer:
+    """
+    Combines stamped values of equal stamps, as `message_filters.TimeSynchronizer` does.
+
+    Each queue holds (stamp [ns], value) in order of the stamps. A stamp that is missing in one
+    queue is dropped from the others as soon as that queue has a later one.
+
+    :param size: number of queues
+    """
+
+    def __init__(self, size: int) -> None:
+        self.queues: tuple[deque[tuple[int, Any]], ...] = tuple(deque() for _ in range(size))
+        self.dropped = 0
+
+    def complete(self) -> Iterator[tuple[int, list[Any]]]:
+        """Yield stamp [ns] and one value of each queue for every complete stamp, in order."""
+        while all(self.queues):
+            newest = max(queue[0][0] for queue in self.queues)
+            if all(queue[0][0] == newest for queue in self.queues):
+                yield newest, [queue.popleft()[1] for queue in self.queues]
+                continue
+            for queue in self.queues:
+                while queue and queue[0][0] < newest:
+                    queue.popleft()
+                    self.dropped += 1
 
 
-def decode_pressure(cdr: bytes) -> StampedValue:
-    """Decode stamp and pressure [Pa] of a FluidPressure; RigError unless they are plausible."""
+class Sample(NamedTuple):
+    """
+    One sample of a rig.
+
+    :param stamp_ns: time of the sample [ns]
+    :param sent_ns: wall time at which its position was sent [ns]
+    :param position: [m]
+    :param velocity: [m/s]; may be anything
+    :param pressure_1: [Pa]
+    :param pressure_2: [Pa]
+    """
+
+    stamp_ns: int
+    sent_ns: int
+    position: float
+    velocity: float
+    pressure_1: float
+    pressure_2: float
+
+
+class SampleSubscription:
+    """
+    Takes whole samples of a rig; a reading that is not plausible is refused by the node.
+
+    :param node: gets the subscriptions
+    """
+
+    def __init__(self, node: RigNode) -> None:
+        self._node = node
+        self._joints, *self._chambers = map(node.subscribe, SAMPLE_TOPICS)
+        self._synchronizer = TimeSynchronizer(len(SAMPLE_TOPICS))
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages dropped because their sample is incomplete."""
+        return self._synchronizer.dropped
+
+    def take_all(self) -> Iterator[Sample]:
+        """Yield the samples that have become complete, in order."""
+        joints, *pressures = self._synchronizer.queues
+        for message in self._joints.take_all_with_info():
+            with self._node.skip_invalid(self._joints):
+                joint = unpack_joint_state(message.cdr)
+                position = _plausible(joint.position, 'position')
+                joints.append((joint.stamp_ns, (message.sent_ns, position, joint.velocity)))
+        for queue, chamber in zip(pressures, self._chambers, strict=True):
+            queue.extend(self._node.take_decoded(chamber, _decode_pressure))
+        for stamp_ns, (joint_values, pressure_1, pressure_2) in self._synchronizer.complete():
+            sent_ns, position, velocity = joint_values
+            yield Sample(stamp_ns, sent_ns, position, velocity, pressure_1, pressure_2)
+
+
+def _decode_pressure(cdr: bytes) -> tuple[int, float]:
     reading = unpack_fluid_pressure(cdr)
     return reading.stamp_ns, _plausible(reading.pressure, 'pressure')
 
@@ -29,33 +102,3 @@ def _plausible(value: float, name: str) -> float:
     if not abs(value) <= LARGEST_VALUE:
         raise RigError(f'{name} {value:g}, allowed are numbers up to {LARGEST_VALUE:g}')
     return value
-
-
-class TimeSynchronizer:
-    """
-    Combines stamped values of equal stamps, as `message_filters.TimeSynchronizer` does.
-
-    Each queue must be in order of its stamps. A stamp that is missing in one queue is dropped
-    from the others as soon as that queue has a later one.
-
-    :param size: number of queues
-    """
-
-    def __init__(self, size: int) -> None:
-        self.queues: tuple[deque[StampedValue], ...] = tuple(deque() for _ in range(size))
-        self.dropped = 0
-
-    def complete(self) -> Iterator[tuple[int, list[float]]]:
-        """Yield stamp [ns] and one value of each queue for every complete stamp, in order."""
-        while all(self.queues):
-            newest = max(queue[0][0] for queue in self.queues)
-            if all(queue[0][0] == newest for queue in self.queues):
-                yield newest, [queue.popleft()[1] for queue in self.queues]
-            else:
-                self._drop_before(newest)
-
-    def _drop_before(self, stamp_ns: int) -> None:
-        for queue in self.queues:
-            while queue and queue[0][0] < stamp_ns:
-                queue.popleft()
-                self.dropped += 1

@@ -1,17 +1,15 @@
 """The valve command node: the voltages of both valves from the command u, by Eq. 1."""
 
 import time
-from collections.abc import Mapping
-from typing import Any
+from functools import partial
 
 from rclpy.context import Context
 
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, PublisherConflict, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.records.cdr import pack_valve_voltages, unpack_float64, unpack_stamp
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
@@ -45,17 +43,10 @@ class ValveCommandNode(RigNode):
             3600.0,
             read_only=False,
         ),
-        Parameter(
-            'trigger',
-            ON_COMMAND,
-            'message that each pair of voltages answers',
-            choices=(ON_COMMAND, ON_SAMPLE),
-        ),
+        Parameter('trigger', ON_COMMAND, 'message to answer', choices=(ON_COMMAND, ON_SAMPLE)),
     )
 
-    def __init__(
-        self, context: Context | None = None, overrides: Mapping[str, Any] | None = None
-    ) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('valve_command', context, overrides)
         self._publish = self.advertise('valve_voltages').publish
         self._commands = self.subscribe('u')
@@ -65,58 +56,42 @@ class ValveCommandNode(RigNode):
         self._conflict = PublisherConflict()
         self._command_ns = time.monotonic_ns()
         self._now_ns = 0
-        self._rate = RateCounter()
-        self._commanded = RateCounter()
-        self._refused = 0
-
-    def update(self) -> None:
-        """Answer the waiting messages."""
-        if not self.ready():
-            return
-        if self._samples is None:
-            self._now_ns = time.monotonic_ns()
-        answerable = self._take_commands()
-        if self._samples is not None:
-            self._answer_samples()
-        elif answerable or self._timed_out():
-            self._answer()
+        self._command_rate = RateCounter()
 
     def loop_timer(self) -> LoopTimer:
         """Return a wait set with a least interval between two answers."""
         gap_ns = LEAST_INTERVAL_NS if self._samples is None and not self.simulated_time else 0
         return MessageWaitSet(self.polled_subscriptions, self.context, gap_ns)
 
-    def _take_commands(self) -> bool:
-        """Take the newest valid command; return whether there was one."""
-        valid = False
-        for message in self._commands.take_all_with_info():
-            self._conflict.add(message.sequence_number)
-            self._commanded.count += 1
-            valid = self._accepts(message.cdr) or valid
-        return valid
-
-    def _answer_samples(self) -> None:
-        """Answer the waiting samples, from the first command on."""
-        assert self._samples is not None
+    def update(self) -> None:
+        """Answer the newest command, or with trigger `sample` each waiting sample."""
+        if not self.ready():
+            return
+        if self._samples is None:
+            self._now_ns = time.monotonic_ns()
+            if self._take_commands() or self._timed_out():
+                self._answer()
+            return
+        self._take_commands()
         while self._u is not None and (cdr := self._samples.take()) is not None:
             with self.skip_invalid(self._samples):
                 self._now_ns = unpack_stamp(cdr)
                 self._timed_out()
                 self._answer()
 
-    def _accepts(self, cdr: bytes) -> bool:
-        """Store a valid command; otherwise warn and return False."""
-        try:
-            u = unpack_float64(cdr)
-            valve_voltages(u)
-        except (RigError, ValueError) as error:
-            self._refused += 1
-            kept = f'keeping {self._u or 0.0:g} V'
-            self.get_logger().warning(f'{error}; {kept}', throttle_duration_sec=1.0)
-            return False
-        self._u = u
-        self._command_ns = self._now_ns
-        return True
+    def _take_commands(self) -> bool:
+        """Take the newest valid command; return whether there was one."""
+        valid = False
+        for message in self._commands.take_all_with_info():
+            self._conflict.add(message.sequence_number)
+            self._command_rate.count += 1
+            with self.skip_invalid(self._commands, f'keeping {self._u or 0.0:g} V'):
+                u = unpack_float64(message.cdr)
+                valve_voltages(u)  # raises ValueError unless u is finite
+                self._u = u
+                self._command_ns = self._now_ns
+                valid = True
+        return valid
 
     def _timed_out(self) -> bool:
         """Set u to 0 if the last command is too old; return whether it was set."""
@@ -133,35 +108,27 @@ class ValveCommandNode(RigNode):
 
     def _answer(self) -> None:
         self._publish(pack_valve_voltages(*valve_voltages(self._u or 0.0)))
-        self._rate.count += 1
+        self.rate.count += 1
 
     def status(self) -> NodeStatus:
-        """Return rate, present command and refused commands for `/diagnostics`."""
-        commanded = self._commanded.per_second()
+        """Return the present command and its rate for `/diagnostics`."""
+        rate = self._command_rate.update()
         values: dict[str, object] = {
-            'rate [Hz]': f'{self._rate.per_second():.2f}',
-            'commands [Hz]': f'{commanded:.2f}',
-            'published': self._rate.count,
+            'commands [Hz]': f'{rate:.2f}',
+            'published': self.rate.count,
             'u [V]': self._u,
-            'refused commands': self._refused,
         }
         newest = 'the newest command counts'
-        return NodeStatus(
-            'waiting' if self._u is None else 'running',
-            values,
-            warnings=(
-                f'u comes from several publishers, {newest}' if self._conflict.detected else None,
-                f'u comes {commanded:.0f} times a second, {newest}'
-                if commanded > HIGHEST_RATE
-                else None,
-            ),
+        several = f'u comes from several publishers, {newest}'
+        too_many = f'u comes {rate:.0f} times a second, {newest}'
+        warnings = (
+            several if self._conflict.detected else None,
+            too_many if rate > HIGHEST_RATE else None,
         )
+        return NodeStatus('waiting' if self._u is None else 'running', values, warnings)
 
 
-def main() -> int:
-    """Run the node until Ctrl-C; return the exit code."""
-    return runner.main([ValveCommandNode])
-
+main = partial(runner.main, [ValveCommandNode])
 
 if __name__ == '__main__':
     raise SystemExit(main())

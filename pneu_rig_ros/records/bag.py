@@ -1,27 +1,23 @@
-"""Opens rosbag2 directories; errors are one line."""
+"""Opens rosbag2 directories with MCAP storage, also ones that grow; errors are one line."""
 
 from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
-
-from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import unpack_string
 from pneu_rig_ros.records.description import bag_metadata
-from pneu_rig_ros.records.integrity import check_bag, check_file
-from pneu_rig_ros.records.mcap_index import IndexedFile
+from pneu_rig_ros.records.mcap_file import McapFile
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import DERIVED
 
 if TYPE_CHECKING:
-    from rosbags.interfaces.typing import RPath
+    from rosbags.highlevel import AnyReader
 
 ATTEMPTS = 8
 PAUSE = 0.01
@@ -29,6 +25,77 @@ PAUSE = 0.01
 After the first attempt to open a bag that is being recorded [s], then twice as long each time:
 appending takes less, unless the recorder has to wait for a processor.
 """
+
+
+class Connection(NamedTuple):
+    """A topic in a bag, with the names of `rosbags.interfaces.Connection`."""
+
+    topic: str
+    msgtype: str
+    msgcount: int
+
+
+class Bag:
+    """
+    A bag that is open for reading; see `open_bag`.
+
+    :param directory: of the bag
+    :param information: content of its metadata.yaml, {} if it has none yet
+    :param files: its MCAP files, in the order of time
+    """
+
+    def __init__(
+        self, directory: Path, information: dict[str, Any], files: list[McapFile]
+    ) -> None:
+        self.directory = directory
+        self.information = information
+        self.files = files
+        counts: dict[tuple[str, str], int] = {}
+        for file in files:
+            for key, count in file.counts().items():
+                counts[key] = counts.get(key, 0) + count
+        self.connections = [Connection(*key, count) for key, count in counts.items()]
+        filled = [file.statistics for file in files if file.statistics.message_count]
+        self.message_count = sum(statistics.message_count for statistics in filled)
+        self.start_time = min((s.message_start_time for s in filled), default=0)
+        self.end_time = max((s.message_end_time for s in filled), default=0)
+
+    def messages(
+        self, connections: Iterable[Connection] = (), start: int = 0
+    ) -> Iterator[tuple[Connection, int, bytes]]:
+        """
+        Yield connection, log time [ns] and bytes of each message, in the order of time.
+
+        :param connections: the topics; all when not given
+        :param start: log time [ns] from which on
+        """
+        wanted = {c.topic: c for c in tuple(connections) or self.connections}
+        for file in self.files:
+            channels = {
+                number: wanted[channel.topic]
+                for number, channel in file.summary.channels.items()
+                if channel.topic in wanted
+            }
+            for time_ns, number, cdr in file.messages(channels, start):
+                yield channels[number], time_ns, cdr
+
+    def protected(self) -> bool:
+        """Return whether every message has a checksum."""
+        return bool(self.files) and all(file.protected() for file in self.files)
+
+    def check_counts(self) -> None:
+        """Raise RigError when metadata.yaml and the indexes count messages differently."""
+        listed, indexed = Counter[str](), Counter[str]()
+        for topic in self.information['topics_with_message_count']:
+            listed[topic['topic_metadata']['name']] += topic['message_count']
+        for connection in self.connections:
+            indexed[connection.topic] += connection.msgcount
+        for topic in listed | indexed:
+            if listed[topic] != indexed[topic]:
+                raise RigError(
+                    f'{self.directory}: metadata.yaml says {listed[topic]} messages on {topic}, '
+                    f'the index {indexed[topic]}'
+                )
 
 
 def bag_directory(path: Path | str) -> Path:
@@ -52,7 +119,7 @@ def storage_files(directory: Path) -> list[Path]:
 
 
 @contextlib.contextmanager
-def open_bag(path: Path | str) -> Iterator[Reader]:
+def open_bag(path: Path | str) -> Iterator[Bag]:
     """
     Open a bag for reading, also one that is still being recorded.
 
@@ -60,71 +127,89 @@ def open_bag(path: Path | str) -> Iterator[Reader]:
     """
     directory = bag_directory(path)
     try:
-        with _opened(directory) as reader:
-            yield reader
+        with contextlib.ExitStack() as stack:
+            yield _opened(directory, read_metadata(directory), stack)
     except RigError:
         raise
     except Exception as error:
-        # rosbags, decompressors and parsers raise any exception on damaged data.
+        # Parsers and decompressors raise any exception on damaged data.
         raise RigError(
             f'{directory} is cut off or damaged ({first_line(error)}); '
             f'run: pneu-rig repair {directory}'
         ) from error
 
 
-@contextlib.contextmanager
-def _opened(directory: Path) -> Iterator[Reader]:
-    """Open a bag by its metadata, or by its only file when these are not written yet."""
+def _opened(directory: Path, information: dict[str, Any], stack: contextlib.ExitStack) -> Bag:
+    """Open the files that metadata.yaml names, or the only one when it is not written yet."""
     files = storage_files(directory)
-    if (directory / 'metadata.yaml').exists() or len(files) > 1:
-        check_bag(directory)
-        with Reader(directory) as reader:
-            yield reader
-        return
-    with contextlib.closing(_growing(files[0])) as reader:
-        yield reader
+    if information:
+        files = [directory / Path(name).name for name in information['relative_file_paths']]
+        if missing := [file.name for file in files if not file.exists()]:
+            raise RigError(f'{directory}: files that metadata.yaml names are missing: {missing}')
+    elif len(files) > 1:
+        raise RigError(f'{directory} has {len(files)} .mcap files, but no metadata.yaml')
+    opened = []
+    for file in files:
+        opened.append(McapFile(file) if information else _growing(file))
+        stack.callback(opened[-1].close)
+    bag = Bag(directory, information, opened)
+    if information:
+        bag.check_counts()
+    return bag
 
 
-def _growing(file: Path) -> Reader:
+def _growing(path: Path) -> McapFile:
     """Open a file without metadata; again where it was read while the recorder appended."""
     for attempt in range(ATTEMPTS - 1):
         with contextlib.suppress(Exception):  # readers fail in any way on half a chunk
-            return _without_metadata(file)
+            return McapFile(path)
         time.sleep(PAUSE * 2.0**attempt)
-    return _without_metadata(file)
+    return McapFile(path)
 
 
-def _without_metadata(file: Path) -> Reader:
-    check_file(file)
-    reader = Reader(cast('RPath', IndexedFile(file)))
-    reader.open()
-    return reader
+def check_bag(directory: Path) -> bool:
+    """
+    Check all of a bag that another reader takes as it is; return whether it has checksums.
+
+    :raises RigError: when metadata.yaml or an index was changed, contradicts the other, or a chunk
+        would need too much memory
+    """
+    information = read_metadata(directory)
+    if not storage_files(directory):
+        return False  # of another storage
+    with contextlib.ExitStack() as stack:
+        bag = _opened(directory, information, stack)
+        for file in bag.files:
+            file.check_decompression()
+        return bag.protected()
 
 
-def custom_data(reader: Reader | AnyReader, directory: Path) -> dict[str, str]:
+def custom_data(bag: Bag | AnyReader, information: Mapping[str, Any]) -> dict[str, str]:
     """
     Return the custom data of an open bag, see `pneu_rig_ros.records.description`.
 
     A bag of `ros2 bag record`, or one that is being recorded, has none: they follow from a topic.
+
+    :param information: content of its metadata.yaml
     """
-    kept = read_metadata(directory).get('custom_data')
+    kept = information.get('custom_data')
     if kept:
         return {str(key): str(value) for key, value in kept.items()}
-    text = last_text(reader, 'rig_description')
+    text = last_text(bag, 'rig_description')
     return bag_metadata(text) if text else {}
 
 
-def last_text(reader: Reader | AnyReader, topic: str) -> str:
+def last_text(bag: Bag | AnyReader, topic: str) -> str:
     """Return the last text on a topic in any namespace, empty if there was none."""
-    connections = [
+    wanted: list[Any] = [
         c
-        for c in reader.connections
+        for c in bag.connections
         if c.topic.endswith(f'/{topic}') and c.msgtype == 'std_msgs/msg/String'
     ]
-    if not connections:
-        return ''
-    texts = [unpack_string(bytes(cdr)) for _, _, cdr in reader.messages(connections)]
-    return texts[-1] if texts else ''
+    text = ''
+    for _, _, cdr in bag.messages(wanted) if wanted else ():
+        text = unpack_string(bytes(cdr))
+    return text
 
 
 def first_line(error: BaseException) -> str:
@@ -133,14 +218,16 @@ def first_line(error: BaseException) -> str:
     return text.splitlines()[0].rstrip('.')
 
 
-def find_namespace(connections: list[Connection]) -> str:
+def find_namespace(topics: Iterable[str]) -> str:
     """Return what precedes '/joint_states' in the bag's topics: '' or '/rig_a' ..."""
     end = '/joint_states'
     derived = tuple(f'/{prefix.rstrip("/")}{end}' for prefix in DERIVED)
-    topics = [c.topic for c in connections if not c.topic.endswith(derived)]
-    found = sorted({topic.removesuffix(end) for topic in topics if topic.endswith(end)})
-    if not found:
+    namespaces = sorted(
+        {t.removesuffix(end) for t in topics if t.endswith(end) and not t.endswith(derived)}
+    )
+    if not namespaces:
         raise RigError('the bag has no topic joint_states: nothing of a rig was recorded')
-    if len(found) > 1:
-        raise RigError(f'the bag holds several rigs, {", ".join(found)}; record them one by one')
-    return found[0]
+    if len(namespaces) > 1:
+        names = ', '.join(namespaces)
+        raise RigError(f'the bag holds several rigs, {names}; record them one by one')
+    return namespaces[0]

@@ -8,7 +8,7 @@ bytes because they use the same templates. No ROS is needed here.
 
 import math
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache, wraps
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -33,7 +33,8 @@ _FLOAT64 = struct.Struct('<4sd')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _ENCAPSULATION = len(_LITTLE_ENDIAN)
 _MOST_PADDING = 3
-# Placeholders for the numbers in a new template, by which their offsets are found.
+# Placeholders for the numbers in a new template. Their bytes occur nowhere else in a message, so
+# a search for them finds the offsets at which the numbers are patched.
 _MARKS = (1.2345678e-101, 2.3456789e-102, 3.4567891e-103)
 
 
@@ -60,28 +61,24 @@ def typestore() -> Typestore:
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-def _message(type_name: str, fields: Mapping[str, Any]) -> Any:
+def _message(type_name: str, **fields: Any) -> Any:
     return typestore().types[type_name](**fields)
 
 
-def _serialize(message: Any) -> bytearray:
-    return bytearray(typestore().serialize_cdr(message, message.__msgtype__))
-
-
-def _time(stamp_ns: int = 0) -> Any:
-    seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-    return _message('builtin_interfaces/msg/Time', {'sec': seconds, 'nanosec': nanoseconds})
-
-
 def _header(frame_id: str) -> Any:
-    return _message('std_msgs/msg/Header', {'stamp': _time(), 'frame_id': frame_id})
+    stamp = _message('builtin_interfaces/msg/Time', sec=0, nanosec=0)
+    return _message('std_msgs/msg/Header', stamp=stamp, frame_id=frame_id)
+
+
+def _serialize(message: Any) -> bytes:
+    return bytes(typestore().serialize_cdr(message, message.__msgtype__))
 
 
 class _Template:
     """A serialised message whose stamp (if any) and marked doubles are patched in place."""
 
     def __init__(self, message: Any, values: int) -> None:
-        self._buffer = _serialize(message)
+        self._buffer = bytearray(_serialize(message))
         self._offsets = [self._buffer.index(_DOUBLE.pack(mark)) for mark in _MARKS[:values]]
 
     def fill(self, *values: float) -> bytes:
@@ -90,34 +87,31 @@ class _Template:
         return bytes(self._buffer)
 
     def stamp(self, seconds: int, nanoseconds: int) -> None:
+        # The stamp is the first field of a header, and a header that of its message.
         _TIME.pack_into(self._buffer, _ENCAPSULATION, seconds, nanoseconds)
 
 
 def _joint_state(frame_id: str, **values: float) -> _Template:
-    arrays = {
-        field: np.array([values[field]] if field in values else [], dtype=np.float64)
-        for field in ('position', 'velocity', 'effort')
-    }
-    fields = {'header': _header(frame_id), 'name': [PISTON], **arrays}
-    return _Template(_message(TOPICS['joint_states'].type, fields), len(values))
+    fields = ('position', 'velocity', 'effort')
+    arrays = {name: np.array([values[name]] if name in values else [], float) for name in fields}
+    type_name = TOPICS['joint_states'].type
+    message = _message(type_name, header=_header(frame_id), name=[PISTON], **arrays)
+    return _Template(message, len(values))
 
 
 def _fluid_pressure(frame_id: str, variance: float) -> _Template:
-    fields = {
-        'header': _header(frame_id),
-        'fluid_pressure': _MARKS[0],
-        'variance': variance,
-    }
-    return _Template(_message(TOPICS['chamber_1/pressure'].type, fields), 1)
+    type_name, header = TOPICS['chamber_1/pressure'].type, _header(frame_id)
+    message = _message(type_name, header=header, fluid_pressure=_MARKS[0], variance=variance)
+    return _Template(message, 1)
 
 
 @cache
 def _voltages() -> _Template:
-    dimension = {'label': 'valve_1, valve_2 [V]', 'size': 2, 'stride': 2}
-    dimensions = [_message('std_msgs/msg/MultiArrayDimension', dimension)]
-    layout = _message('std_msgs/msg/MultiArrayLayout', {'dim': dimensions, 'data_offset': 0})
+    label = 'valve_1, valve_2 [V]'
+    dimension = _message('std_msgs/msg/MultiArrayDimension', label=label, size=2, stride=2)
+    layout = _message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
     data = np.array(_MARKS[:2])
-    return _Template(_message(TOPICS['valve_voltages'].type, {'layout': layout, 'data': data}), 2)
+    return _Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data), 2)
 
 
 class PlantMessages:
@@ -127,13 +121,6 @@ class PlantMessages:
     :param pressure_variance: variance of the pressure sensors [Pa^2]
     :param frame_id: frame of the stamped messages, in their headers
     """
-
-    joint_states: bytes
-    position: bytes
-    velocity: bytes
-    pressure_1: bytes
-    pressure_2: bytes
-    clock: bytes
 
     def __init__(self, pressure_variance: float, frame_id: str = '') -> None:
         self._joint_states = _joint_state(frame_id, position=_MARKS[0], velocity=_MARKS[1])
@@ -215,7 +202,7 @@ def pack_valve_voltages(voltage_1: float, voltage_2: float) -> bytes:
 
 def pack_string(text: str) -> bytes:
     """Encode std_msgs/String."""
-    return bytes(_serialize(_message('std_msgs/msg/String', {'data': text})))
+    return _serialize(_message('std_msgs/msg/String', data=text))
 
 
 class _Reader:
@@ -228,7 +215,7 @@ class _Reader:
         self._at = _ENCAPSULATION
 
     def count(self) -> int:
-        self._at += -self._at % 4
+        self._at += -self._at % 4  # the encapsulation is 4 bytes long: no need to subtract it
         (value,) = _COUNT.unpack_from(self._cdr, self._at)
         self._at += 4
         return int(value)
@@ -252,6 +239,7 @@ class _Reader:
         return str(self._cdr[start + _COUNT.size : self._at - 1], 'utf-8')
 
     def doubles(self, count: int) -> tuple[float, ...]:
+        # An empty sequence is not followed by padding for the elements that it does not have.
         if count:
             self._at += -(self._at - _ENCAPSULATION) % 8
         values = struct.unpack_from(f'<{count}d', self._cdr, self._at)

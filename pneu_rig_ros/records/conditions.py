@@ -14,9 +14,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
+import numpy as np
+
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, specifications, unknown
+from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
@@ -36,6 +39,11 @@ CONDITIONS: dict[str, Quantity] = {
 }
 """Name -> unit, range and meaning; pressures absolute."""
 
+BEYOND = 0.25
+"""How far beyond the end stops a position may be, as a share of the stroke [-]."""
+LEAST, MOST = 0.5, 5.0
+"""Of absolute pressures: in pressures of the surroundings, and of the supply [-]."""
+
 
 def conditions_of(
     path: Path | str, configuration: RigConfiguration | None, metadata: Mapping[str, str]
@@ -49,11 +57,17 @@ def conditions_of(
     :return: name of :data:`CONDITIONS` -> value
     :raises RigError: when a source holds anything else
     """
-    found = _configured(configuration)
+    found = configured_conditions(configuration) if configuration else {}
     text = metadata.get('conditions')
     if text:
         found |= parse_conditions(text, f'{path}: metadata conditions')
     return found | conditions_beside(path)
+
+
+def configured_conditions(configuration: RigConfiguration) -> dict[str, float]:
+    """Return the conditions in the configuration of a rig."""
+    values = configuration.model.operation._asdict() | configuration.model.gas._asdict()
+    return {name: values[name] for name in CONDITIONS}
 
 
 def conditions_beside(path: Path | str) -> dict[str, float]:
@@ -80,15 +94,6 @@ def with_zero(conditions: Mapping[str, float], zero: float | None) -> dict[str, 
             f'say atmospheric_pressure: {given:g} Pa; give one of them'
         )
     return dict(conditions) if zero is None else {**conditions, _ATMOSPHERE: zero}
-
-
-def _configured(configuration: RigConfiguration | None) -> dict[str, float]:
-    """Return the conditions in the configuration of a rig, {} without one."""
-    if configuration is None:
-        return {}
-    model = configuration.model
-    values = {name: getattr(model.operation, name) for name in CONDITIONS if name != _ATMOSPHERE}
-    return values | {_ATMOSPHERE: model.gas.atmospheric_pressure}
 
 
 def apply_conditions(
@@ -150,3 +155,33 @@ def _known(name: str, origin: str) -> Quantity:
     if name not in CONDITIONS:
         raise RigError(f'{origin}: {unknown(name, CONDITIONS)}')
     return CONDITIONS[name]
+
+
+def check_plausible(
+    origin: object, signals: Mapping[str, Floats], configuration: RigConfiguration
+) -> None:
+    """
+    Check that position [m] and absolute pressures [Pa] can be those of a rig.
+
+    A wrong unit is off by a factor. Impossible values would make the simulation take ever smaller
+    steps, and a diagnosis meaningless.
+
+    :param origin: their name in errors
+    :param signals: name -> values, shape (n,), NaN for missing values
+    :param configuration: the rig under the conditions of the run
+    :raises RigError: when one is out of range, with a likely reason
+    """
+    model = configuration.model
+    stroke, supply = model.cylinder.stroke, model.operation.supply_pressure
+    within = -BEYOND * stroke, (1.0 + BEYOND) * stroke, 'm', 'that of another cylinder'
+    absolute = LEAST * model.gas.atmospheric_pressure, MOST * supply, 'Pa', 'a gauge pressure'
+    allowed = {'position': within, 'pressure_1': absolute, 'pressure_2': absolute}
+    for name, (low, high, unit, reason) in allowed.items():
+        values = signals.get(name, np.empty(0))
+        values = values[np.isfinite(values)]
+        if values.size and not (low <= values.min() and values.max() <= high):
+            raise RigError(
+                f'{origin}: {name} from {values.min():.4g} to {values.max():.4g} {unit}, '
+                f'{configuration.name} allows {low:.4g} to {high:.4g} {unit}; '
+                f'is it in another unit, or {reason}?'
+            )

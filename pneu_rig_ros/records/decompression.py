@@ -10,7 +10,6 @@ from typing import Any, BinaryIO
 
 from backports import zstd
 from lz4.frame import LZ4FrameDecompressor
-from mcap.records import ChunkIndex
 
 from pneu_rig_ros.errors import RigError
 
@@ -56,13 +55,6 @@ def _at_most(new: Callable[[], Any], data: bytes, limit: int) -> bytes:
                 return bytes(content)  # cut off
         data = decompressor.unused_data if decompressor.eof else b''
     return bytes(content)
-
-
-def chunk_content(stream: BinaryIO, chunk: ChunkIndex) -> bytes:
-    """Return the decompressed content of a chunk of an MCAP file."""
-    stream.seek(chunk.chunk_start_offset + 49 + len(chunk.compression.encode()))
-    data = stream.read(chunk.compressed_size)
-    return decompress(data, chunk.compression, chunk.uncompressed_size)
 
 
 def check_ros1_chunks(path: Path, offsets: Iterable[int]) -> None:

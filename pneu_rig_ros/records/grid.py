@@ -26,7 +26,6 @@ JITTER = 0.02
 LONGEST = 4e9
 """Most seconds from the epoch to a sample: in nanoseconds it must be a 64-bit number."""
 
-
 MOST_MISSING = 1_000_000
 """Samples that may be missing in addition to ten for each recorded one."""
 
@@ -40,13 +39,17 @@ class Columns(NamedTuple):
     :param epoch_ns: zero of the time [ns since 1970], 0 if unknown
     :param gauge: whether some were gauge pressures
     :param notes: remarks for the user
+    :param metadata: custom data of a bag
+    :param protected: whether no message of a bag lacks a checksum
     """
 
     time: Floats
     signals: Mapping[str, Floats]
     epoch_ns: int
-    gauge: bool
+    gauge: bool = False
     notes: tuple[str, ...] = ()
+    metadata: Mapping[str, str] = {}
+    protected: bool = True
 
 
 class Grid(NamedTuple):

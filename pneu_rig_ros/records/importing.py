@@ -7,7 +7,6 @@ of a rig. A measured force goes on a topic `force`, in the form of `friction`.
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -27,6 +26,7 @@ from pneu_rig_ros.records.cdr import (
 from pneu_rig_ros.records.conditions import (
     FILE_NAME,
     apply_conditions,
+    check_plausible,
     format_conditions,
     with_zero,
 )
@@ -36,8 +36,7 @@ from pneu_rig_ros.records.description import (
     git_revision,
     package_version,
 )
-from pneu_rig_ros.records.plausible import check_plausible
-from pneu_rig_ros.records.recording import Floats, Recording
+from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.writer import BagWriter
 from pneu_rig_ros.rig import RigConfiguration, Sample
@@ -51,13 +50,6 @@ REPORT_EVERY = 512
 
 LEAST_INTERVAL, MOST_INTERVAL = 100_000, 1_000_000_000
 """Between two samples [ns]."""
-
-NEEDED_BY = {
-    'position': ('joint_states', 'position', 'velocity'),
-    'pressure_1': ('chamber_1/pressure',),
-    'pressure_2': ('chamber_2/pressure',),
-}
-"""Signal -> topics that are written for it."""
 
 SOURCES = {
     'joint_states': ('position',),
@@ -83,14 +75,14 @@ def write_bag(
     """
     Write a recording as a bag.
 
-    The bag appears as a whole or not at all. Samples that are missing stay so. Without `voltage_1`
+    The bag is written atomically. Missing samples stay missing. Without `voltage_1`
     and `voltage_2` the valve voltages follow from `u` by Eq. 1, if it was recorded.
 
     :param recording: the signals
     :param out: the bag's directory, must not exist
-    :param conditions: go into ``conditions.yaml`` in the bag, beside those that the recording
-        knows and the surroundings that gauge pressures were counted from
-    :param configuration: the rig, if it is known: goes into the bag under these conditions
+    :param conditions: written to ``conditions.yaml`` in the bag, with those of the recording and
+        the atmospheric pressure that gauge pressures were converted with
+    :param configuration: the rig, if known; written to the bag under these conditions
     :param progress: called with the number of samples written
     :raises RigError: when the bag exists or cannot be written, or a voltage lacks the other
     """
@@ -108,24 +100,15 @@ def write_bag(
             f'{source}: a sample every {recording.interval_ns * 1e-6:g} ms, allowed '
             'are 0.1 to 1000 ms; is the time in another unit?'
         )
-    folder = _folder_beside(out)
-    try:
-        # Under its final name, which is in the metadata.
-        _write(folder / out.name, recording, configuration, progress or (lambda _: None))
-        if known:
-            (folder / out.name / FILE_NAME).write_text(format_conditions(known), encoding='utf-8')
-        (folder / out.name).replace(out)
-    except OSError as error:
-        raise RigError(f'cannot write the bag {out}: {error.strerror}') from error
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def _folder_beside(out: Path) -> Path:
-    """Return a folder on the same file system, so that the bag can be moved in one step."""
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        return Path(tempfile.mkdtemp(prefix=f'.{out.name}.', dir=out.parent))
+        # On the same file system, so that the bag can be moved in one step.
+        with tempfile.TemporaryDirectory(prefix=f'.{out.name}.', dir=out.parent) as folder:
+            bag = Path(folder, out.name)  # under its final name, which is in the metadata
+            _write(bag, recording, configuration, progress or (lambda _: None))
+            if known:
+                (bag / FILE_NAME).write_text(format_conditions(known), encoding='utf-8')
+            bag.replace(out)
     except OSError as error:
         raise RigError(f'cannot write the bag {out}: {error.strerror}') from error
 
@@ -161,22 +144,52 @@ def _put(writer: BagWriter, topic: str, stamp_ns: int, cdr: bytes) -> None:
     writer.write(f'/{topic}', kind, stamp_ns, cdr)
 
 
-Message = Callable[[int, int], bytes]
-"""Takes the number of a sample and its stamp [ns]."""
-
-
 def _messages(recording: Recording) -> Iterator[tuple[str, int, bytes]]:
-    """Yield topic, stamp [ns] and message of everything, in the order of time."""
-    parts = (_commands(recording), _samples(recording), _forces(recording))
-    streams = [
-        (topic, message, _present(recording, topic).tolist())
-        for part in parts
-        for topic, message in part
-    ]
+    """
+    Yield topic, stamp [ns] and message of everything, in the order of time.
+
+    Commands come before the sample that finds them in force.
+    """
+    if ('voltage_1' in recording) != ('voltage_2' in recording):
+        given = 'voltage_1' if 'voltage_1' in recording else 'voltage_2'
+        raise RigError(f'{given} without the other valve; map voltage_1 and voltage_2, or u')
+    moving = 'position' in recording
+    recorded = {
+        'u': 'u' in recording,
+        'valve_voltages': recording.driven,
+        'joint_states': moving,
+        'position': moving,
+        'velocity': moving,
+        'chamber_1/pressure': 'pressure_1' in recording,
+        'chamber_2/pressure': 'pressure_2' in recording,
+        FORCE: FORCE in recording,
+        'friction': 'friction' in recording,
+    }
+    topics = [topic for topic, wanted in recorded.items() if wanted]
+    present = {topic: _present(recording, topic).tolist() for topic in topics}
+    nothing = np.full(recording.size, np.nan)
+    names = ('position', 'pressure_1', 'pressure_2', 'u', FORCE, 'friction')
+    position, pressure_1, pressure_2, u, force, friction = (
+        recording.signals.get(name, nothing).tolist() for name in names
+    )
+    velocity = (recording.velocity if moving else nothing).tolist()
+    voltages = [nothing.tolist()] * 2
+    if recording.driven:
+        voltages = [recording.voltage_1.tolist(), recording.voltage_2.tolist()]
+    plant = PlantMessages(pressure_variance=0.0)  # 0 is "not known", as sensor_msgs says
+    encoder = FrictionMessage()
     for k, stamp_ns in enumerate(recording.stamps.tolist()):
-        for topic, message, present in streams:
-            if present[k]:
-                yield topic, stamp_ns, message(k, stamp_ns)
+        plant.pack(Sample(k, position[k], velocity[k], pressure_1[k], pressure_2[k]), stamp_ns)
+        messages = {
+            'u': pack_float64(u[k]),
+            'valve_voltages': pack_valve_voltages(voltages[0][k], voltages[1][k]),
+            **plant.by_topic(simulated_time=False),
+            FORCE: encoder.pack(force[k], stamp_ns),
+            'friction': encoder.pack(friction[k], stamp_ns),
+        }
+        for topic in topics:
+            if present[topic][k]:
+                yield topic, stamp_ns, messages[topic]
 
 
 def _present(recording: Recording, topic: str) -> NDArray[np.bool_]:
@@ -187,54 +200,3 @@ def _present(recording: Recording, topic: str) -> NDArray[np.bool_]:
     for source in (topic, *SOURCES.get(topic, ())):
         present &= ~np.isin(recording.stamps, recording.missing.get(source, ()))
     return present
-
-
-def _commands(recording: Recording) -> Iterator[tuple[str, Message]]:
-    """Yield the command and the valve voltages, which a sample finds in force."""
-    given = [name for name in ('voltage_1', 'voltage_2') if name in recording]
-    if len(given) == 1:
-        raise RigError(f'{given[0]} without the other valve; map voltage_1 and voltage_2, or u')
-    if 'u' in recording:
-        u = recording['u'].tolist()
-        yield 'u', lambda k, _: pack_float64(u[k])
-    if recording.driven:
-        voltages = recording.voltage_1.tolist(), recording.voltage_2.tolist()
-        yield 'valve_voltages', lambda k, _: pack_valve_voltages(voltages[0][k], voltages[1][k])
-
-
-def _samples(recording: Recording) -> Iterator[tuple[str, Message]]:
-    """Yield the topics of the plant whose signals were recorded."""
-    topics = [topic for name in NEEDED_BY if name in recording for topic in NEEDED_BY[name]]
-    nothing = np.full(recording.size, np.nan)
-    columns: list[Floats] = [
-        recording.signals.get('position', nothing),
-        recording.velocity if 'position' in recording else nothing,
-        *(recording.signals.get(name, nothing) for name in ('pressure_1', 'pressure_2')),
-    ]
-    rows = list(zip(*(column.tolist() for column in columns), strict=True))
-    plant = PlantMessages(pressure_variance=0.0)  # 0 is "not known", as sensor_msgs says
-    packed: dict[str, bytes] = {}
-    latest = -1
-
-    def message_of(topic: str) -> Message:
-        def message(k: int, stamp_ns: int) -> bytes:
-            nonlocal latest
-            if k != latest:
-                latest = k
-                plant.pack(Sample(k, *rows[k]), stamp_ns)
-                packed.update(plant.by_topic(simulated_time=False))
-            return packed[topic]
-
-        return message
-
-    yield from ((topic, message_of(topic)) for topic in topics)
-
-
-def _forces(recording: Recording) -> Iterator[tuple[str, Message]]:
-    def message_of(values: list[float]) -> Message:
-        encoder = FrictionMessage()
-        return lambda k, stamp_ns: encoder.pack(values[k], stamp_ns)
-
-    for name in (FORCE, 'friction'):
-        if name in recording:
-            yield name, message_of(recording[name].tolist())

@@ -31,25 +31,27 @@ from typing import Any
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
-from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
-from pneu_rig_ros.records.units import convert
+from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats
+from pneu_rig_ros.records.units import Unit, convert, parse_unit, scaled
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
-SEPARATORS = {
-    ',': ',',
-    ';': ';',
-    '\t': '\t',
-    ' ': ' ',
-    'comma': ',',
-    'semicolon': ';',
-    'tab': '\t',
-    'blank': ' ',
-    'space': ' ',
-}
+SEPARATORS = {sign: sign for sign in ',;\t '}
+SEPARATORS |= {'comma': ',', 'semicolon': ';', 'tab': '\t', 'blank': ' ', 'space': ' '}
 """What a mapping may call a separator -> the separator."""
 
 DATETIME = 'datetime'
 """Unit of a time column that holds date and time of day."""
+
+_KINDS: dict[str, tuple[tuple[type, ...], str]] = {
+    'column': ((str, int), 'a text or a number'),
+    'unit': ((str,), 'a text'),
+    'gauge': ((bool,), 'true or false'),
+    'scale': ((str, int, float), 'a text or a number'),
+    'offset': ((str,), 'a text'),
+    'topic': ((str,), 'a text'),
+    'field': ((str,), 'a text'),
+}
+"""Key of an entry -> types of its value, and their names."""
 
 _LAYOUT = ('separator', 'decimal', 'comment', 'skip_rows', 'skip_after_header', 'header')
 _SIGNAL = ('column', 'unit', 'gauge', 'scale', 'offset')
@@ -127,25 +129,14 @@ def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> Table
     if isinstance(source, TableMapping):
         return source
     if isinstance(source, Mapping):
-        return _checked(dict(source), 'mapping')
-    data = parse_yaml(read_text(source), str(source))
-    if not isinstance(data, dict):
-        raise RigError(f'{source}: expected a mapping of signals: {", ".join(SIGNALS)}')
-    return _checked(data, str(source))
-
-
-def _checked(data: dict[str, Any], origin: str) -> TableMapping:
-    allowed = ['time', *SIGNALS, *_LAYOUT, 'atmospheric_pressure', 'topics']
-    for key in data:
-        if key not in allowed:
-            raise RigError(f'{origin}: {unknown(str(key), allowed)}')
+        origin, data = 'mapping', dict(source)
+    else:
+        origin, data = str(source), parse_yaml(read_text(source), str(source))
+    _check_names(data, origin, ['time', *SIGNALS, *_LAYOUT, 'atmospheric_pressure', 'topics'])
     in_bag = 'topics' in data
     where, entries = (f'{origin}: topics', data['topics']) if in_bag else (origin, data)
-    if in_bag and not isinstance(entries, dict):
-        raise RigError(f'{where}: expected a mapping of signals: {", ".join(SIGNALS)}')
-    for key in entries if in_bag else ():
-        if key not in SIGNALS:
-            raise RigError(f'{where}: {unknown(str(key), SIGNALS)}')
+    if in_bag:
+        _check_names(entries, where, list(SIGNALS))
     signals = {
         name: _source(entries[name], f'{where}: {name}', in_bag, name)
         for name in SIGNALS
@@ -159,6 +150,14 @@ def _checked(data: dict[str, Any], origin: str) -> TableMapping:
     if zero is not None:
         zero = convert(zero, 'Pa', f'{origin}: atmospheric_pressure')
     return TableMapping(origin, signals, time, interval, _layout(data, origin), zero)
+
+
+def _check_names(data: object, origin: str, allowed: list[str]) -> None:
+    if not isinstance(data, dict):
+        raise RigError(f'{origin}: expected a mapping of signals: {", ".join(SIGNALS)}')
+    for key in data:
+        if key not in allowed:
+            raise RigError(f'{origin}: {unknown(str(key), allowed)}')
 
 
 def _check_once(signals: Mapping[str, Source], where: str) -> None:
@@ -176,90 +175,110 @@ def _check_once(signals: Mapping[str, Source], where: str) -> None:
 def _source(entry: object, where: str, in_bag: bool, signal: str) -> Source:
     """Return a signal's entry; a bare name or number stands for its column or topic."""
     key, allowed = ('topic', _TOPIC) if in_bag else ('column', _SIGNAL)
-    fields = _entry(entry, where, key, allowed)
+    fields = _fields(entry, where, key, allowed)
     if key not in fields:
         raise RigError(f'{where}: missing {key}')
-    _check_kinds(fields, where)
     if 'gauge' in fields and signal not in PRESSURES:
         raise RigError(f'{where}: gauge is for pressures only')
     return Source(**fields)
 
 
 def _time(entry: object, where: str, in_bag: bool) -> tuple[Source | None, float | None]:
+    """Return the column of the time, or the sampling interval [s]; neither in a bag."""
     if in_bag:
         if entry is not None:
             raise RigError(f'{where}: not for a bag, whose messages are stamped')
         return None, None
     if entry is None:
         raise RigError(f'{where}: missing; name its column and unit, or give {{rate: 862 Hz}}')
-    fields = _entry(entry, where, 'column', _TIME)
+    fields = _fields(entry, where, 'column', _TIME)
     given = [key for key in ('column', 'rate', 'interval') if key in fields]
     if len(given) != 1:
         raise RigError(f'{where}: give one of column, rate, interval')
-    if 'column' in fields:
-        _check_kinds(fields, where)
+    (key,) = given
+    if key == 'column':
         return Source(**fields), None
     if 'unit' in fields:
-        raise RigError(f'{where}: unit is for a column; write {given[0]}: 862 Hz or 1.16 ms')
-    rate = given[0] == 'rate'
-    value = convert(fields[given[0]], 'Hz' if rate else 's', f'{where}.{given[0]}')
+        raise RigError(f'{where}: unit is for a column; write {key}: 862 Hz or 1.16 ms')
+    value = convert(fields[key], 'Hz' if key == 'rate' else 's', f'{where}.{key}')
     if value <= 0:
-        raise RigError(f'{where}.{given[0]}: {fields[given[0]]!r}, must be positive')
-    return None, 1.0 / value if rate else value
+        raise RigError(f'{where}.{key}: {fields[key]!r}, must be positive')
+    return None, 1.0 / value if key == 'rate' else value
 
 
-def _entry(entry: object, where: str, key: str, allowed: tuple[str, ...]) -> dict[str, Any]:
-    if not isinstance(entry, dict):
-        entry = {key: entry}
-    for name in entry:
+def _fields(entry: object, where: str, key: str, allowed: tuple[str, ...]) -> dict[str, Any]:
+    """Return the fields of an entry, checked; a bare value is that of the key."""
+    fields = entry if isinstance(entry, dict) else {key: entry}
+    for name, value in fields.items():
         if name not in allowed:
             raise RigError(f'{where}: {unknown(str(name), allowed)}')
-    return entry
-
-
-def _check_kinds(fields: dict[str, Any], where: str) -> None:
-    kinds: dict[str, tuple[type, ...]] = {
-        'column': (str, int),
-        'unit': (str,),
-        'gauge': (bool,),
-        'scale': (str, int, float),
-        'offset': (str,),
-        'topic': (str,),
-        'field': (str,),
-    }
-    for key, value in fields.items():
-        boolean = isinstance(value, bool) and bool not in kinds[key]
-        if boolean or not isinstance(value, kinds[key]):
-            names = ' or '.join(_WORDS[kind] for kind in kinds[key] if kind is not float)
-            raise RigError(f'{where}.{key}: {value!r} is not {names}')
+        kinds, words = _KINDS.get(name, ((object,), ''))
+        # True is an int in Python, but no number here.
+        if not isinstance(value, kinds) or (isinstance(value, bool) and int in kinds):
+            raise RigError(f'{where}.{name}: {value!r} is not {words}')
     column = fields.get('column')
     if isinstance(column, int) and column < 1:
         raise RigError(f'{where}.column: {column}, columns are counted from 1')
-
-
-_WORDS = {str: 'a text', int: 'a number', bool: 'true or false'}
+    return fields
 
 
 def _layout(data: dict[str, Any], origin: str) -> Layout:
     given = {key: data[key] for key in _LAYOUT if key in data}
+
+    def check(key: str, valid: bool, allowed: str) -> None:
+        if not valid:
+            raise RigError(f'{origin}: {key} {given[key]!r}, {allowed}')
+
     if 'separator' in given:
-        if given['separator'] not in SEPARATORS:
-            names = "',', ';', tab, blank"
-            raise RigError(f'{origin}: separator {given["separator"]!r}, allowed: {names}')
+        names = "allowed: ',', ';', tab, blank"
+        check('separator', given['separator'] in SEPARATORS, names)
         given['separator'] = SEPARATORS[given['separator']]
-    if given.get('decimal', '.') not in ('.', ','):
-        raise RigError(f"{origin}: decimal {given['decimal']!r}, allowed: '.', ','")
+    check('decimal', given.get('decimal', '.') in ('.', ','), "allowed: '.', ','")
     if given.get('decimal') == ',' and given.get('separator') == ',':
         raise RigError(f'{origin}: a comma cannot be both separator and decimal sign')
     header = given.get('header')
-    if header not in (None, 'auto', True, False):
-        raise RigError(f'{origin}: header {header!r}, allowed: true, false, auto')
+    check('header', header in (None, 'auto', True, False), 'allowed: true, false, auto')
     given['header'] = header if isinstance(header, bool) else None
-    comment = given.setdefault('comment', '#')
-    if not isinstance(comment, str):
-        raise RigError(f'{origin}: comment {comment!r} is not a text')
+    check('comment', isinstance(given.setdefault('comment', '#'), str), 'must be a text')
     for key in ('skip_rows', 'skip_after_header'):
         value = given.get(key, 0)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-            raise RigError(f'{origin}: {key} {value!r}, must be a number of lines')
+        is_count = isinstance(value, int) and not isinstance(value, bool) and value >= 0
+        check(key, is_count, 'must be a number of lines')
     return Layout(**given)
+
+
+def unit_of(source: Source, text: str, signal: str, where: str) -> Unit:
+    """
+    Return the unit of a source's values; a scale such as '50 N/V' is worked into the factor.
+
+    :param text: the unit as written
+    """
+    if not isinstance(source.scale, str):
+        return parse_unit(text, SIGNALS[signal], where)
+    number, _, scale_unit = source.scale.strip().partition(' ')
+    factor = convert(f'{number} -', '-', f'{where}.scale')
+    product = parse_unit(f'({scale_unit or "1"})*({text})', SIGNALS[signal], f'{where}.scale')
+    return product._replace(factor=product.factor * factor)
+
+
+def in_si(
+    values: Floats, signal: str, source: Source, unit: Unit, where: str, zero: float
+) -> tuple[Floats, bool]:
+    """
+    Return values of a source in SI units, absolute pressures, and whether they were gauge.
+
+    :param unit: of the values before scaling
+    :param zero: pressure of the surroundings [Pa]
+    """
+    converted = scaled(values, unit)
+    if source.scale is not None and not isinstance(source.scale, str):
+        converted = converted * source.scale
+    if None not in (unit.gauge, source.gauge) and unit.gauge != source.gauge:
+        raise RigError(
+            f'{where}: the unit says {"gauge" if unit.gauge else "absolute"}, '
+            f'gauge: {str(source.gauge).lower()} says the opposite'
+        )
+    if source.offset is not None:
+        converted = converted + convert(source.offset, SIGNALS[signal], f'{where}.offset')
+    gauge = bool(unit.gauge if source.gauge is None else source.gauge)
+    return (converted + zero if gauge else converted), gauge

@@ -1,4 +1,4 @@
-"""The noise of a measured signal, from the signal itself and from what its converter resolves."""
+"""Noise of a measured signal, estimated from its readings and the resolution of its converter."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ KEPT = 0.9
 """Share of the smallest second differences that count: the others may be motion [-]."""
 TRIMMED = 0.79
 """Standard deviation of a normal variable without its largest tenth [-]."""
-DUST = 1e-9
-"""Distances below this share of a signal's largest value are rounding of the computer's [-]."""
+ROUND_OFF = 1e-9
+"""Steps below this share of a signal's largest value are round-off [-]."""
 
 
 def noise_of(signal: Floats) -> float:
-    """Return the standard deviation of a reading [unit], with no data sheet at hand."""
+    """Return the standard deviation of a reading [unit], estimated without a data sheet."""
     return reading_noise(signal, smallest_step(signal) / np.sqrt(12.0))
 
 
@@ -24,11 +24,11 @@ def reading_noise(signal: Floats, configured: float) -> float:
     """
     Return the standard deviation of a reading [unit of the signal].
 
-    Second differences of white noise have a variance of six times its own, and those of a smooth
-    signal next to none. A resting signal that stays within one step of its converter shows no
-    noise at all, so the configured noise is the least.
+    Second differences of white noise have six times its variance, while those of a smooth signal
+    nearly vanish. A resting signal that stays within one step of its converter shows no noise, so
+    the configured noise is the lower limit.
 
-    :param signal: equally spaced readings, shape (n,); NaN where there are none
+    :param signal: equally spaced readings, shape (n,); NaN for missing ones
     :param configured: standard deviation by the data sheet [unit]
     """
     bends = np.abs(np.diff(signal, 2))
@@ -39,10 +39,10 @@ def reading_noise(signal: Floats, configured: float) -> float:
 
 
 def smallest_step(signal: Floats) -> float:
-    """Return the smallest distance of two different readings [unit], 0 where all are the same."""
+    """Return the smallest step between two readings [unit], 0 where all are equal."""
     known = np.unique(signal[np.isfinite(signal)])
     steps = np.diff(known)
-    steps = steps[steps > DUST * np.abs(known).max(initial=0.0)]
+    steps = steps[steps > ROUND_OFF * np.abs(known).max(initial=0.0)]
     return float(steps.min()) if steps.size else 0.0
 
 

@@ -7,21 +7,19 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bag import bag_directory, custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
 from pneu_rig_ros.records.cdr import (
     unpack_float64,
     unpack_fluid_pressure,
     unpack_joint_state,
     unpack_valve_voltages,
 )
+from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps
-from pneu_rig_ros.records.integrity import unprotected_messages
-from pneu_rig_ros.records.recording import NEVER, Floats, Stamps, check_stamps
+from pneu_rig_ros.records.recording import NEVER, Floats, Recording, Stamps, check_stamps
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -31,18 +29,6 @@ SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
 
 STAMPED = (*SAMPLED, 'friction', 'force')
 """Topics whose messages have the stamp of their sample."""
-
-
-class Stream(NamedTuple):
-    """One topic: m messages in the order of their arrival."""
-
-    arrival_ns: Stamps
-    """Shape (m,)."""
-    values: Floats
-    """Shape (m, number of values)."""
-    stamps: Stamps
-    """Shape (m,); empty for messages without a stamp."""
-
 
 _DECODERS: dict[str, Callable[[bytes], tuple[Any, ...]]] = {
     'joint_states': unpack_joint_state,
@@ -55,88 +41,84 @@ _DECODERS: dict[str, Callable[[bytes], tuple[Any, ...]]] = {
 }
 """Topic -> function that returns stamp (0 for none) and values of a message."""
 
-EFFORT = 2
-"""Column of the force in the values of a JointState."""
+_POSITION, _VELOCITY, _EFFORT = 0, 1, 2
+"""Columns in the values of a JointState."""
 
 
-class OwnBag(NamedTuple):
+class Stream(NamedTuple):
     """
-    Content of a bag.
+    One topic: m messages in the order of their arrival.
 
-    :param start_ns: stamp of the first sample [ns]
-    :param interval_ns: sampling interval [ns]
-    :param signals: name -> values on the grid, shape (n,) each
-    :param missing: stamped topic -> stamps of the samples it lacks [ns]
-    :param arrival_ns: when the recorder got each sample [ns], shape (n,)
-    :param counts: topic -> number of messages in the bag
-    :param metadata: custom data of the bag
-    :param protected: whether every message has a checksum
+    :param arrival_ns: log times [ns], shape (m,)
+    :param values: shape (m, number of values)
+    :param stamps: [ns], shape (m,); 0 for messages without a stamp
     """
 
-    start_ns: int
-    interval_ns: int
-    signals: dict[str, Floats]
-    missing: dict[str, Stamps]
     arrival_ns: Stamps
-    counts: dict[str, int]
-    metadata: dict[str, str]
-    protected: bool
+    values: Floats
+    stamps: Stamps
 
 
-def holds_rig(path: Path) -> bool:
+def read_own_bag(path: Path, name: str) -> Recording | None:
     """
-    Return whether a bag has all the topics of a rig, as the recorder of this project names them.
-
-    :raises RigError: when it is not a bag, or is cut off
-    """
-    if path.suffix in ('.db3', '.bag') or (path.is_dir() and any(path.glob('*.db3'))):
-        return False  # the recorder writes MCAP
-    with open_bag(path) as reader:
-        topics = [connection.topic for connection in reader.connections]
-        if not any(topic.endswith('/joint_states') for topic in topics):
-            return False
-        namespace = find_namespace(reader.connections)
-        return all(f'{namespace}/{topic}' in topics for topic in SAMPLED)
-
-
-def read_own_bag(path: Path) -> OwnBag:
-    """
-    Read a complete bag of a rig.
+    Read a complete bag of a rig, as the recorder of this project writes it.
 
     :param path: the bag's directory, or a file in it
-    :raises RigError: when it is not a bag, is cut off, or lacks the signals of a rig
+    :param name: of the recording
+    :return: None where the bag lacks a topic that every rig has
+    :raises RigError: when it is not a bag, is cut off, or lacks the samples of a rig
     """
-    directory = bag_directory(path)
-    with open_bag(path) as reader:
-        namespace = find_namespace(reader.connections)
-        metadata = custom_data(reader, directory)
-        protected = not unprotected_messages(directory)
-        counts = _counts(reader, namespace)
+    with open_bag(path) as bag:
+        present = {c.topic: c.msgcount for c in bag.connections}
+        if not any(topic.endswith('/joint_states') for topic in present):
+            return None
+        namespace = find_namespace(present)
+        if not all(f'{namespace}/{topic}' in present for topic in SAMPLED):
+            return None
+        names = {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
+        counts = {topic: present[full] for topic, full in names.items() if full in present}
+        metadata, protected = custom_data(bag, bag.information), bag.protected()
         try:
-            streams = _streams(reader, namespace)
+            configuration = configuration_in(metadata)
+            streams = _read_streams(bag, namespace)
+            grid, interval = _sampling_grid(streams, configuration)
         except RigError as error:
             raise RigError(f'{path}: {error}') from error
-    try:
-        return _align(streams, counts, metadata, protected)
-    except RigError as error:
-        raise RigError(f'{path}: {error}') from error
+    joint = streams['joint_states']
+    arrival = np.full(grid.size, NEVER, dtype=np.int64)
+    arrival[(joint.stamps - grid[0]) // interval] = joint.arrival_ns
+    missing = {
+        topic: np.setdiff1d(grid, streams[topic].stamps, assume_unique=True)
+        for topic in STAMPED
+        if streams[topic].stamps.size
+    }
+    return Recording(
+        name,
+        int(grid[0]),
+        interval,
+        _sampled_signals(streams, grid, interval) | _held_signals(streams, arrival),
+        missing=missing,
+        arrival_ns=arrival,
+        counts=counts,
+        metadata=metadata,
+        configuration=configuration,
+        protected=protected,
+        conditions=conditions_of(path, configuration, metadata),
+    )
 
 
-def _counts(reader: Reader, namespace: str) -> dict[str, int]:
-    present = {c.topic: c.msgcount for c in reader.connections}
-    names = {topic: topic if topic.startswith('/') else f'{namespace}/{topic}' for topic in TOPICS}
-    return {topic: present[name] for topic, name in names.items() if name in present}
-
-
-def _streams(reader: Reader, namespace: str) -> dict[str, Stream]:
+def _read_streams(bag: Bag, namespace: str) -> dict[str, Stream]:
     """Decode the topics of a recording in one pass over the bag."""
     names = {f'{namespace}/{topic}': topic for topic in _DECODERS}
-    connections = [c for c in reader.connections if c.topic in names]
+    connections = [c for c in bag.connections if c.topic in names]
+    for connection in connections:
+        topic = names[connection.topic]
+        wanted = TOPICS['friction' if topic == 'force' else topic].type
+        if connection.msgtype != wanted:
+            raise RigError(f'{connection.topic} is {connection.msgtype}, must be {wanted}')
     arrivals: dict[str, list[int]] = {topic: [] for topic in _DECODERS}
     rows: dict[str, list[tuple[Any, ...]]] = {topic: [] for topic in _DECODERS}
-    for connection in connections:
-        _check_type(connection, names[connection.topic])
-    for connection, arrival_ns, cdr in reader.messages(connections):
+    for connection, arrival_ns, cdr in bag.messages(connections):
         topic = names[connection.topic]
         arrivals[topic].append(arrival_ns)
         try:
@@ -145,73 +127,78 @@ def _streams(reader: Reader, namespace: str) -> dict[str, Stream]:
             number = len(rows[topic]) + 1
             raise RigError(f'{connection.topic}: message {number}: {error}') from error
     for connection in connections:
-        found = len(rows[names[connection.topic]])
-        if found != connection.msgcount:
+        count = len(rows[names[connection.topic]])
+        if count != connection.msgcount:
             raise RigError(
-                f'{connection.topic}: {found} messages, the index says {connection.msgcount}'
+                f'{connection.topic}: {count} messages, the index says {connection.msgcount}'
             )
-    return {topic: _stream(arrivals[topic], rows[topic]) for topic in _DECODERS}
+    streams = {}
+    for topic in _DECODERS:
+        stamps, *values = zip(*rows[topic], strict=True) if rows[topic] else ((),)
+        streams[topic] = Stream(
+            np.array(arrivals[topic], dtype=np.int64),
+            np.array(values, dtype=np.float64).T,
+            np.array(stamps, dtype=np.int64),
+        )
+    return streams
 
 
-def _check_type(connection: Connection, topic: str) -> None:
-    wanted = TOPICS['friction' if topic == 'force' else topic].type
-    if connection.msgtype != wanted:
-        raise RigError(f'{connection.topic} is {connection.msgtype}, must be {wanted}')
+def _sampling_grid(
+    streams: dict[str, Stream], configuration: RigConfiguration | None
+) -> tuple[Stamps, int]:
+    """
+    Return the stamps of all samples, shape (n,), and the sampling interval [ns].
 
-
-def _stream(arrivals: list[int], rows: list[tuple[Any, ...]]) -> Stream:
-    stamps, *values = zip(*rows, strict=True) if rows else ((), ())
-    return Stream(
-        np.array(arrivals, dtype=np.int64),
-        np.array(values, dtype=np.float64).T,
-        np.array(stamps, dtype=np.int64),
-    )
-
-
-def _align(
-    streams: dict[str, Stream], counts: dict[str, int], metadata: dict[str, str], protected: bool
-) -> OwnBag:
+    The interval is the configured one, else the shortest step between two stamps.
+    """
     for topic in SAMPLED:
         if streams[topic].stamps.size == 0:
             raise RigError(
                 f'no message on {topic}: was the plant running and unpaused, '
                 'or is this a part of a rig?'
             )
-    interval = _interval(streams['joint_states'].stamps, configuration_in(metadata))
+    stamps = streams['joint_states'].stamps
+    if configuration is not None:
+        interval = configuration.interval_ns
+    elif stamps.size > 1:
+        interval = max(1, int(np.diff(stamps).min()))
+    else:
+        raise RigError('one sample and no configuration: the sampling interval is unknown')
     start = min(int(streams[topic].stamps.min()) for topic in SAMPLED)
     end = max(int(streams[topic].stamps.max()) for topic in SAMPLED)
-    stamped = [topic for topic in STAMPED if streams[topic].stamps.size]
-    for topic in stamped:
+    for topic in STAMPED:
         check_stamps(streams[topic].stamps, start, interval, topic)
-    check_gaps((end - start) // interval + 1, streams['joint_states'].stamps.size)
-    grid = np.arange(start, end + 1, interval, dtype=np.int64)
-    joint = streams['joint_states']
-    arrival = np.full(grid.size, NEVER, dtype=np.int64)
-    arrival[(joint.stamps - start) // interval] = joint.arrival_ns
-    signals = _sampled(streams, grid, interval) | _held(streams, arrival)
-    missing = {
-        topic: np.setdiff1d(grid, streams[topic].stamps, assume_unique=True) for topic in stamped
-    }
-    return OwnBag(start, interval, signals, missing, arrival, counts, metadata, protected)
+    check_gaps((end - start) // interval + 1, stamps.size)
+    return np.arange(start, end + 1, interval, dtype=np.int64), interval
 
 
-def _sampled(streams: dict[str, Stream], grid: Stamps, interval: int) -> dict[str, Floats]:
-    """Return the signals of the stamped topics on the grid."""
-    joint, cap, rod = (streams[topic] for topic in SAMPLED)
-    signals = {
-        'position': _fill(joint, 0, grid),
-        'velocity': _fill(joint, 1, grid),
-        'pressure_1': _fill(cap, 0, grid),
-        'pressure_2': _fill(rod, 0, grid),
+def _sampled_signals(streams: dict[str, Stream], grid: Stamps, interval: int) -> dict[str, Floats]:
+    """Return the signals of the stamped topics on the grid, linear where samples are missing."""
+    columns = {
+        'position': ('joint_states', _POSITION),
+        'velocity': ('joint_states', _VELOCITY),
+        'pressure_1': ('chamber_1/pressure', 0),
+        'pressure_2': ('chamber_2/pressure', 0),
+        'force': ('force', _EFFORT),
     }
-    if streams['force'].stamps.size:
-        signals['force'] = _fill(streams['force'], EFFORT, grid)
-    if streams['friction'].stamps.size:
-        signals['friction'] = _place(streams['friction'], EFFORT, grid, interval)
+    signals = {}
+    for name, (topic, column) in columns.items():
+        stream = streams[topic]
+        if stream.stamps.size:
+            # From the first sample on, as a float cannot hold the nanoseconds since 1970.
+            known = stream.stamps - grid[0]
+            signals[name] = np.interp(grid - grid[0], known, stream.values[:, column])
+    friction = streams['friction']
+    if friction.stamps.size:
+        # The estimate starts late and ends early: it is not extended beyond.
+        signals['friction'] = np.full(grid.size, np.nan)
+        index = (friction.stamps - grid[0]) // interval
+        inside = (index >= 0) & (index < grid.size)
+        signals['friction'][index[inside]] = friction.values[inside, _EFFORT]
     return signals
 
 
-def _held(streams: dict[str, Stream], arrival: Stamps) -> dict[str, Floats]:
+def _held_signals(streams: dict[str, Stream], arrival: Stamps) -> dict[str, Floats]:
     """Return the command and the valve voltages that had arrived with each sample."""
     signals = {}
     valves, command = streams['valve_voltages'], streams['u']
@@ -221,32 +208,6 @@ def _held(streams: dict[str, Stream], arrival: Stamps) -> dict[str, Floats]:
     if command.arrival_ns.size and np.isfinite(command.values).all():
         signals['u'] = _hold(command, arrival, (0.0,))[:, 0].copy()
     return signals
-
-
-def _interval(stamps: Stamps, configuration: RigConfiguration | None) -> int:
-    """Return the sampling interval [ns]: the configured one, else the shortest step."""
-    if configuration is not None:
-        return configuration.interval_ns
-    if stamps.size < 2:
-        raise RigError('one sample and no configuration: the sampling interval is unknown')
-    return max(1, int(np.diff(stamps).min()))
-
-
-def _fill(stream: Stream, column: int, grid: Stamps) -> Floats:
-    """Return a column of the stream on the grid, linear where samples are missing."""
-    # From the first sample on, as a float cannot hold the nanoseconds since 1970.
-    known = stream.stamps - grid[0]
-    filled: Floats = np.interp(grid - grid[0], known, stream.values[:, column])
-    return filled
-
-
-def _place(stream: Stream, column: int, grid: Stamps, interval: int) -> Floats:
-    """Return a column of the stream on the grid, NaN where it has no value."""
-    values = np.full(grid.size, np.nan)
-    index = (stream.stamps - grid[0]) // interval
-    inside = (index >= 0) & (index < grid.size)
-    values[index[inside]] = stream.values[inside, column]
-    return values
 
 
 def _hold(stream: Stream, arrival: Stamps, before: tuple[float, ...]) -> Floats:

@@ -7,15 +7,21 @@ from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
-
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bag import find_namespace, open_bag
+from pneu_rig_ros.records.bag import Bag, Connection, find_namespace, open_bag
 from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS
 
 COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
 """Topics that nodes compute from the others; they are not played by default."""
+
+_FIRST = (
+    *(topic.name for topic in TOPICS.values() if topic.latched),
+    CLOCK,
+    *('joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure'),
+    *('reference', 'u', 'valve_voltages'),
+)
+ORDER = (*_FIRST, *(topic for topic in TOPICS if topic not in _FIRST))
+"""Causes before effects: descriptions, then samples, then the responses to them."""
 
 
 class Message(NamedTuple):
@@ -55,9 +61,8 @@ class Playback:
         except RigError as error:
             self._opened.__exit__(None, None, None)
             raise RigError(f'{self._path}: {error}') from error
-        self.start_ns = int(self._reader.start_time)
-        # rosbags counts the end one nanosecond after the last message
-        self.duration = max(self._reader.duration - 1, 0) * 1e-9
+        self.start_ns = self._reader.start_time
+        self.duration = (self._reader.end_time - self.start_ns) * 1e-9
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -70,22 +75,21 @@ class Playback:
 
     def messages(self) -> Iterator[Message]:
         """Yield the messages; of those logged at the same time, the sample comes first."""
-        names = {connection.id: topic for topic, connection in self._connections.items()}
-        rank = {topic: index for index, topic in enumerate(_CAUSES_FIRST)}
+        names = {connection: topic for topic, connection in self._connections.items()}
         found = (
-            Message(time_ns, names[connection.id], bytes(cdr))
+            Message(time_ns, names[connection], cdr)
             for connection, time_ns, cdr in self._reader.messages(self._connections.values())
         )
         for _, together in groupby(found, key=lambda message: message.time_ns):
-            yield from sorted(together, key=lambda message: rank[message.topic])
+            yield from sorted(together, key=lambda message: ORDER.index(message.topic))
 
-    def _choose(self, reader: Reader) -> dict[str, Connection]:
-        namespace = find_namespace(reader.connections)
+    def _choose(self, reader: Bag) -> dict[str, Connection]:
+        namespace = find_namespace(c.topic for c in reader.connections)
         present = {c.topic: c for c in reader.connections if c.msgcount}
         names = {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
         known = {t: present[name] for t, name in names.items() if name in present}
         for topic in (self._only | self._without) - set(TOPICS):
-            raise RigError(f'{topic} is no topic of a rig, allowed: {", ".join(TOPICS)}')
+            raise RigError(f'{topic} is not a topic of a rig, allowed: {", ".join(TOPICS)}')
         for topic in self._only - set(known):
             raise RigError(f'the bag has no message on {topic}, it has {", ".join(known)}')
         wanted = self._only or set(known) - COMPUTED
@@ -93,15 +97,3 @@ class Playback:
         if not chosen:
             raise RigError('no topic is left to play')
         return chosen
-
-
-def _causes_first() -> list[str]:
-    """Return all topics: descriptions, then samples, then the responses to them."""
-    sampled = ['joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure']
-    latched = [topic.name for topic in TOPICS.values() if topic.latched]
-    answers = ['reference', 'u', 'valve_voltages']
-    first = [*latched, CLOCK, *sampled, *answers]
-    return [*first, *(topic for topic in TOPICS if topic not in first)]
-
-
-_CAUSES_FIRST = _causes_first()

@@ -19,7 +19,7 @@ from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import Columns, to_grid
 from pneu_rig_ros.records.mapped_bag import read_mapped_bag
 from pneu_rig_ros.records.mapping import TableMapping, read_mapping
-from pneu_rig_ros.records.own_bag import holds_rig, read_own_bag
+from pneu_rig_ros.records.own_bag import read_own_bag
 from pneu_rig_ros.records.recording import NEVER, Recording
 from pneu_rig_ros.records.text_table import read_columns
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE
@@ -43,21 +43,28 @@ def read_recording(
     :raises RigError: for an error in the file or in the mapping
     """
     path = Path(path)
-    if mapping is None:
-        if path.exists() and not is_bag(path):
-            raise RigError(
-                f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig '
-                'import; a mapping must say which column is what'
-            )
-        if holds_rig(path):
-            return _rig(path)
     known = read_mapping(mapping) if mapping is not None else None
-    zero = _zero(path, known, atmospheric_pressure)
+    if known is None and path.exists() and not is_bag(path):
+        raise RigError(
+            f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig '
+            'import; a mapping must say which column is what'
+        )
+    # The recorder writes MCAP: another storage is that of another recorder.
+    others = path.suffix in ('.db3', '.bag') or (path.is_dir() and any(path.glob('*.db3')))
+    if known is None and not others:
+        recording = read_own_bag(path, _run_name(path))
+        if recording is not None:
+            return recording
+    given = (
+        known.atmospheric_pressure if known else None,
+        conditions_beside(path).get('atmospheric_pressure'),
+        atmospheric_pressure,
+    )
+    zero = next((value for value in given if value is not None), STANDARD_ATMOSPHERE)
     if is_bag(path):
-        bag = read_mapped_bag(path, known, zero)
-        return _gridded(path, bag.columns, zero, bag.metadata, bag.protected)
+        return _on_grid(path, read_mapped_bag(path, known, zero), zero)
     assert known is not None
-    return _gridded(path, read_columns(path, known, zero), zero, {}, True)
+    return _on_grid(path, read_columns(path, known, zero), zero)
 
 
 def is_bag(path: Path) -> bool:
@@ -65,37 +72,17 @@ def is_bag(path: Path) -> bool:
     return path.is_dir() or path.suffix in (*BAG_FILES, '.bag') or path.name == 'metadata.yaml'
 
 
-def name_of(path: Path) -> str:
+def _run_name(path: Path) -> str:
     """Return what to call the run in a bag's directory, in a file of one or in a text table."""
     if path.suffix in BAG_FILES or path.name == 'metadata.yaml':
         return path.resolve().parent.name
     return path.resolve().name if path.is_dir() else path.stem
 
 
-def _zero(path: Path, mapping: TableMapping | None, given: float | None) -> float:
-    own = mapping.atmospheric_pressure if mapping else None
-    beside = conditions_beside(path).get('atmospheric_pressure')
-    known = (value for value in (own, beside, given) if value is not None)
-    return next(known, STANDARD_ATMOSPHERE)
-
-
-def _rig(path: Path) -> Recording:
-    bag = read_own_bag(path)
-    configuration = configuration_in(bag.metadata)
-    return Recording(
-        name=name_of(path),
-        configuration=configuration,
-        conditions=conditions_of(path, configuration, bag.metadata),
-        **bag._asdict(),
-    )
-
-
-def _gridded(
-    path: Path, columns: Columns, zero: float, metadata: Mapping[str, str], protected: bool
-) -> Recording:
+def _on_grid(path: Path, columns: Columns, zero: float) -> Recording:
     """Return columns on the uniform grid of their own, with the conditions of their run."""
-    configuration = configuration_in(metadata)
-    known = conditions_of(path, configuration, metadata)
+    configuration = configuration_in(columns.metadata)
+    known = conditions_of(path, configuration, columns.metadata)
     surroundings = zero if columns.gauge else None
     try:
         grid = to_grid(columns)
@@ -105,17 +92,17 @@ def _gridded(
     stamps = grid.start_ns + grid.interval_ns * np.arange(grid.size, dtype=np.int64)
     arrival = np.full(grid.size, NEVER, dtype=np.int64)
     arrival[grid.sample] = stamps[grid.sample]
-    notes = (*columns.notes, grid.note, '' if protected else UNPROTECTED)
+    notes = (*columns.notes, grid.note, '' if columns.protected else UNPROTECTED)
     return Recording(
-        name_of(path),
+        _run_name(path),
         grid.start_ns,
         grid.interval_ns,
         grid.filled(),
         missing=dict.fromkeys(grid.signals, grid.missing),
         arrival_ns=arrival,
-        metadata={'source': str(path), **metadata},
+        metadata={'source': str(path), **columns.metadata},
         configuration=configuration,
-        protected=protected,
+        protected=columns.protected,
         notes=tuple(note for note in notes if note),
         conditions=conditions,
         atmospheric_pressure=surroundings,

@@ -11,6 +11,7 @@ It may be of a whole rig or of a part of one, from a bag, a text table or a simu
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -19,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.derived import smoothed_velocity, voltages_of
 from pneu_rig_ros.records.noise import noise_of, smallest_step
 from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -43,6 +44,9 @@ PRESSURES = ('pressure_1', 'pressure_2')
 
 WHOLE = ('position', *PRESSURES)
 """Signals without which a recording is that of a part of a rig."""
+
+VELOCITY_CUTOFF = 32.0
+"""Low-pass of a velocity made from positions [Hz], as the rig's own."""
 
 NEVER = -1
 """Arrival time of a sample that was not received."""
@@ -258,3 +262,29 @@ def check_stamps(stamps: Stamps, start_ns: int, interval_ns: int, topic: str) ->
             f'{topic}: stamp {stamps[k]} ns is {off[k]} ns off the sampling grid of '
             f'{interval_ns} ns that starts at {start_ns} ns'
         )
+
+
+def smoothed_velocity(position: Floats, interval: float) -> Floats:
+    """
+    Return the velocity [m/s] as the rig's own data acquisition makes it, shape (n,).
+
+    The differentiated position through a first-order low-pass at 32 Hz, without it where the
+    sampling is too slow for one.
+
+    :param position: [m], shape (n,)
+    :param interval: [s]
+    """
+    slope = np.diff(position, prepend=position[:1]) / interval
+    if VELOCITY_CUTOFF * interval >= 0.45:
+        return slope
+    warped = np.tan(np.pi * VELOCITY_CUTOFF * interval)
+    pole = (1.0 - warped) / (1.0 + warped)
+    drive = 0.5 * (1.0 - pole) * (slope + np.concatenate([[0.0], slope[:-1]]))
+    return np.array(list(itertools.accumulate(drive.tolist(), lambda v, d: pole * v + d)))
+
+
+def voltages_of(u: Floats) -> tuple[Floats, Floats]:
+    """Return the voltages of valve 1 and 2 [V] by Eq. 1 for commands u [V], shape (n,) each."""
+    levels, where = np.unique(u, return_inverse=True)
+    pairs = np.array([valve_voltages(float(level)) for level in levels])[where]
+    return pairs[:, 0].copy(), pairs[:, 1].copy()

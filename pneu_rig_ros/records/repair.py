@@ -1,8 +1,8 @@
 """
 Makes a valid bag from one whose recorder was killed.
 
-Such a file lacks its last chunk, index and metadata, and may end within a record. What a stream
-reader yields is written into a new bag beside the old one, read back, and only then moved to its
+Such a file lacks its last chunk, index and metadata, and may end within a record. What can be
+read of it is written into a new bag beside the old one, read back, and only then moved to its
 place; the cut file stays beside it under another name. Chunks that do not fit their checksums are
 skipped. The custom data of a metadata.yaml that is intact are kept.
 """
@@ -12,21 +12,16 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from io import BytesIO
 from pathlib import Path
-from zlib import crc32
 
-from mcap.exceptions import EndOfFile
-from mcap.records import Channel, Chunk, McapRecord, Message, MessageIndex, Schema
-from mcap.stream_reader import StreamReader
+from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import cdr
 from pneu_rig_ros.records.bag import bag_directory, custom_data, open_bag, storage_files
-from pneu_rig_ros.records.decompression import decompress
 from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.mcap_file import chunk_content, chunk_messages, scan_records
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.writer import BagWriter
 
@@ -73,7 +68,9 @@ def repair(path: Path | str) -> RepairReport:
     files = storage_files(directory)
     if len(files) > 1:
         names = ', '.join(file.name for file in files)
-        raise RigError(f'{directory} holds several .mcap files ({names}); repair knows one a bag')
+        raise RigError(
+            f'{directory} holds several .mcap files ({names}); repair handles bags of one file'
+        )
     try:
         return _healthy(directory)
     except RigError:
@@ -88,14 +85,19 @@ def _healthy(directory: Path) -> RepairReport:
         count = sum(1 for _ in reader.messages())
         if count != reader.message_count:
             raise RigError(f'{directory}: index says {reader.message_count}, found {count}')
-        metadata = custom_data(reader, directory)
-        duration = max(0, reader.duration) * 1e-9 if count else 0.0
+        metadata = custom_data(reader, reader.information)
+        duration = (reader.end_time - reader.start_time) * 1e-9
     return RepairReport(directory, False, count, duration, 'configuration' in metadata, None)
 
 
 def _rewrite(directory: Path, file: Path) -> RepairReport:
+    """Write what can be read beside the bag, check it, and put it into its place."""
     folder = directory.parent / f'.{directory.name}.repair'
-    _make_folder(folder)
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+    except OSError as error:
+        raise RigError(f'cannot write beside the bag, {folder}: {error.strerror}') from error
     try:
         new = folder / file.stem
         damaged = _copy_messages(file, new, _custom_data(directory))
@@ -116,14 +118,6 @@ def _rewrite(directory: Path, file: Path) -> RepairReport:
     )
 
 
-def _make_folder(folder: Path) -> None:
-    try:
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-    except OSError as error:
-        raise RigError(f'cannot write beside the bag, {folder}: {error.strerror}') from error
-
-
 def _custom_data(directory: Path) -> dict[str, str]:
     """Return the custom data of the old metadata.yaml, none where it is missing or damaged."""
     try:
@@ -136,80 +130,33 @@ def _custom_data(directory: Path) -> dict[str, str]:
 
 def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]]:
     """
-    Write all that can be read of a file into a new bag; return what was in damaged chunks.
+    Write all that can be read of a file into a new bag; return the topics in each damaged chunk.
 
     :param kept: custom data of the old bag, which take precedence over the messages
     """
     metadata: dict[str, str] = {}
-    damaged: list[set[str]] = []
-    with BagWriter(new) as writer:
-        for topic, type_name, message in _readable(file, damaged):
-            writer.write(topic, type_name, message.log_time, message.data)
-            if topic.endswith(DESCRIPTION):
-                with contextlib.suppress(RigError):  # not readable before the damage either
-                    metadata = bag_metadata(cdr.unpack_string(message.data))
+    summary, damaged = Summary(), []
+    with file.open('rb') as stream, BagWriter(new) as writer:
+        with contextlib.suppress(Exception):  # up to the first invalid record
+            scan_records(stream, summary)
+        for chunk in summary.chunk_indexes:
+            try:
+                messages = chunk_messages(chunk_content(stream, chunk), summary)
+            except Exception:  # parsers fail in any way on damaged data
+                damaged.append(chunk.message_index_offsets.keys())
+                continue
+            for log_time, number, message in messages:
+                if number not in summary.channels:
+                    continue  # declared in a damaged chunk
+                channel = summary.channels[number]
+                type_name = summary.schemas[channel.schema_id].name
+                writer.write(channel.topic, type_name, log_time, message)
+                if channel.topic.endswith(DESCRIPTION):
+                    with contextlib.suppress(RigError):  # not readable before the damage either
+                        metadata = bag_metadata(cdr.unpack_string(message))
         writer.close(metadata | kept)
-    return damaged
-
-
-def _readable(file: Path, damaged: list[set[str]]) -> Iterator[tuple[str, str, Message]]:
-    """
-    Yield topic, type and message up to the end of the file or the first invalid record.
-
-    :param damaged: receives the topics of each skipped chunk
-    """
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    inside: list[set[int]] = []
-    # The index repeats what stands in the chunks, of which any may be damaged.
-    for record in _outer_records(file):
-        _note(record, schemas, channels)
-        if isinstance(record, Chunk):
-            inside.append(set())
-        elif isinstance(record, MessageIndex) and inside:
-            inside[-1].add(record.channel_id)
-    chunks = (record for record in _outer_records(file) if isinstance(record, Chunk))
-    for chunk, numbers in zip(chunks, inside, strict=True):
-        content = _content(chunk)
-        if content is None:
-            damaged.append({channels[number].topic for number in numbers & channels.keys()})
-        for record in content or ():
-            _note(record, schemas, channels)
-            if isinstance(record, Message) and record.channel_id in channels:
-                channel = channels[record.channel_id]
-                yield channel.topic, schemas[channel.schema_id].name, record
-
-
-def _outer_records(file: Path) -> Iterator[McapRecord]:
-    """Yield the records of a file, chunks undivided, up to the first invalid one."""
-    limit = file.stat().st_size
-    with file.open('rb') as stream:
-        records = StreamReader(stream, record_size_limit=limit, emit_chunks=True).records
-        with contextlib.suppress(Exception):
-            yield from records
-
-
-def _note(record: McapRecord, schemas: dict[int, Schema], channels: dict[int, Channel]) -> None:
-    if isinstance(record, Schema):
-        schemas[record.id] = record
-    elif isinstance(record, Channel) and record.schema_id in schemas:
-        channels[record.id] = record
-
-
-def _content(chunk: Chunk) -> list[McapRecord] | None:
-    """Return the records in a chunk, None if damaged."""
-    try:
-        content = decompress(chunk.data, chunk.compression, chunk.uncompressed_size)
-        if chunk.uncompressed_crc not in (0, crc32(content)):
-            return None
-        return list(_until_end(StreamReader(BytesIO(content), skip_magic=True)))
-    except Exception:  # parsers fail in any way on damaged data
-        return None
-
-
-def _until_end(reader: StreamReader) -> Iterator[McapRecord]:
-    with contextlib.suppress(EndOfFile):
-        yield from reader.records
+    channels = summary.channels
+    return [{channels[n].topic for n in numbers & channels.keys()} for numbers in damaged]
 
 
 def _swap(new: Path, directory: Path, file: Path) -> Path:
@@ -223,7 +170,9 @@ def _swap(new: Path, directory: Path, file: Path) -> Path:
     for part in (fresh, new / 'metadata.yaml'):
         with part.open('rb') as written:
             os.fsync(written.fileno())
-    cut_file = _unused(file)
+    numbers = ('', *range(2, 10_000))
+    names = (Path(f'{file}{CUT_SUFFIX}{number}') for number in numbers)
+    cut_file = next(name for name in names if not name.exists())
     try:
         os.link(file, cut_file)
     except OSError:  # a file system without links
@@ -231,12 +180,3 @@ def _swap(new: Path, directory: Path, file: Path) -> Path:
     fresh.replace(file)
     (new / 'metadata.yaml').replace(directory / 'metadata.yaml')
     return cut_file
-
-
-def _unused(file: Path) -> Path:
-    name = Path(f'{file}{CUT_SUFFIX}')
-    number = 2
-    while name.exists():
-        name = Path(f'{file}{CUT_SUFFIX}{number}')
-        number += 1
-    return name

@@ -103,7 +103,7 @@ def write_metadata(directory: Path, text: str) -> None:
 
 def read_metadata(directory: Path) -> dict[str, Any]:
     """
-    Return the bag information in the metadata.yaml of a bag, {} if there is none.
+    Return the bag information in the metadata.yaml of a bag, {} without one.
 
     :raises RigError: when it was changed, is invalid, or needs unlimited memory
     """

@@ -1,5 +1,6 @@
 """The topics of the rig, for nodes, recorder, bags and documents."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 CLOCK = '/clock'
@@ -32,117 +33,54 @@ class Topic(NamedTuple):
     extra: bool = False
 
 
+FLOAT64, STRING = 'std_msgs/msg/Float64', 'std_msgs/msg/String'
+VOLTAGES = 'std_msgs/msg/Float64MultiArray'
+JOINT, PRESSURE = 'sensor_msgs/msg/JointState', 'sensor_msgs/msg/FluidPressure'
+
+DERIVED = ('predicted/', 'residual/')
+"""Prefixes of topics that repeat the topics of the rig."""
+
+
+def _rig_topics() -> Iterator[Topic]:
+    yield Topic('u', FLOAT64, 'command of Eq. 1 [V], from any controller', EACH_COMMAND)
+    voltages = 'u1, u2 [V] after DAC quantisation and saturation 0-5 V, labelled layout'
+    yield Topic('valve_voltages', VOLTAGES, voltages, EACH_COMMAND)
+    joint = 'joint `piston`: position [m], velocity [m/s], stamped'
+    yield Topic('joint_states', JOINT, joint, EACH_SAMPLE)
+    yield Topic('position', FLOAT64, 'the same position [m], plain', EACH_SAMPLE)
+    yield Topic('velocity', FLOAT64, 'the same velocity [m/s], plain', EACH_SAMPLE)
+    for chamber, end in ((1, 'cap'), (2, 'rod')):
+        pressure = f'{end} end: absolute [Pa], variance of the sensor [Pa^2], stamped'
+        yield Topic(f'chamber_{chamber}/pressure', PRESSURE, pressure, EACH_SAMPLE)
+    force = 'joint `piston`: effort = friction force F_r [N] by Eq. 2, stamped with its sample'
+    yield Topic('friction', JOINT, force, EACH_SAMPLE)
+    yaml = 'YAML of the whole rig configuration, with the git revision'
+    yield Topic('rig_description', STRING, yaml, ONCE, latched=True)
+    urdf = 'URDF of the cylinder, with the prismatic joint `piston`, for RViz and Foxglove'
+    yield Topic('robot_description', STRING, urdf, ONCE, latched=True, extra=True)
+    reference = 'position reference [m], for position_controller'
+    yield Topic('reference', FLOAT64, reference, EACH_SAMPLE, extra=True)
+
+
+def _shadow_topics() -> Iterator[Topic]:
+    motion = 'position [m], velocity [m/s]'
+    contents = {
+        'predicted/': ('of the live model:', f'{motion}, effort = friction [N]', ', absolute'),
+        'residual/': ('measured minus predicted:', motion, ''),
+    }
+    for prefix, (source, joint, absolute) in contents.items():
+        yield Topic(f'{prefix}joint_states', JOINT, f'{source} {joint}', EACH_SAMPLE, extra=True)
+        for chamber, end in ((1, 'cap'), (2, 'rod')):
+            name, pressure = f'{prefix}chamber_{chamber}/pressure', f'{end} end{absolute} [Pa]'
+            yield Topic(name, PRESSURE, f'{source} {pressure}', EACH_SAMPLE, extra=True)
+
+
+_STATUS = 'rate, deadline misses, saturation'
 _TABLE = (
-    Topic(
-        'u',
-        'std_msgs/msg/Float64',
-        'command of Eq. 1 [V], from any controller',
-        EACH_COMMAND,
-    ),
-    Topic(
-        'valve_voltages',
-        'std_msgs/msg/Float64MultiArray',
-        'u1, u2 [V] after DAC quantisation and saturation 0-5 V, labelled layout',
-        EACH_COMMAND,
-    ),
-    Topic(
-        'joint_states',
-        'sensor_msgs/msg/JointState',
-        'joint `piston`: position [m], velocity [m/s], stamped',
-        EACH_SAMPLE,
-    ),
-    Topic('position', 'std_msgs/msg/Float64', 'the same position [m], plain', EACH_SAMPLE),
-    Topic('velocity', 'std_msgs/msg/Float64', 'the same velocity [m/s], plain', EACH_SAMPLE),
-    Topic(
-        'chamber_1/pressure',
-        'sensor_msgs/msg/FluidPressure',
-        'cap end: absolute [Pa], variance of the sensor [Pa^2], stamped',
-        EACH_SAMPLE,
-    ),
-    Topic(
-        'chamber_2/pressure',
-        'sensor_msgs/msg/FluidPressure',
-        'rod end: absolute [Pa], variance of the sensor [Pa^2], stamped',
-        EACH_SAMPLE,
-    ),
-    Topic(
-        'friction',
-        'sensor_msgs/msg/JointState',
-        'joint `piston`: effort = friction force F_r [N] by Eq. 2, '
-        'stamped with the sample it belongs to',
-        EACH_SAMPLE,
-    ),
-    Topic(
-        'rig_description',
-        'std_msgs/msg/String',
-        'YAML of the whole rig configuration, with the git revision',
-        ONCE,
-        latched=True,
-    ),
-    Topic(
-        'robot_description',
-        'std_msgs/msg/String',
-        'URDF of the cylinder, with the prismatic joint `piston`, for RViz and Foxglove',
-        ONCE,
-        latched=True,
-        extra=True,
-    ),
-    Topic(
-        'reference',
-        'std_msgs/msg/Float64',
-        'position reference [m], for position_controller',
-        EACH_SAMPLE,
-        extra=True,
-    ),
-    Topic(
-        'predicted/joint_states',
-        'sensor_msgs/msg/JointState',
-        'of the live model: position [m], velocity [m/s], effort = friction [N]',
-        EACH_SAMPLE,
-        extra=True,
-    ),
-    Topic(
-        'predicted/chamber_1/pressure',
-        'sensor_msgs/msg/FluidPressure',
-        'of the live model: cap end, absolute [Pa]',
-        EACH_SAMPLE,
-        extra=True,
-    ),
-    Topic(
-        'predicted/chamber_2/pressure',
-        'sensor_msgs/msg/FluidPressure',
-        'of the live model: rod end, absolute [Pa]',
-        EACH_SAMPLE,
-        extra=True,
-    ),
-    Topic(
-        'residual/joint_states',
-        'sensor_msgs/msg/JointState',
-        'measured minus predicted: position [m], velocity [m/s]',
-        EACH_SAMPLE,
-        extra=True,
-    ),
-    Topic(
-        'residual/chamber_1/pressure',
-        'sensor_msgs/msg/FluidPressure',
-        'measured minus predicted: cap end [Pa]',
-        EACH_SAMPLE,
-        extra=True,
-    ),
-    Topic(
-        'residual/chamber_2/pressure',
-        'sensor_msgs/msg/FluidPressure',
-        'measured minus predicted: rod end [Pa]',
-        EACH_SAMPLE,
-        extra=True,
-    ),
+    *_rig_topics(),
+    *_shadow_topics(),
     Topic(CLOCK, 'rosgraph_msgs/msg/Clock', 'in simulated time only', EACH_SAMPLE),
-    Topic(
-        DIAGNOSTICS,
-        'diagnostic_msgs/msg/DiagnosticArray',
-        'rate, deadline misses, saturation',
-        EACH_SECOND,
-    ),
+    Topic(DIAGNOSTICS, 'diagnostic_msgs/msg/DiagnosticArray', _STATUS, EACH_SECOND),
 )
 
 TOPICS: dict[str, Topic] = {topic.name: topic for topic in _TABLE}
@@ -152,7 +90,3 @@ def topic_named(name: str) -> Topic | None:
     """Return the topic that an absolute name in any namespace stands for, None if unknown."""
     ends = (t for t in TOPICS.values() if name == t.name or name.endswith(f'/{t.name}'))
     return max(ends, key=lambda topic: len(topic.name), default=None)
-
-
-DERIVED = ('predicted/', 'residual/')
-"""Prefixes of topics that repeat the topics of the rig."""

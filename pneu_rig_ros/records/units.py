@@ -33,7 +33,7 @@ _REFERENCE = re.compile(
 LONGEST_UNIT = 60
 """[character]"""
 
-# A number or a bracket to a power, or one that is no digit: 9**9**9 would never be done.
+# A number or a bracket to a power, or one that is not a digit: 9**9**9 would never be done.
 _POWER = re.compile(
     r'[\d).]\s*(?:\*\*|\^|[⁰¹²³⁴-⁹⁻])|[⁰¹²³⁴-⁹⁻]{3}'
     r'|(?:\*\*|\^)(?!\s*[-+]?\d(?![\d.eE_]|\s*\*\*|\s*\^))'
@@ -73,10 +73,10 @@ def parse_unit(text: str, si_unit: str, where: str) -> Unit:
     if name == si_unit:
         return Unit(1.0, 0.0, gauge)
     aliases = ALIASES | MASS_ALIASES if si_unit == 'kg' else ALIASES
-    registry = _registry()
+    registry, target = _registry(), ALIASES.get(si_unit, si_unit)
     try:
         zero, one = (
-            float(registry.Quantity(number, aliases.get(name, name)).to(_pint_name(si_unit)).m)
+            float(registry.Quantity(number, aliases.get(name, name)).to(target).m)
             for number in (0.0, 1.0)
         )
     except Exception as error:
@@ -96,23 +96,18 @@ def convert(text: object, si_unit: str, where: str, atmosphere: float | None = N
     if match is None:
         raise RigError(f'{where}: {text!r} is not a number and its unit, such as 1.5 {si_unit}')
     unit = parse_unit(match['unit'], si_unit, where)
-    value = number(match['number'], where) * unit.factor + unit.offset
+    try:
+        number = float(match['number'])
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise RigError(f'{where}: {match["number"]!r} is not a finite number')
+    value = number * unit.factor + unit.offset
     if not unit.gauge:
         return value
     if atmosphere is None:
         raise RigError(f'{where}: {text!r} is a gauge pressure, allowed are absolute ones')
     return value + atmosphere
-
-
-def number(text: str, where: str) -> float:
-    """Return a text as a finite number; RigError if it is none."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise RigError(f'{where}: {text!r} is not a finite number')
-    return value
 
 
 def scaled(values: NDArray[np.float64], unit: Unit) -> NDArray[np.float64]:
@@ -138,10 +133,6 @@ def _registry() -> UnitRegistry[float]:
     except ImportError as error:
         raise RigError('units other than SI need the package pint: pip install pint') from error
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-
-
-def _pint_name(si_unit: str) -> str:
-    return 'dimensionless' if si_unit == '-' else si_unit
 
 
 def _complaint(text: str, si_unit: str, error: Exception) -> str:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.claims.captions import DWELL, RLG
-from pneu_rig_ros.claims.dwell_law import PAUSES, pauses, static_peaks
+from pneu_rig_ros.claims.dwell_law import PAUSES, equation_16, pauses, static_peaks
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Experiment, Laboratory, Stroke
 from pneu_rig_ros.claims.trends import (
     LOAD_COMMAND,
@@ -24,143 +24,109 @@ from pneu_rig_ros.claims.trends import (
     starts,
     supplies,
 )
-from pneu_rig_ros.report.figure import BAR, BLUE, GREY, ORANGE, STYLE
+from pneu_rig_ros.report.figure import BAR, BLUE, GREY, ORANGE, STYLE, plain_name
 
-LETTERS = 'abcd'
 WIDTH = 9.6
 """Width of every figure [inch]."""
+MANY_CYCLES = 50
+"""With so many cycles single steps are too small to be seen in the whole stroke."""
+LAW_STYLES = {RLG: (ORANGE, 'RLG, constant'), DWELL: (BLUE, 'with Eq. 16')}
 
 
-class Picture(NamedTuple):
+class Drawing(NamedTuple):
     """
     One figure of the page.
 
-    :param key: where links point to
+    :param key: target of links
     :param title: number and subject
     :param caption: what is drawn, and at which operating point
-    :param draw: makes it
+    :param statements: numbers of the statements that it shows
+    :param draw: returns the figure
     """
 
     key: str
     title: str
     caption: str
+    statements: tuple[int, ...]
     draw: Callable[[Laboratory], Figure]
 
 
-def pictures() -> Iterator[Picture]:
-    """Yield all figures in the order of the page."""
-    for number, name in enumerate(CYLINDERS, start=4):
-        yield _stick_slip_picture(f'fig-{number}', f'Fig. {number}', name)
-    yield Picture(
+def drawings() -> list[Drawing]:
+    """Return all figures in the order of the page."""
+    stick_slip, comparisons = [], []
+    for index, name in enumerate(CYLINDERS):
+        point = CAPTIONS[name]
+        operating_point = (
+            f'u = {point.u:.2f} V, supply {point.supply:g} bar, load {point.load_mass:g} kg'
+        )
+        statements = (index + 1, 11) if name == 'cylinder_2' else (index + 1,)
+        drawing = Drawing(
+            f'fig-{4 + index}',
+            f'Fig. {4 + index}: stick-slip of {plain_name(name)}',
+            '(a) position, (b) velocity, (c) absolute chamber pressures, (d) friction force with '
+            f'the breakaways marked. {operating_point}.',
+            statements,
+            partial(_draw_strokes, experiments=[point]),
+        )
+        stick_slip.append(drawing)
+        drawing = Drawing(
+            f'fig-{11 + index}',
+            f'Fig. {11 + index}: constant against dwell-dependent static friction, '
+            f'{plain_name(name)}',
+            'The revised LuGre law (RLG) with constant static friction, and the same with Eq. 16. '
+            f'{operating_point}. The paper also shows its measurement here; its data are not '
+            'published, so only the two simulations are shown.',
+            (8, 14, 15),
+            partial(_draw_strokes, experiments=[replace(point, law=law) for law in LAW_STYLES]),
+        )
+        comparisons.append(drawing)
+    static_friction = Drawing(
         'fig-3',
         'Fig. 3b: static friction against dwell time',
         'Each friction peak at a breakaway against the dwell before it: in the strokes of '
         'Fig. 4-6, and when the piston is pushed, shut in for '
         f'{min(PAUSES):g} to {max(PAUSES):g} s and pushed again. The line is Eq. 16 with '
         'the values of Table 2. (Fig. 3a is panel (d) of Fig. 5.)',
-        _static_friction,
+        (9,),
+        _draw_static_friction,
     )
-    yield from _sweep_pictures()
-    for number, name in enumerate(CYLINDERS, start=11):
-        yield _comparison_picture(f'fig-{number}', f'Fig. {number}', name)
+    return [*stick_slip, static_friction, *SWEEPS, *comparisons]
 
 
-def _sweep_pictures() -> Iterator[Picture]:
-    yield Picture(
-        'fig-7', 'Fig. 7: effect of the airflow rate',
-        'Position against time at 4 bar and 0.2 kg, with the airflow of Fig. 4-6 and multiples '
-        'of it, the same for all cylinders. The text prints only 0.28-0.29 V for cylinder 1.',
-        lambda laboratory: _sweep(laboratory, _commands),
-    )  # fmt: skip
-    yield Picture(
-        'fig-8', 'Fig. 8: effect of the supply pressure',
-        f'Position against time from {min(SUPPLIES):g} to {max(SUPPLIES):g} bar, at the u of '
-        'Fig. 4-6 and 0.2 kg.',
-        lambda laboratory: _sweep(laboratory, _supplies),
-    )  # fmt: skip
-    yield Picture(
-        'fig-9', 'Fig. 9: effect of the external load',
-        f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
-        f'at {LOAD_COMMAND:.2f} V and 4 bar.',
-        lambda laboratory: _sweep(laboratory, _loads, CYLINDERS[:1]),
-    )  # fmt: skip
-    yield Picture(
-        'fig-10', 'Fig. 10: effect of the initial position',
-        'Position against time from several initial positions, at the operating points of '
-        'Fig. 4-6. The captions print no positions; these are shares of the stroke.',
-        lambda laboratory: _sweep(laboratory, _starts),
-    )  # fmt: skip
-
-
-def _stick_slip_picture(key: str, title: str, name: str) -> Picture:
-    return Picture(
-        key,
-        f'{title}: stick-slip of {_plain(name)}',
-        f'(a) position, (b) velocity, (c) absolute chamber pressures, (d) friction force with the '
-        f'breakaways marked. {_operating_point(CAPTIONS[name])}.',
-        lambda laboratory: _panels([laboratory.perform(CAPTIONS[name])]),
-    )
-
-
-def _comparison_picture(key: str, title: str, name: str) -> Picture:
-    return Picture(
-        key,
-        f'{title}: constant against dwell-dependent static friction, {_plain(name)}',
-        f'The revised LuGre law (RLG) with constant static friction, and the same with Eq. 16. '
-        f'{_operating_point(CAPTIONS[name])}. The paper also draws its measurement here; its data '
-        f'are not published, so only the two simulations are shown.',
-        lambda laboratory: _panels(
-            [laboratory.perform(replace(CAPTIONS[name], law=law)) for law in (RLG, DWELL)]
-        ),
-    )
-
-
-def _operating_point(point: Experiment) -> str:
-    return f'u = {point.u:.2f} V, supply {point.supply:g} bar, load {point.load_mass:g} kg'
-
-
-def _plain(name: str) -> str:
-    return name.replace('_', ' ')
-
-
-def _figure(rows: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(WIDTH, height), layout='constrained')
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=columns == 1)
-    return figure, list(axes.flat)
-
-
-LAW_STYLES = {RLG: (ORANGE, 'RLG, constant'), DWELL: (BLUE, 'with Eq. 16')}
-
-
-def _panels(strokes: Sequence[Stroke]) -> Figure:
+@matplotlib.rc_context(STYLE)
+def _draw_strokes(laboratory: Laboratory, experiments: Sequence[Experiment]) -> Figure:
     """Draw position, velocity, pressures and friction of one stroke, or of two to compare."""
-    with matplotlib.rc_context(STYLE):
-        figure, axes = _figure(4, 1, 8.0)
-        for stroke in strokes:
-            color, label = LAW_STYLES[stroke.experiment.law]
-            run, alone = stroke.run, len(strokes) == 1
-            axes[0].plot(run.time, 1e3 * run.position, color=color, label=label)
-            axes[1].plot(run.time, 1e3 * run.velocity, color=color, linewidth=0.7)
-            second = ORANGE if alone else color
-            axes[2].plot(run.time, run.pressure_1 / BAR, color=color, label='$p_1$')
-            axes[2].plot(run.time, run.pressure_2 / BAR, color=second, label='$p_2$',
-                         linestyle='-' if alone else (0, (3, 1.5)))  # fmt: skip
-            axes[3].plot(run.time, run.friction_force, color=color, linewidth=0.7)
-        if max(stroke.count for stroke in strokes) >= MANY_CYCLES:
-            _enlarge(axes[0], strokes)
-        if len(strokes) == 1:
-            _mark_breakaways(axes[3], strokes[0])
-        else:
-            _legend(axes[0], ncols=2)
-        _finish_panels(axes, strokes)
-        figure.align_ylabels(axes)
-        figure.draw_without_rendering()
+    strokes = laboratory.perform_all(experiments)
+    alone = len(strokes) == 1
+    figure = Figure(figsize=(WIDTH, 8.0), layout='constrained')
+    position, velocity, pressure, friction = panels = figure.subplots(4, 1, sharex=True)
+    for stroke in strokes:
+        color, label = LAW_STYLES[stroke.experiment.law]
+        run = stroke.run
+        position.plot(run.time, 1e3 * run.position, color=color, label=label)
+        velocity.plot(run.time, 1e3 * run.velocity, color=color, linewidth=0.7)
+        pressure.plot(run.time, run.pressure_1 / BAR, color=color, label='$p_1$')
+        second = {'color': ORANGE} if alone else {'color': color, 'linestyle': (0, (3, 1.5))}
+        pressure.plot(run.time, run.pressure_2 / BAR, label='$p_2$', **second)
+        friction.plot(run.time, run.friction_force, color=color, linewidth=0.7)
+    if max(stroke.count for stroke in strokes) >= MANY_CYCLES:
+        _enlarge(position, strokes)
+    if alone:
+        times, peaks = strokes[0].column('breakaway_time'), strokes[0].column('peak_friction')
+        size = 4.5 if strokes[0].count < MANY_CYCLES else 2.0
+        friction.plot(times, peaks, 'v', color=ORANGE, markersize=size, label='breakaway')
+        _add_legend(friction)
+    else:
+        _add_legend(position)
+    _add_legend(pressure)
+    quantities = ('position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]')
+    for index, (axes, quantity) in enumerate(zip(panels, quantities, strict=True)):
+        axes.set_ylabel(quantity)
+        _add_title(axes, index)
+    friction.set_xlabel('time [s]')
+    friction.set_xlim(0.0, 1.002 * max(float(stroke.run.time[-1]) for stroke in strokes))
+    figure.align_ylabels(panels)
     return figure
-
-
-MANY_CYCLES = 50
-"""With so many cycles single steps are too small to be seen in the whole stroke."""
 
 
 def _enlarge(axes: Axes, strokes: Sequence[Stroke]) -> None:
@@ -179,104 +145,116 @@ def _enlarge(axes: Axes, strokes: Sequence[Stroke]) -> None:
     axes.indicate_inset_zoom(inset, edgecolor=GREY)
 
 
-def _mark_breakaways(axes: Axes, stroke: Stroke) -> None:
-    times, peaks = stroke.column('breakaway_time'), stroke.column('peak_friction')
-    size = 4.5 if stroke.count < MANY_CYCLES else 2.0
-    axes.plot(times, peaks, 'v', color=ORANGE, markersize=size, label='breakaway')
-    _legend(axes)
+def _add_legend(axes: Axes) -> None:
+    """Put a legend above the panel, where no curve is, each label once."""
+    handles, labels = axes.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    axes.legend(
+        list(unique.values()),
+        list(unique),
+        loc='lower right',
+        bbox_to_anchor=(1.0, 1.0),
+        borderaxespad=0.0,
+        borderpad=0.1,
+        ncols=2,
+    )
 
 
-def _finish_panels(axes: Sequence[Axes], strokes: Sequence[Stroke]) -> None:
-    quantities = ('position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]')
-    for panel, letter, quantity in zip(axes, LETTERS, quantities, strict=True):
-        panel.set_ylabel(quantity)
-        panel.set_title(f'({letter})', loc='left', fontsize=9, fontweight='bold', pad=3)
-    handles, labels = axes[2].get_legend_handles_labels()
-    axes[2].legend(handles[-2:], labels[-2:], **LEGEND, ncols=2)
-    axes[3].set_xlabel('time [s]')
-    axes[3].set_xlim(0.0, 1.002 * max(float(stroke.run.time[-1]) for stroke in strokes))
+def _add_title(axes: Axes, index: int, text: str = '') -> None:
+    title = f'({"abcd"[index]}) {text}'.strip()
+    axes.set_title(title, loc='left', fontsize=9, fontweight='bold', pad=3)
 
 
-Choice = Callable[[str], Iterator[tuple[str, Experiment]]]
-"""Name of a cylinder -> label and experiment of each curve."""
-
-
-def _commands(name: str) -> Iterator[tuple[str, Experiment]]:
-    for experiment in commands(name):
-        yield f'{experiment.u:.3g} V', experiment
-
-
-def _supplies(name: str) -> Iterator[tuple[str, Experiment]]:
-    for experiment in supplies(name):
-        yield f'{experiment.supply:g} bar', experiment
-
-
-def _loads(_: str) -> Iterator[tuple[str, Experiment]]:
-    for experiment in loads():
-        yield f'{experiment.load_mass:g} kg', experiment
-
-
-def _starts(name: str) -> Iterator[tuple[str, Experiment]]:
-    for experiment in starts(name):
-        yield f'{experiment.start or 0.0:.0%} of the stroke', experiment
-
-
-def _sweep(laboratory: Laboratory, choice: Choice, names: Sequence[str] = CYLINDERS) -> Figure:
+@matplotlib.rc_context(STYLE)
+def _draw_sweep(
+    laboratory: Laboratory,
+    experiments: Callable[[str], Sequence[Experiment]],
+    label: Callable[[Experiment], str],
+    cylinders: Sequence[str] = CYLINDERS,
+) -> Figure:
     """Draw position against time, a panel for each cylinder, a curve for each experiment."""
-    with matplotlib.rc_context(STYLE):
-        figure, axes = _figure(1, len(names), 3.4)
-        for panel, name, letter in zip(axes, names, LETTERS, strict=False):
-            length = laboratory.perform(CAPTIONS[name]).plant.model.cylinder.stroke
-            curves = list(choice(name))
-            colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(curves)))
-            for (label, experiment), color in zip(curves, colors, strict=True):
-                run = laboratory.perform(experiment).run
-                panel.plot(run.time, 1e3 * run.position, color=color, label=label)
-            title = f'({letter}) {_plain(name)}' if len(names) > 1 else _plain(name)
-            panel.set_title(title, loc='left', fontsize=9, fontweight='bold')
-            panel.set_xlabel('time [s]')
-            panel.set_xlim(left=0.0)
-            panel.set_ylim(-0.02 * 1e3 * length, 1.03 * 1e3 * length)
-            panel.legend(loc='lower right', frameon=True, framealpha=0.85, edgecolor='none')
-        axes[0].set_ylabel('position [mm]')
-        figure.draw_without_rendering()
+    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    panels = figure.subplots(1, len(cylinders), squeeze=False)[0]
+    for index, (axes, name) in enumerate(zip(panels, cylinders, strict=True)):
+        strokes = laboratory.perform_all(experiments(name))
+        colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(strokes)))
+        for stroke, color in zip(strokes, colors, strict=True):
+            run = stroke.run
+            text = label(stroke.experiment)
+            axes.plot(run.time, 1e3 * run.position, color=color, label=text)
+        _add_title(axes, index, plain_name(name))
+        axes.set_xlabel('time [s]')
+        axes.set_xlim(left=0.0)
+        length = strokes[0].plant.model.cylinder.stroke
+        axes.set_ylim(-0.02 * 1e3 * length, 1.03 * 1e3 * length)
+        axes.legend(loc='lower right', frameon=True, framealpha=0.85, edgecolor='none')
+    panels[0].set_ylabel('position [mm]')
     return figure
 
 
-def _static_friction(laboratory: Laboratory) -> Figure:
-    with matplotlib.rc_context(STYLE):
-        figure, axes = _figure(1, 3, 3.4)
-        for panel, name, letter in zip(axes, CYLINDERS, LETTERS, strict=False):
-            stroke = laboratory.perform(CAPTIONS[name])
-            _equation_16(panel, stroke)
-            panel.plot(stroke.column('dwell', 1), static_peaks(stroke)[1:], 'o',
-                       color=BLUE, markersize=4, alpha=0.6, label='in the stroke')  # fmt: skip
-            panel.plot(*pauses(laboratory, name), 's', color=ORANGE, markersize=5,
-                       label='after pauses')  # fmt: skip
-            panel.set_title(
-                f'({letter}) {_plain(name)}', loc='left', fontsize=9, fontweight='bold'
-            )
-            panel.set_xscale('log')
-            panel.set_xlabel('dwell time [s]')
-            panel.set_ylim(bottom=0.0)
-        axes[0].set_ylabel('friction peak [N]')
-        axes[0].legend(loc='lower right', frameon=False)
-        figure.draw_without_rendering()
-    return figure
+SWEEPS = (
+    Drawing(
+        'fig-7',
+        'Fig. 7: effect of the airflow rate',
+        'Position against time at 4 bar and 0.2 kg, with the airflow of Fig. 4-6 and multiples '
+        'of it, the same for all cylinders. The text prints only 0.28-0.29 V for cylinder 1.',
+        (4, 12),
+        partial(_draw_sweep, experiments=commands, label=lambda one: f'{one.u:.3g} V'),
+    ),
+    Drawing(
+        'fig-8',
+        'Fig. 8: effect of the supply pressure',
+        f'Position against time from {min(SUPPLIES):g} to {max(SUPPLIES):g} bar, at the u of '
+        'Fig. 4-6 and 0.2 kg.',
+        (5, 13),
+        partial(_draw_sweep, experiments=supplies, label=lambda one: f'{one.supply:g} bar'),
+    ),
+    Drawing(
+        'fig-9',
+        'Fig. 9: effect of the external load',
+        f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
+        f'at {LOAD_COMMAND:.2f} V and 4 bar.',
+        (6,),
+        partial(
+            _draw_sweep,
+            experiments=lambda _: loads(),
+            label=lambda one: f'{one.load_mass:g} kg',
+            cylinders=CYLINDERS[:1],
+        ),
+    ),
+    Drawing(
+        'fig-10',
+        'Fig. 10: effect of the initial position',
+        'Position against time from several initial positions, at the operating points of '
+        'Fig. 4-6. The captions print no positions; these are shares of the stroke.',
+        (7,),
+        partial(
+            _draw_sweep,
+            experiments=starts,
+            label=lambda one: f'{one.start or 0.0:.0%} of the stroke',
+        ),
+    ),
+)
+"""The figures of trends."""
 
 
-def _equation_16(panel: Axes, stroke: Stroke) -> None:
-    law = stroke.plant.model.friction
+@matplotlib.rc_context(STYLE)
+def _draw_static_friction(laboratory: Laboratory) -> Figure:
+    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    panels = figure.subplots(1, len(CYLINDERS))
     dwell = np.geomspace(0.02, 100.0, 200)
-    span = law.breakaway_force - law.coulomb_force
-    force = law.breakaway_force - span * np.exp(-law.dwell_coefficient * dwell**law.dwell_exponent)
-    panel.plot(dwell, force, color=GREY, linewidth=1.4, label='Eq. 16')
-
-
-LEGEND: Any = {'loc': 'lower right', 'bbox_to_anchor': (1.0, 1.0), 'frameon': False,
-          'borderaxespad': 0.0, 'borderpad': 0.1}  # fmt: skip
-"""Above the panel, where no curve is."""
-
-
-def _legend(axes: Axes, ncols: int = 1) -> None:
-    axes.legend(**LEGEND, ncols=ncols)
+    for index, (axes, name) in enumerate(zip(panels, CYLINDERS, strict=True)):
+        stroke = laboratory.perform(CAPTIONS[name])
+        law = equation_16(dwell, stroke.plant.model.friction)
+        axes.plot(dwell, law, color=GREY, linewidth=1.4, label='Eq. 16')
+        peaks = stroke.column('dwell', 1), static_peaks(stroke)[1:]
+        axes.plot(*peaks, 'o', color=BLUE, markersize=4, alpha=0.6, label='in the stroke')
+        after = pauses(laboratory, name)
+        axes.plot(*after, 's', color=ORANGE, markersize=5, label='after pauses')
+        _add_title(axes, index, plain_name(name))
+        axes.set_xscale('log')
+        axes.set_xlabel('dwell time [s]')
+        axes.set_ylim(bottom=0.0)
+    panels[0].set_ylabel('friction peak [N]')
+    panels[0].legend(loc='lower right')
+    return figure

@@ -3,43 +3,33 @@
 from __future__ import annotations
 
 import itertools
+import statistics
 from collections.abc import Callable, Iterator
-from importlib.metadata import version
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-import jinja2
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.comparison import Comparison
 from pneu_rig_ros.analysis.metrics import AnalysedRun
-from pneu_rig_ros.analysis.stick_slip import Cycle
 from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import CONDITIONS
-from pneu_rig_ros.records.description import git_revision
-from pneu_rig_ros.report.claims_page import data_address
 from pneu_rig_ros.report.comparison_figures import (
     detail,
     draw_cycles,
     draw_differences,
     draw_overlay,
 )
-
-DISPLAY = {
-    'position': ('mm', 1e3),
-    'velocity': ('mm/s', 1e3),
-    'pressure_1': ('kPa', 1e-3),
-    'pressure_2': ('kPa', 1e-3),
-    'friction': ('N', 1.0),
-}
-"""Signal -> unit for people, units of it in one SI unit."""
+from pneu_rig_ros.report.figure import SIGNALS, plain_name
+from pneu_rig_ros.report.page import Picture, data_address, render
 
 FIGURES = 4
-"""Most pictures on a page."""
+"""Most figures on a page."""
 
 
 class SignalRow(NamedTuple):
-    """One signal's metrics, for people; '-' is not known."""
+    """The metrics of one signal as text; '-' is not known."""
 
     signal: str
     unit: str
@@ -51,64 +41,69 @@ class SignalRow(NamedTuple):
 
 
 class EventRow(NamedTuple):
-    """One number of both runs, for people."""
+    """One number of both runs as text."""
 
     what: str
     measured: str
     simulated: str
 
 
-class Drawn(NamedTuple):
-    """A picture with its title and what it shows."""
-
-    title: str
-    caption: str
-    address: str
-
-
 def signal_rows(comparison: Comparison) -> list[SignalRow]:
-    """Return a row for each signal, in the units of :data:`DISPLAY`."""
+    """Return a row for each signal, in its display unit for differences."""
     rows = []
     for name, gap in comparison.gaps.items():
-        unit, scale = DISPLAY[name]
+        scale = SIGNALS[name].difference_scale
         rmse, largest, bias = (f'{scale * v:.3g}' for v in (gap.rmse, gap.largest, gap.bias))
         noise = '-' if gap.noise is None else f'{scale * gap.noise:.3g}'
         multiple = '-' if gap.multiple is None else f'{gap.multiple:.1f}'
-        signal = name.replace('_', ' ')
-        rows.append(SignalRow(signal, unit, rmse, largest, bias, noise, multiple))
+        unit = SIGNALS[name].difference_unit
+        rows.append(SignalRow(plain_name(name), unit, rmse, largest, bias, noise, multiple))
     return rows
 
 
 def event_rows(comparison: Comparison) -> list[EventRow]:
-    """Return what happened in both runs, in a few numbers."""
-    runs = comparison.measured, comparison.simulated
-
-    def row(what: str, text: Callable[[AnalysedRun], str]) -> EventRow:
-        return EventRow(what, text(runs[0]), text(runs[1]))
-
+    """Return the events of both runs in a few numbers."""
+    median: Statistic = statistics.median_high
+    texts: dict[str, Callable[[AnalysedRun], str]] = {
+        'stick-slip cycles': lambda run: str(len(run.events.cycles)),
+        'first breakaway': partial(_of_cycles, name='breakaway_time', unit='s', statistic=min),
+        'median dwell': partial(_of_cycles, name='dwell', unit='s', statistic=median),
+        'longest dwell': partial(_of_cycles, name='dwell', unit='s', statistic=max),
+        'median slip': partial(_of_cycles, name='slip', unit='mm', statistic=median),
+        'median peak friction': partial(
+            _of_cycles, name='peak_friction', unit='N', statistic=median
+        ),
+        'largest peak friction': partial(
+            _of_cycles, name='peak_friction', unit='N', statistic=max
+        ),
+        'stroke time': _stroke_time,
+    }
     return [
-        row('stick-slip cycles', lambda run: str(len(run.events.cycles))),
-        row('first breakaway', lambda run: _of(run, 'breakaway_time', 's', min)),
-        row('median dwell', lambda run: _of(run, 'dwell', 's', _median)),
-        row('longest dwell', lambda run: _of(run, 'dwell', 's', max)),
-        row('median slip', lambda run: _of(run, 'slip', 'mm', _median, 1e3)),
-        row('median peak friction', lambda run: _of(run, 'peak_friction', 'N', _median)),
-        row('largest peak friction', lambda run: _of(run, 'peak_friction', 'N', max)),
-        row('stroke time', lambda run: _seconds(run.events.stroke_time)),
+        EventRow(what, text(comparison.measured), text(comparison.simulated))
+        for what, text in texts.items()
     ]
 
 
-def cycle_pairs(comparison: Comparison) -> Iterator[tuple[Cycle | None, Cycle | None]]:
-    """Yield the cycles of both runs in their order, None where one has no more."""
-    runs = comparison.measured, comparison.simulated
-    yield from itertools.zip_longest(*(run.events.cycles for run in runs))
+Statistic = Callable[[list[float]], float]
+
+
+def _of_cycles(run: AnalysedRun, name: str, unit: str, statistic: Statistic) -> str:
+    scale = 1e3 if unit == 'mm' else 1.0
+    values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
+    known = [value for value in values if value == value]
+    return f'{statistic(known):.3g} {unit}' if known else '-'
+
+
+def _stroke_time(run: AnalysedRun) -> str:
+    time = run.events.stroke_time
+    return 'not reached' if time is None else f'{time:.2f} s'
 
 
 def condition_texts(comparison: Comparison) -> list[str]:
-    """Return the conditions, each with where it comes from."""
+    """Return the conditions, each with its origin unless it was measured."""
     return [
-        f'{c.name.replace("_", " ")} {c.value:g} {CONDITIONS[c.name].unit}'
-        + ('' if c.measured else ' (the model says)')
+        f'{plain_name(c.name)} {c.value:g} {CONDITIONS[c.name].unit}'
+        + ('' if c.measured else ' (from the model)')
         for c in comparison.conditions
     ]
 
@@ -119,34 +114,31 @@ def write_page(
     """
     Write the page.
 
-    :param progress: told the number of pictures drawn, of :data:`FIGURES` at most
+    :param progress: callback(number of figures drawn), :data:`FIGURES` at most
     :raises RigError: when the file cannot be written
     """
-    figures = []
+    pictures = []
     for number, (title, caption, draw) in enumerate(_figures(comparison), start=1):
         figure = draw()
         if figure is not None:
-            figures.append(Drawn(title, caption, data_address(figure)))
+            pictures.append(Picture(title, caption, data_address(figure)))
         progress(number)
-    text = _template().render(
+    runs = comparison.measured, comparison.simulated
+    text = render(
+        'comparison_page.html',
         comparison=comparison,
         signals=signal_rows(comparison),
         events=event_rows(comparison),
-        pairs=list(cycle_pairs(comparison)),
+        pairs=list(itertools.zip_longest(*(run.events.cycles for run in runs))),
         conditions=condition_texts(comparison),
-        figures=figures,
+        pictures=pictures,
         duration=comparison.measured.recording.duration,
-        version=version('pneu_rig_ros'),
-        revision=git_revision(),
     )
     return atomic_write(path, text)
 
 
-Picture = tuple[str, str, Callable[[], Figure | None]]
-"""Title, caption, what draws it."""
-
-
-def _figures(comparison: Comparison) -> Iterator[Picture]:
+def _figures(comparison: Comparison) -> Iterator[tuple[str, str, Callable[[], Figure | None]]]:
+    """Yield title, caption and drawing function of each figure."""
     yield (
         f'Measured and {comparison.second}',
         'Velocity and friction are derived from position and pressures of both by the same '
@@ -163,43 +155,11 @@ def _figures(comparison: Comparison) -> Iterator[Picture]:
     band = 'The grey band is twice the standard deviation of the sensor noise.'
     yield (
         'Differences',
-        f'{comparison.second.capitalize()} less measured. {band if comparison.noise else ""}',
+        f'{comparison.second.capitalize()} minus measured. {band if comparison.noise else ""}',
         lambda: draw_differences(comparison),
     )
     yield (
         'Stick-slip cycles',
-        'Each cycle at its breakaway: the dwell before it, the distance slipped, the friction '
-        'peak.',
+        'Each cycle at its breakaway: the dwell before it, the slip length and the friction peak.',
         lambda: draw_cycles(comparison),
     )
-
-
-def _of(
-    run: AnalysedRun,
-    name: str,
-    unit: str,
-    take: Callable[[list[float]], float],
-    scale: float = 1.0,
-) -> str:
-    values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
-    known = [value for value in values if value == value]
-    return f'{take(known):.3g} {unit}' if known else '-'
-
-
-def _median(values: list[float]) -> float:
-    return sorted(values)[len(values) // 2]
-
-
-def _seconds(time: float | None) -> str:
-    return 'not reached' if time is None else f'{time:.2f} s'
-
-
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader('pneu_rig_ros', 'report'),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template('comparison_page.html')

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.diagnosis.latent import Latent, smooth
 from pneu_rig_ros.diagnosis.localisation import LEAST_WIDTH
-from pneu_rig_ros.diagnosis.windows import VARIABLES
-from pneu_rig_ros.report.diagnosis_rows import UNITS, VARIABLE_UNITS
+from pneu_rig_ros.diagnosis.windows import VARIABLES, Windows
+from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS, display
 from pneu_rig_ros.report.figure import BLUE, ORANGE
-
-if TYPE_CHECKING:
-    from pneu_rig_ros.report.latent_figures import Track
 
 Floats = NDArray[np.float64]
 
@@ -23,9 +22,13 @@ COLOURS = {'out': BLUE, 'in': ORANGE, '': '#5f6570'}
 NAMES = {'out': 'outstroke', 'in': 'instroke', '': 'at rest'}
 """Direction -> colour, name."""
 SYMBOLS = {
-    'position': 'position x', 'velocity': 'velocity v', 'pressure_1': 'pressure $p_1$',
-    'pressure_2': 'pressure $p_2$', 'time': 'time', 'dwell': 'rest before',
-}  # fmt: skip
+    'position': 'position x',
+    'velocity': 'velocity v',
+    'pressure_1': 'pressure $p_1$',
+    'pressure_2': 'pressure $p_2$',
+    'time': 'time',
+    'dwell': 'rest before',
+}
 BINS = 9
 """Parts into which the range of a signal is divided in each direction, by quantiles."""
 FEW_BINS = 3
@@ -46,6 +49,31 @@ class Bins(NamedTuple):
     middle: Floats
     mean: Floats
     deviation: Floats
+
+
+@dataclass(frozen=True)
+class Track:
+    """
+    The latent input of a balance in one recording.
+
+    :param windows: with a hypothesis
+    :param explained: what the explanation contributes to each window [unit], None without one
+    :param breakaways: of the piston, for the force
+    :param dwell: rest before each breakaway [s]
+    :param duration: of the recording [s]
+    """
+
+    windows: Windows | None
+    explained: Floats | None
+    breakaways: Windows | None
+    dwell: Floats
+    name: str
+    duration: float
+
+    @cached_property
+    def latent(self) -> Latent | None:
+        """The latent input, None where no window says anything."""
+        return None if self.windows is None else smooth(self.windows)
 
 
 @dataclass(frozen=True)
@@ -72,7 +100,7 @@ class Dependence:
 
     :param variable: name of the signal
     :param bins: direction -> what is drawn
-    :param unit, scale: for people, and how many of it are one SI unit
+    :param unit, scale: display unit, and how many of it are one SI unit
     :param joined: whether the points are means that a line may join
     """
 
@@ -97,34 +125,35 @@ def _moving(track: Track) -> Samples | None:
         return None
     latent, windows = track.latent, track.windows
     variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
-    return Samples(latent.cleared, latent.covariance, {**variables, 'time': latent.time},
-                   windows.direction[latent.members])  # fmt: skip
+    variables['time'] = latent.time
+    direction = windows.direction[latent.members]
+    return Samples(latent.cleared, latent.covariance, variables, direction)
 
 
 def _breaking(track: Track) -> Samples | None:
     if (breaks := track.breakaways) is None:
         return None
     variables = {name: breaks.variables[name] for name in ('position', 'pressure_1', 'pressure_2')}
-    return Samples(breaks.residual, np.diag(breaks.deviation**2),
-                   {**variables, 'time': breaks.middle, 'dwell': track.dwell},
-                   breaks.direction)  # fmt: skip
+    variables |= {'time': breaks.middle, 'dwell': track.dwell}
+    covariance = np.diag(breaks.deviation**2)
+    return Samples(breaks.residual, covariance, variables, breaks.direction)
 
 
 def _best(samples: Sequence[Samples], title: str, bins: int) -> Dependence | None:
-    """Return the samples against the signal that explains most; each of them without bins."""
+    """Return the samples against the signal that explains most; unbinned for ``bins`` of 0."""
     if not samples:
         return None
-    names = list(samples[0].variables)
-    shares = {name: explained(samples, name, bins or FEW_BINS) for name in names}
-    name = max(shares, key=lambda one: shares[one] - (LEAD if one == 'time' else 0.0))
-    unit, scale = UNITS.get(VARIABLE_UNITS[name], (VARIABLE_UNITS[name], 1.0))
-    rows = {one: binned(samples, name, one, bins) for one in COLOURS}
-    known = {one: row for one, row in rows.items() if row.middle.size}
+    shares = {name: explained(samples, name, bins or FEW_BINS) for name in samples[0].variables}
+    # Every signal changes with time, so time must explain clearly more to be chosen.
+    name = max(shares, key=lambda key: shares[key] - (LEAD if key == 'time' else 0.0))
+    unit, scale = display(VARIABLE_UNITS[name])
+    rows = {direction: binned(samples, name, direction, bins) for direction in COLOURS}
+    filled = {direction: row for direction, row in rows.items() if row.middle.size}
     values = np.concatenate([one.variables[name] for one in samples])
     wide = name == 'dwell' and values.max() > DECADES * values.min() > 0.0
-    shown = bins > 0 and shares[name] >= 0.01
-    share = f'\n{shares[name]:.0%} of the variance' if shown else ''
-    return Dependence(title + share, name, known, unit, scale, bins > 0, bool(wide))
+    if bins and shares[name] >= 0.01:
+        title += f'\n{shares[name]:.0%} of the variance'
+    return Dependence(title, name, filled, unit, scale, bins > 0, bool(wide))
 
 
 def explained(samples: Sequence[Samples], name: str, bins: int) -> float:
@@ -173,8 +202,8 @@ def binned(samples: Sequence[Samples], name: str, direction: str, bins: int) -> 
         return Bins(column[here], values, np.sqrt(variance))
     cuts = cuts_of(column[here], name, bins)
     numbers = np.digitize(column, cuts)
-    rows = [_mean(samples, column, here & (numbers == number)) for number in range(cuts.size + 1)
-            if (here & (numbers == number)).sum() >= FEWEST]  # fmt: skip
+    parts = [here & (numbers == number) for number in range(cuts.size + 1)]
+    rows = [_mean(samples, column, part) for part in parts if part.sum() >= FEWEST]
     return Bins(*np.array(rows).T) if rows else Bins(*np.empty((3, 0)))
 
 

@@ -2,37 +2,50 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import jinja2
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.diagnosis.alternatives import rivals
 from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.atomic_write import atomic_write
-from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report import diagnosis_rows as rows
-from pneu_rig_ros.report.claims_page import data_address
-from pneu_rig_ros.report.improvement_figures import draw_improvement, draw_next, runs_of
-from pneu_rig_ros.report.latent_figures import Track, draw_latent, tracks_of
-from pneu_rig_ros.report.shape_figure import draw_shape
+from pneu_rig_ros.report.dependence import Track
+from pneu_rig_ros.report.improvement_figures import (
+    draw_improvement,
+    draw_next,
+    draw_shape,
+    runs_of,
+)
+from pneu_rig_ros.report.latent_figures import draw_latent, tracks_of
+from pneu_rig_ros.report.page import Picture, data_address, render
+from pneu_rig_ros.rig import configuration_from_yaml
 
 MOST_RANKED = 12
 """Candidates on the page."""
-
-
-class Picture(NamedTuple):
-    """A drawn figure and what it shows."""
-
-    title: str
-    caption: str
-    address: str
+TITLES = {
+    'gas_1': 'Gas in chamber 1',
+    'gas_2': 'Gas in chamber 2',
+    'force': 'Forces on the piston',
+}
+LATENT = {
+    'gas': 'Missing mass flow into the chamber for the measured pressure, or the flow of heat '
+    'that raises the pressure as much.',
+    'force': 'Missing force along the outstroke for the measured motion; at each breakaway, the '
+    'force by which the seal held more than in the model.',
+}
+"""Captions of the latent inputs."""
+PLACES = ('where', 'added', 'left', 'validation', 'free', 'next')
+"""Parts of the page that have figures."""
+HEADS = ('Supply, absolute', 'Load', 'Rest before')
+"""Conditions of a rig's recordings."""
 
 
 class Drawing(NamedTuple):
@@ -53,25 +66,39 @@ class Recorded(NamedTuple):
     conditions: Sequence[str]
 
 
-TITLES = {
-    'gas_1': 'Gas in chamber 1',
-    'gas_2': 'Gas in chamber 2',
-    'force': 'Forces on the piston',
-}
-PLACES = ('where', 'added', 'left', 'validation', 'free', 'next')
-HEADS = ('Supply, absolute', 'Load', 'Rest before')
-"""Conditions of a rig's recordings."""
+def write_files(
+    out: Path,
+    diagnosis: Diagnosis,
+    answer: rows.Answer,
+    progress: Callable[[float], None] = lambda share: None,
+) -> None:
+    """
+    Write diagnosis.json, report.html and improved.yaml, atomically.
+
+    :param out: directory that exists
+    :param answer: of the diagnosis, as a JSON-compatible dict
+    :param progress: callback(fraction of the pictures drawn)
+    :raises RigError: when a file cannot be written, or a rig does not accept a fitted value
+    """
+    atomic_write(out / 'diagnosis.json', json.dumps(answer, indent=2, allow_nan=False) + '\n')
+    write_page(out / 'report.html', diagnosis, answer, progress)
+    model = diagnosis.improved_system.to_yaml(diagnosis.improved)
+    if diagnosis.system.rig is not None:
+        configuration_from_yaml(model, 'improved.yaml')
+    atomic_write(out / 'improved.yaml', model)
 
 
 def write_page(
-    path: Path, diagnosis: Diagnosis, answer: rows.Answer,
+    path: Path,
+    diagnosis: Diagnosis,
+    answer: rows.Answer,
     progress: Callable[[float], None] = lambda share: None,
-) -> Path:  # fmt: skip
+) -> Path:
     """
     Write the page.
 
-    :param answer: of the diagnosis, as plain data
-    :param progress: callback(fraction of the pictures drawn)
+    :param answer: of the diagnosis, as in diagnosis.json
+    :param progress: callback(fraction of the figures drawn)
     :raises RigError: when the file cannot be written
     """
     drawings = list(_drawings(diagnosis, answer))
@@ -79,85 +106,81 @@ def write_page(
     for number, one in enumerate(drawings, start=1):
         figure = one.draw()
         if figure is not None:
-            pictures[one.place].append(Picture(one.title, one.caption, data_address(figure)))
+            picture = Picture(one.title, one.caption, data_address(figure))
+            pictures[one.place].append(picture)
         progress(number / len(drawings))
-    return atomic_write(path, _template().render(**_content(diagnosis, answer), pictures=pictures))
-
-
-def _content(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Any]:
-    whole = bool(answer['gap']['free_run'])
-    compared = 'From rest to rest' if whole else 'Along the measured motion'
-    return {
-        'answer': answer,
-        'balances': rows.balance_rows(answer),
-        'titles': TITLES,
-        'runs': list(recorded(diagnosis)),
-        'heads': HEADS if diagnosis.system.rig is not None else (),
-        'where': rows.where_rows(answer),
-        'ranking': rows.ranking(answer, MOST_RANKED),
-        'added': rows.added_rows(answer),
-        'sources': {one['name']: library.load(one['name']).source for one in answer['effects']},
-        'tables': {compared: rows.gap_rows(answer), 'Free run': rows.gap_rows(answer, 'free_run')},
-        'events': rows.event_rows(answer),
-        'gap_unit': rows.gap_unit(answer),
-        'gap_before': rows.number(answer['gap']['before'], 2),
-        'gap_after': rows.number(answer['gap']['after'], 2),
-        'cut': rows.cut_text(answer),
-        'remains': rows.remaining_text(answer),
-        'next_lines': list(rows.next_lines(answer)),
-        'version': version('pneu_rig_ros'),
-        'revision': git_revision(),
-    }  # fmt: skip
+    from_rest = bool(answer['gap']['free_run'])
+    compared = 'From rest to rest' if from_rest else 'Along the measured motion'
+    text = render(
+        'diagnosis_page.html',
+        pictures=pictures,
+        answer=answer,
+        balances=rows.balance_rows(answer),
+        titles=TITLES,
+        runs=list(recorded(diagnosis)),
+        heads=HEADS if diagnosis.system.rig is not None else (),
+        where=rows.where_rows(answer),
+        ranking=rows.ranking(answer, MOST_RANKED),
+        added=rows.added_rows(answer),
+        sources={one['name']: library.load(one['name']).source for one in answer['effects']},
+        tables={compared: rows.gap_rows(answer), 'Free run': rows.gap_rows(answer, 'free_run')},
+        events=rows.event_rows(answer),
+        gap_unit=rows.gap_unit(answer),
+        gap_before=rows.number(answer['gap']['before'], 2),
+        gap_after=rows.number(answer['gap']['after'], 2),
+        cut=rows.cut_text(answer),
+        remains=rows.remaining_text(answer),
+        next_lines=list(rows.next_lines(answer)),
+    )
+    return atomic_write(path, text)
 
 
 def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
     """Yield the recordings, training data first."""
     for used, dataset in (('fit', diagnosis.training), ('held-out', diagnosis.held_out)):
-        for one in dataset.comparisons:
-            run, operation = one.run, one.run.operation
-            conditions = (
-                f'{operation.supply_pressure * 1e-5:g} bar', f'{operation.load_mass:g} kg',
-                f'{operation.rest_time:g} s',
-            )  # fmt: skip
-            shown = conditions if diagnosis.system.rig is not None else ()
-            yield Recorded(run.name, used, f'{run.size * run.interval:.1f} s', shown)
+        for comparison in dataset.comparisons:
+            run, operation = comparison.run, comparison.run.operation
+            conditions: tuple[str, ...] = ()
+            if diagnosis.system.rig is not None:
+                supply = f'{operation.supply_pressure * 1e-5:g} bar'
+                load, rest = f'{operation.load_mass:g} kg', f'{operation.rest_time:g} s'
+                conditions = supply, load, rest
+            yield Recorded(run.name, used, f'{run.size * run.interval:.1f} s', conditions)
 
 
 def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
-    yield from _latent_drawings(diagnosis, answer)
-    for one in answer['effects']:
-        if one['shape'] is not None:
-            yield Drawing('added', f'Form of {one["name"]}', 'Factor on the formula of the '
-                          'effect, linear between the points.',
-                          partial(draw_shape, one['name'], one['shape']))  # fmt: skip
+    """Yield the figures in the order of the page."""
+    unchanged = diagnosis.verdict == CONSISTENT or diagnosis.improved == diagnosis.given
+    improved = None if unchanged else diagnosis.improved
+    yield from _latent_drawings(diagnosis, answer, improved)
+    for effect in answer['effects']:
+        if effect['shape'] is not None:
+            yield Drawing(
+                'added',
+                f'Form of {effect["name"]}',
+                'Factor on the formula of the effect, linear between the points.',
+                partial(draw_shape, effect['name'], effect['shape']),
+            )
     for comparison in diagnosis.held_out.comparisons:
-        yield from _validation_drawings(diagnosis, comparison)
-    plan = diagnosis.next_experiment
-    if plan is not None:
+        yield from _validation_drawings(diagnosis, comparison, improved)
+    if (plan := diagnosis.next_experiment) is not None:
+        run = diagnosis.training.comparisons[0].run
         yield Drawing(
             'next',
             'Prediction of each explanation',
-            'Simulated: u held for two thirds of the time, then the valves shut.',
-            partial(
-                draw_next, plan, rivals(diagnosis.search), diagnosis.training.comparisons[0].run
-            ),
+            'Simulated: u constant for two thirds of the time, then the valves shut.',
+            partial(draw_next, plan, rivals(diagnosis.search), run),
         )
 
 
-LATENT = {
-    'gas': 'Missing mass flow into the chamber for the measured pressure, or the flow of heat '
-    'that raises the pressure as much.',
-    'force': 'Missing force along the outstroke for the measured motion; at each breakaway, the '
-    'force by which the seal held more than in the model.',
-}
-
-
-def _latent_drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
+def _latent_drawings(
+    diagnosis: Diagnosis, answer: rows.Answer, improved: Hypothesis | None
+) -> Iterator[Drawing]:
     @cache
     def tracks(given: bool) -> dict[str, list[Track]]:
-        improved = _improved(diagnosis) if given else None
-        return tracks_of(diagnosis.training, diagnosis.given if given else diagnosis.improved,
-                         improved)  # fmt: skip
+        if given:
+            return tracks_of(diagnosis.training, diagnosis.given, improved)
+        return tracks_of(diagnosis.training, diagnosis.improved, None)
 
     def draw(balance: str, given: bool) -> Figure | None:
         if balance not in tracks(given):
@@ -169,15 +192,15 @@ def _latent_drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Draw
             name = one['name']
             title, caption = f'{TITLES[name]} ({name})', LATENT[name.split('_')[0]]
             yield Drawing('where', title, caption, partial(draw, name, True))
-            if _improved(diagnosis) is not None:
-                yield Drawing('left', title, 'The same with the improved model.',
-                              partial(draw, name, False))  # fmt: skip
+            if improved is not None:
+                caption = 'The same with the improved model.'
+                yield Drawing('left', title, caption, partial(draw, name, False))
 
 
 def spans_of(
     answer: rows.Answer, balance: str, given: bool = True
 ) -> dict[str, list[tuple[float, float]]]:
-    """Return recording -> from, to [s] where a balance of the given model is off."""
+    """Return recording -> from, to [s] where a balance of the given model disagrees."""
     spans: dict[str, list[tuple[float, float]]] = {}
     for one in answer['intervals'] if given else []:
         if one['balance'] == balance:
@@ -185,29 +208,28 @@ def spans_of(
     return spans
 
 
-def _improved(diagnosis: Diagnosis) -> Any:
-    """Return the improved hypothesis, None where it is the given one."""
-    if diagnosis.verdict == CONSISTENT or diagnosis.improved == diagnosis.given:
-        return None
-    return diagnosis.improved
-
-
-def _validation_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterator[Drawing]:
-    def draw(free: bool) -> Figure:
-        known = diagnosis.held_out.aligned(diagnosis.improved, comparison)
-        return draw_improvement(runs_of(known, diagnosis.given, _improved(diagnosis), free))
+def _validation_drawings(
+    diagnosis: Diagnosis, comparison: Comparison, improved: Hypothesis | None
+) -> Iterator[Drawing]:
+    def draw(free: bool = False) -> Figure:
+        aligned = diagnosis.held_out.aligned(diagnosis.improved, comparison)
+        return draw_improvement(runs_of(aligned, diagnosis.given, improved, free))
 
     name = comparison.run.name
     if not comparison.free:
-        yield Drawing('validation', f'{name}, along the measured motion',
-                      'The motion is the measured one; the simulation has only the first readings '
-                      'of the pressures.', partial(draw, False))  # fmt: skip
+        yield Drawing(
+            'validation',
+            f'{name}, along the measured motion',
+            'The motion is the measured one; the simulation has only the first readings of the '
+            'pressures.',
+            draw,
+        )
         return
     yield Drawing(
         'validation',
         f'{name}, from rest to rest',
         'The simulation starts again from the readings at every rest.',
-        partial(draw, False),
+        draw,
     )
     yield Drawing(
         'free',
@@ -216,14 +238,3 @@ def _validation_drawings(diagnosis: Diagnosis, comparison: Comparison) -> Iterat
         'time displaces it for the rest of the run.',
         partial(draw, True),
     )
-
-
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader('pneu_rig_ros', 'report'),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template('diagnosis_page.html')

@@ -19,9 +19,13 @@ UNITS = {
 """SI unit -> display unit, and how many make one SI unit."""
 
 VARIABLE_UNITS = {
-    'position': 'm', 'velocity': 'm/s', 'pressure_1': 'Pa', 'pressure_2': 'Pa', 'dwell': 's',
+    'position': 'm',
+    'velocity': 'm/s',
+    'pressure_1': 'Pa',
+    'pressure_2': 'Pa',
+    'dwell': 's',
     'time': 's',
-}  # fmt: skip
+}
 """Variable that bounds a significant residual -> SI unit."""
 SHORT = {'position': 'x', 'velocity': 'v', 'pressure_1': 'p1', 'pressure_2': 'p2', 'time': 't'}
 
@@ -106,6 +110,11 @@ def number(value: float, digits: int = 3) -> str:
     return f'{value:.0f}' if 'e+' in text and round(abs(value)) < PLAIN_BELOW else text
 
 
+def display(unit: str) -> tuple[str, float]:
+    """Return the display unit of an SI unit, and how many of it make one SI unit."""
+    return UNITS.get(unit, (unit, 1.0))
+
+
 def balance_rows(answer: Answer, most: int = 100) -> list[Balance]:
     """
     Return the balances, open or not, with the share of the excess that the answer leaves.
@@ -114,59 +123,58 @@ def balance_rows(answer: Answer, most: int = 100) -> list[Balance]:
     """
     rows = []
     for one in answer['balances']:
-        if not one['open']:
-            rows.append(Balance(one['name'], f'closed: {_shortened(one["why"], most)}', NOT_KNOWN))
-            continue
-        state = 'agrees' if one['verdict'] == 'consistent' else 'disagrees'
+        if one['open']:
+            state = 'agrees' if one['verdict'] == 'consistent' else 'disagrees'
+        else:
+            missing = one['why'].split(', ')
+            more = f' and {len(missing) - most} more' if len(missing) > most else ''
+            state = f'closed: no {", ".join(missing[:most])}{more}'
         left = NOT_KNOWN if one['left'] is None else f'{one["left"]:.0%}'
         rows.append(Balance(one['name'], state, left))
     return rows
 
 
-def _shortened(why: str, most: int) -> str:
-    missing = why.split(', ')
-    more = f' and {len(missing) - most} more' if len(missing) > most else ''
-    return f'no {", ".join(missing[:most])}{more}'
-
-
 def where_rows(answer: Answer) -> list[Where]:
-    """Return where the model disagrees, the most significant first."""
-    return [_where(one) for one in answer['where']]
-
-
-def _where(one: Mapping[str, Any]) -> Where:
-    unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
-    mean, noise = (number(scale * one[name]) for name in ('mean', 'noise'))
-    regime = f'{one["regime"]} {one["direction"]}'.strip()
-    return Where(one['balance'], regime, _range(one), mean, noise, unit,
-                 f'{one["significance"]:.1f}', _longest(one))  # fmt: skip
+    """Return the significant residuals, the most significant first."""
+    rows = []
+    for one in answer['where']:
+        unit, scale = display(one['unit'])
+        longest = NOT_KNOWN
+        if one['intervals']:
+            span = one['intervals'][0]
+            longest = f'{span["recording"]}, {span["from"]:.2f}-{span["to"]:.2f} s'
+        row = Where(
+            one['balance'],
+            f'{one["regime"]} {one["direction"]}'.strip(),
+            _range(one),
+            number(scale * one['mean']),
+            number(scale * one['noise']),
+            unit,
+            f'{one["significance"]:.1f}',
+            longest,
+        )
+        rows.append(row)
+    return rows
 
 
 def _range(one: Mapping[str, Any]) -> str:
-    """Return the range of the variable in which a disagreement is most significant."""
+    """Return the range of the variable in which a residual is most significant."""
     name, ends = one['variable'], (one['from'], one['to'])
     if not name or None in ends:
         return 'all'
-    unit, scale = UNITS.get(VARIABLE_UNITS[name], (VARIABLE_UNITS[name], 1.0))
+    unit, scale = display(VARIABLE_UNITS[name])
     low, high = (number(scale * end) for end in ends)
     return f'{SHORT.get(name, name)} {low} to {high} {unit}'
-
-
-def _longest(one: Mapping[str, Any]) -> str:
-    if not one['intervals']:
-        return NOT_KNOWN
-    span = one['intervals'][0]
-    return f'{span["recording"]}, {span["from"]:.2f}-{span["to"]:.2f} s'
 
 
 def ranking(answer: Answer, most: int) -> list[Ranked]:
     """Return the best candidates, the answer first."""
     rows = []
     for one in answer['candidates'][:most]:
-        names, left = one['names'], one['gap_left']
+        left = one['gap_left']
         stage = 'screened' if one['stage'] == 'screened' else 'fitted'
-        kind = _kind(names)
-        rows.append(Ranked(' + '.join(names), kind, stage, f'{left:.0%}', left, one['chosen']))
+        name = ' + '.join(one['names'])
+        rows.append(Ranked(name, _kind(one['names']), stage, f'{left:.0%}', left, one['chosen']))
     return rows
 
 
@@ -193,19 +201,18 @@ def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
 
 def added_rows(answer: Answer) -> list[Added]:
     """Return the parameters that were changed, and those of the effects that were added."""
-    rows = [_added(one['name'], number(one['was'], 4), one) for one in answer['parameters']]
-    rows += [_added(f'{one["name"]}, ratio to the stated value', '1', one)
-             for one in answer['conditions']]  # fmt: skip
+    entries = [(one['name'], number(one['was'], 4), one) for one in answer['parameters']]
+    entries += [
+        (f'{one["name"]}, ratio to the stated value', '1', one) for one in answer['conditions']
+    ]
     for effect in answer['effects']:
         for name, value in effect['parameters'].items():
-            rows.append(_added(f'{effect["name"]}.{name}', NOT_KNOWN, value))
+            entries.append((f'{effect["name"]}.{name}', NOT_KNOWN, value))
+    rows = []
+    for name, was, one in entries:
+        low, high = (number(value, 4) for value in one['interval'])
+        rows.append(Added(name, was, number(one['value'], 4), f'{low} to {high}', one['unit']))
     return rows
-
-
-def _added(name: str, was: str, one: Mapping[str, Any]) -> Added:
-    low, high = (number(value, 4) for value in one['interval'])
-    texts = number(one['value'], 4), f'{low} to {high}'
-    return Added(name, was, *texts, one['unit'])
 
 
 def gap_rows(answer: Answer, which: str = 'signals') -> list[RmseChange]:
@@ -214,21 +221,19 @@ def gap_rows(answer: Answer, which: str = 'signals') -> list[RmseChange]:
 
     :param which: 'signals' or 'free_run'
     """
-    return [_rmse_change(name, one) for name, one in answer['gap'].get(which, {}).items()]
-
-
-def _rmse_change(name: str, one: Mapping[str, Any]) -> RmseChange:
-    unit, scale = UNITS.get(one['unit'], (one['unit'], 1.0))
-    values = [one[key] for key in ('before', 'after', 'noise')]
-    before, after, noise = (
-        NOT_KNOWN if value is None else number(scale * value) for value in values
-    )
-    multiples = (_multiple(value, one['noise']) for value in values[:2])
-    return RmseChange(name.replace('_', ' '), before, after, noise, unit, *multiples)
-
-
-def _multiple(value: float | None, noise: float | None) -> str:
-    return f'{value / noise:.1f}' if noise and value is not None else NOT_KNOWN
+    rows = []
+    for name, one in answer['gap'].get(which, {}).items():
+        unit, scale = display(one['unit'])
+        noise = one['noise']
+        values = [one['before'], one['after'], noise]
+        before, after, spread = (NOT_KNOWN if v is None else number(scale * v) for v in values)
+        multiples = (
+            f'{value / noise:.1f}' if noise and value is not None else NOT_KNOWN
+            for value in values[:2]
+        )
+        label = name.replace('_', ' ')
+        rows.append(RmseChange(label, before, after, spread, unit, *multiples))
+    return rows
 
 
 def event_rows(answer: Answer) -> list[Event]:
@@ -261,8 +266,10 @@ def cut_text(answer: Answer) -> str:
         return 'no residual exceeds the noise'
     before, after = (number(gap[key], 2) for key in ('before', 'after'))
     means = ' by the gains of the sensors' if answer['verdict'] == 'uncalibrated' else ''
-    return (f'{before} {gap_unit(answer)} above the noise before, {after} after: '
-            f'{gap["cut"]:.0%} of the gap is closed{means}')  # fmt: skip
+    return (
+        f'{before} {gap_unit(answer)} above the noise before, {after} after: '
+        f'{gap["cut"]:.0%} of the gap is closed{means}'
+    )
 
 
 def remaining_text(answer: Answer) -> str:
@@ -292,8 +299,10 @@ def next_lines(answer: Answer) -> Iterator[str]:
         yield f'a longer recording like {plan["like"]}'
     else:
         start = 1e3 * plan['initial_position']
-        yield (f'u = {plan["u"]:g} V, supply {plan["supply_pressure"] * 1e-5:g} bar absolute, '
-               f'load {plan["load_mass"]:g} kg, from {start:.0f} mm')  # fmt: skip
+        yield (
+            f'u = {plan["u"]:g} V, supply {plan["supply_pressure"] * 1e-5:g} bar absolute, '
+            f'load {plan["load_mass"]:g} kg, from {start:.0f} mm'
+        )
     if plan['by'] < SEPARABLE:
         yield 'the largest difference, but within the noise; not separable:'
     else:

@@ -1,23 +1,22 @@
-"""One stroke as a picture in the form of Fig. 4-6 of the paper."""
+"""What all figures share, and the figure of a stroke in the form of Fig. 4-6 of the paper."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.friction import Floats, friction_of
-from pneu_rig_ros.analysis.stick_slip import cycles_of
+from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
 
-BLUE, ORANGE, GREY = '#1f5a94', '#d1660b', '#8a8f98'
+BLUE, ORANGE, GREEN, GREY = '#1f5a94', '#d1660b', '#2c8a5a', '#8a8f98'
 BAR = 1e5
 """[Pa]"""
 
@@ -30,12 +29,88 @@ STYLE: Any = {
     'grid.color': '#e4e6ea',
     'grid.linewidth': 0.6,
     'lines.linewidth': 1.0,
+    'legend.frameon': False,
     'xtick.color': '#3c4048',
     'ytick.color': '#3c4048',
+    'xtick.major.size': 3.0,
+    'ytick.major.size': 3.0,
     'path.simplify': True,
+}
+MOST_POINTS = 3000
+"""Longer curves are drawn by their smallest and largest values, which looks the same."""
+
+
+class Signal(NamedTuple):
+    """
+    How a signal is shown.
+
+    :param label: on an axis
+    :param unit, scale: display unit, and how many of it are one SI unit
+    :param difference_unit, difference_scale: the same for differences
+    """
+
+    label: str
+    unit: str
+    scale: float
+    difference_unit: str
+    difference_scale: float
+
+
+SIGNALS = {
+    'position': Signal('position', 'mm', 1e3, 'mm', 1e3),
+    'velocity': Signal('velocity', 'mm/s', 1e3, 'mm/s', 1e3),
+    'pressure_1': Signal('pressure $p_1$', 'bar abs', 1e-5, 'kPa', 1e-3),
+    'pressure_2': Signal('pressure $p_2$', 'bar abs', 1e-5, 'kPa', 1e-3),
+    'friction': Signal('friction force', 'N', 1.0, 'N', 1.0),
+    'force': Signal('bench force', 'N', 1.0, 'N', 1.0),
 }
 
 
+def plain_name(name: str) -> str:
+    """Return the name of a cylinder or a signal with blanks."""
+    return name.replace('_', ' ')
+
+
+def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """
+    Return a curve with at most :data:`MOST_POINTS` points: extremes of equal stretches.
+
+    :param time, values: shape (n,)
+    :return: both of shape (m,)
+    """
+    if values.size <= MOST_POINTS:
+        return time, values
+    stretches = np.array_split(np.arange(values.size), MOST_POINTS // 2)
+    extremes = [(part[values[part].argmin()], part[values[part].argmax()]) for part in stretches]
+    kept = np.unique(extremes)
+    return time[kept], values[kept]
+
+
+def add_letter(axes: Axes, index: int) -> None:
+    """Write (a), (b), ... into the corner of a panel."""
+    axes.annotate(
+        f'({"abcdefgh"[index]})',
+        (0.008, 0.97),
+        xycoords='axes fraction',
+        va='top',
+        fontweight='bold',
+    )
+
+
+def save_png(figure: Figure, path: Path) -> Path:
+    """
+    Write a figure as PNG.
+
+    :raises RigError: when the file cannot be written
+    """
+    try:
+        figure.savefig(path, format='png')
+    except OSError as error:
+        raise RigError(f'cannot write the picture {path}: {error.strerror}') from error
+    return path
+
+
+@matplotlib.rc_context(STYLE)
 def draw_stroke(recording: Recording, path: Path | str) -> Path:
     """
     Write a PNG with (a) position, (b) velocity, (c) pressures, (d) friction force against time.
@@ -46,25 +121,34 @@ def draw_stroke(recording: Recording, path: Path | str) -> Path:
     :raises RigError: when the recording does not say what rig it is of, or the file cannot be
         written
     """
-    path = Path(path)
     friction = friction_of(recording)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 7.6), dpi=120, layout='constrained')
-        FigureCanvasAgg(figure)
-        axes = figure.subplots(4, 1, sharex=True)
-        figure.suptitle(title_of(recording), fontsize=10.5, x=0.01, ha='left')
-        _draw_motion(axes[0], axes[1], recording)
-        _draw_pressures(axes[2], recording)
-        _draw_friction(axes[3], recording, friction)
-        axes[3].set_xlabel('time [s]')
-        # A little more than the recording, so that a tick at its very end is drawn.
-        axes[3].set_xlim(0.0, 1.002 * max(recording.duration, recording.interval))
-        figure.align_ylabels(axes)
-        try:
-            figure.savefig(path, format='png')
-        except OSError as error:
-            raise RigError(f'cannot write the picture {path}: {error.strerror}') from error
-    return path
+    cycles = cycles_of(recording, friction)
+    time = recording.time
+    figure = Figure(figsize=(8.0, 7.6), dpi=120, layout='constrained')
+    figure.suptitle(title_of(recording), fontsize=10.5, x=0.01, ha='left')
+    position, velocity, pressures, force = panels = figure.subplots(4, 1, sharex=True)
+    position.plot(time, 1e3 * recording.position, color=BLUE)
+    smoothed_velocity = velocity_of(recording.position, recording.interval)
+    velocity.plot(time, 1e3 * smoothed_velocity, color=BLUE)
+    pressures.plot(time, recording.pressure_1 / BAR, color=BLUE, label='$p_1$')
+    pressures.plot(time, recording.pressure_2 / BAR, color=ORANGE, label='$p_2$')
+    force.plot(time, friction, color=BLUE, linewidth=0.8)
+    if cycles:
+        breakaways = [cycle.breakaway_time for cycle in cycles]
+        peaks = [cycle.peak_friction for cycle in cycles]
+        force.plot(breakaways, peaks, 'v', color=ORANGE, markersize=4.5, label='breakaway')
+    for axes in (pressures, force) if cycles else (pressures,):
+        axes.legend(loc='upper right', ncols=2, borderaxespad=0.0)
+        axes.margins(y=0.18)
+    quantities = ('position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]')
+    for index, (axes, quantity) in enumerate(zip(panels, quantities, strict=True)):
+        axes.set_ylabel(quantity)
+        add_letter(axes, index)
+    force.set_xlabel('time [s]')
+    # A little more than the recording, so that a tick at its very end is drawn.
+    force.set_xlim(0.0, 1.002 * max(recording.duration, recording.interval))
+    figure.align_ylabels(panels)
+    return save_png(figure, Path(path))
 
 
 def title_of(recording: Recording) -> str:
@@ -72,48 +156,11 @@ def title_of(recording: Recording) -> str:
     configuration = recording.configuration
     assert configuration is not None
     operation = configuration.model.operation
-    supply = operation.supply_pressure / BAR
     u = ''
     if recording.driven:
         drive = (recording.voltage_1 - recording.voltage_2) / 2
         u = f'u = {drive[np.abs(drive).argmax()]:.2f} V, '
-    name = configuration.name.replace('_', ' ').capitalize()
-    model = recording.metadata.get('friction_model', '')
-    values = f'{u}$p_s$ = {supply:g} bar abs, load {operation.load_mass:g} kg'
-    return f'{name}: {values}' + (f' ({model})' if model else '')
-
-
-def _draw_motion(position: Axes, velocity: Axes, recording: Recording) -> None:
-    position.plot(recording.time, 1e3 * recording.position, color=BLUE)
-    _label(position, '(a)', 'position [mm]')
-    speed = velocity_of(recording.position, recording.interval)
-    velocity.plot(recording.time, 1e3 * speed, color=BLUE)
-    _label(velocity, '(b)', 'velocity [mm/s]')
-
-
-def _draw_pressures(axes: Axes, recording: Recording) -> None:
-    axes.plot(recording.time, recording.pressure_1 / BAR, color=BLUE, label='$p_1$')
-    axes.plot(recording.time, recording.pressure_2 / BAR, color=ORANGE, label='$p_2$')
-    axes.legend(loc='upper right', ncols=2, frameon=False, borderaxespad=0.0)
-    axes.margins(y=0.18)
-    _label(axes, '(c)', 'pressure [bar abs]')
-
-
-def _draw_friction(axes: Axes, recording: Recording, friction: Floats) -> None:
-    axes.plot(recording.time, friction, color=BLUE, linewidth=0.8)
-    cycles = cycles_of(recording, friction)
-    times = [cycle.breakaway_time for cycle in cycles]
-    peaks = [cycle.peak_friction for cycle in cycles]
-    if cycles:
-        axes.plot(times, peaks, 'v', color=ORANGE, markersize=4.5, label='breakaway')
-        axes.legend(loc='upper right', frameon=False, borderaxespad=0.0)
-        axes.margins(y=0.18)
-    _label(axes, '(d)', 'friction force [N]')
-
-
-def _label(axes: Axes, letter: str, quantity: str) -> None:
-    axes.set_ylabel(quantity)
-    axes.tick_params(length=3)
-    axes.annotate(
-        letter, (0.008, 0.97), xycoords='axes fraction', va='top', fontweight='bold'
-    )  # fmt: skip
+    supply = f'$p_s$ = {operation.supply_pressure / BAR:g} bar abs'
+    title = f'{plain_name(configuration.name).capitalize()}: {u}{supply}'
+    law = recording.metadata.get('friction_model', '')
+    return f'{title}, load {operation.load_mass:g} kg' + (f' ({law})' if law else '')

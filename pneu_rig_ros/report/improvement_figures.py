@@ -6,10 +6,10 @@ import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
@@ -20,18 +20,27 @@ from pneu_rig_ros.diagnosis.next_experiment import INTERVAL, NextExperiment, sim
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.shooting import MultipleShooting, bench_force, chamber_pressures
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.report import comparison_figures
-from pneu_rig_ros.report.comparison_figures import thinned
-from pneu_rig_ros.report.figure import BLUE, ORANGE, STYLE
+from pneu_rig_ros.report.diagnosis_rows import display
+from pneu_rig_ros.report.figure import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    STYLE,
+    plain_name,
+    thinned,
+)
+from pneu_rig_ros.report.figure import SIGNALS as SHOWN
 
 Floats = NDArray[np.float64]
 
-GREEN = '#2c8a5a'
 SIGNALS = ('position', 'pressure_1', 'pressure_2')
-SHOWN = {**comparison_figures.SHOWN, 'force': ('bench force', 'N', 1.0)}
 MEASURED, GIVEN, IMPROVED = 'measured', 'model as given', 'improved model'
-COLOURS = {MEASURED: BLUE, GIVEN: ORANGE, IMPROVED: GREEN}
-WIDTHS = {MEASURED: 2.4, GIVEN: 1.1, IMPROVED: 1.1}
+STYLES: dict[str, dict[str, Any]] = {
+    MEASURED: {'color': BLUE, 'linewidth': 2.4, 'alpha': 0.5},
+    GIVEN: {'color': ORANGE, 'linewidth': 1.1},
+    IMPROVED: {'color': GREEN, 'linewidth': 1.1},
+}
 RIVAL_COLOURS = (BLUE, ORANGE, GREEN)
 DETAIL = 0.15
 """Share of the run that the detail shows [-]."""
@@ -103,28 +112,32 @@ def _of_part(comparison: Comparison, hypothesis: Hypothesis) -> dict[str, Floats
     return {name: signals[name] for name in open_signals(run)}
 
 
+@matplotlib.rc_context(STYLE)
 def draw_improvement(runs: Mapping[str, Traces]) -> Figure:
     """Return all signals against time; beside it where the given model is worst."""
     measured = runs[MEASURED]
     span = detail(measured, runs.get(GIVEN, measured))
     rows = len(measured.signals)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.6, 1.65 * rows + 0.9), layout='constrained')
-        grid = figure.subplots(rows, 2, sharex='col', width_ratios=(2.2, 1.0), squeeze=False)
-        for (whole, part), name in zip(grid, measured.signals, strict=True):
-            label, unit, scale = SHOWN[name]
-            for legend, run in runs.items():
-                _plot(whole, run, name, scale, legend, None)
-                _plot(part, run, name, scale, legend, span)
-            whole.axvspan(*span, color='#f0ead9', linewidth=0, zorder=0)
-            whole.set_ylabel(f'{label}\n[{unit}]')
-        whole.set_xlim(0.0, measured.time[-1])
-        part.set_xlim(*span)
-        whole.set_xlabel('time [s]')
-        part.set_xlabel('time [s], the stretch that is shaded')
-        handles = grid[0, 0].get_lines()
-        figure.legend(handles, list(runs), loc='outside upper center', ncols=3, frameon=False)
-        figure.align_ylabels()
+    figure = Figure(figsize=(8.6, 1.65 * rows + 0.9), layout='constrained')
+    grid = figure.subplots(rows, 2, sharex='col', width_ratios=(2.2, 1.0), squeeze=False)
+    for (whole, part), name in zip(grid, measured.signals, strict=True):
+        signal = SHOWN[name]
+        for label, run in runs.items():
+            for axes, inside in (
+                (whole, slice(None)),
+                (part, slice(*np.searchsorted(run.time, span))),
+            ):
+                time, values = thinned(run.time[inside], signal.scale * run.signals[name][inside])
+                axes.plot(time, values, **STYLES[label])
+                axes.ticklabel_format(useOffset=False)
+        whole.axvspan(*span, color='#f0ead9', linewidth=0, zorder=0)
+        whole.set_ylabel(f'{signal.label}\n[{signal.unit}]')
+    whole.set_xlim(0.0, measured.time[-1])
+    part.set_xlim(*span)
+    whole.set_xlabel('time [s]')
+    part.set_xlabel('time [s], shaded interval')
+    figure.legend(grid[0, 0].get_lines(), list(runs), loc='outside upper center', ncols=3)
+    figure.align_ylabels()
     return figure
 
 
@@ -132,7 +145,7 @@ def detail(measured: Traces, simulated: Traces) -> tuple[float, float]:
     """
     Return from and to [s] of the stretch in which a simulation is farthest off.
 
-    The piston moves in it, if it moves at all: at rest one sees nothing but an offset.
+    The piston moves in it, if it moves at all: at rest only an offset would be visible.
     """
     size = max(2, round(DETAIL * measured.time.size))
     windows = sliding_window_view(measured.position, size)[::STRIDE]
@@ -148,40 +161,47 @@ def detail(measured: Traces, simulated: Traces) -> tuple[float, float]:
     return float(measured.time[start]), float(measured.time[start + size - 1])
 
 
-def _plot(
-    axes: Axes, run: Traces, name: str, scale: float, legend: str,
-    span: tuple[float, float] | None,
-) -> None:  # fmt: skip
-    inside = slice(None) if span is None else slice(*np.searchsorted(run.time, span))
-    time, values = thinned(run.time[inside], scale * run.signals[name][inside])
-    axes.plot(time, values, color=COLOURS[legend], linewidth=WIDTHS[legend],
-              alpha=0.5 if legend == 'measured' else 1.0)  # fmt: skip
-    axes.tick_params(length=3)
-    axes.ticklabel_format(useOffset=False)
-
-
+@matplotlib.rc_context(STYLE)
 def draw_next(plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Run) -> Figure | None:
     """
-    Return what each rival predicts for the experiment that tells them apart best.
+    Return the predictions of the rivals for the experiment that separates them best.
 
-    None where it is one like a recording there is.
+    None if that is a recording like an existing one.
     """
     if plan.u is None or plan.supply_pressure is None:
         return None
     load, start = plan.load_mass or 0.0, plan.initial_position or 0.0
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.6, 2.7), layout='constrained')
-        panels = figure.subplots(1, 3)
-        for (name, rival), colour in zip(rivals.items(), RIVAL_COLOURS, strict=False):
-            table = simulated_readings(rival, run, plan.u, plan.supply_pressure, load, start)
-            if table is None:
-                continue
-            time = INTERVAL * np.arange(len(table))
-            for axes, signal, values in zip(panels, SIGNALS, table.T, strict=True):
-                label, unit, scale = SHOWN[signal]
-                axes.plot(time, scale * values, color=colour, label=name)
-                axes.set_ylabel(f'{label} [{unit}]')
-                axes.set_xlabel('time [s]')
-        handles, names = panels[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc='outside upper center', ncols=3, frameon=False)
+    figure = Figure(figsize=(8.6, 2.7), layout='constrained')
+    panels = figure.subplots(1, 3)
+    for (name, rival), colour in zip(rivals.items(), RIVAL_COLOURS, strict=False):
+        table = simulated_readings(rival, run, plan.u, plan.supply_pressure, load, start)
+        if table is None:
+            continue
+        time = INTERVAL * np.arange(len(table))
+        for axes, signal, values in zip(panels, SIGNALS, table.T, strict=True):
+            axes.plot(time, SHOWN[signal].scale * values, color=colour, label=name)
+    for axes, signal in zip(panels, SIGNALS, strict=True):
+        axes.set_ylabel(f'{SHOWN[signal].label} [{SHOWN[signal].unit}]')
+        axes.set_xlabel('time [s]')
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc='outside upper center', ncols=3)
+    return figure
+
+
+@matplotlib.rc_context(STYLE)
+def draw_shape(name: str, shape: Mapping[str, Any]) -> Figure:
+    """
+    Return the factor by which an effect differs from its formula.
+
+    :param name: of the effect
+    :param shape: ``shape`` of an effect in diagnosis.json
+    """
+    unit, scale = display(shape['unit'])
+    figure = Figure(figsize=(8.6, 2.7), layout='constrained')
+    axes = figure.subplots()
+    axes.plot(scale * np.array(shape['x']), shape['y'], 'o-', color=BLUE)
+    axes.axhline(1.0, color=GREY, linestyle='--')
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(f'{plain_name(shape["variable"])} [{unit}]')
+    axes.set_ylabel(f'factor on\n{plain_name(name)} [-]')
     return figure

@@ -1,4 +1,4 @@
-"""A recording as plain data for a page: signals thinned where they must be, regimes and cycles."""
+"""A recording as data for the scripts of a page: thinned signals, regimes and cycles."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import Floats, friction_of
+from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.regimes import regimes_of
-from pneu_rig_ros.analysis.stick_slip import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording

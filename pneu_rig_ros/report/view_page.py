@@ -60,14 +60,14 @@ def _nothing_there(start: float, stop: float | None, end: float) -> str:
 
 
 def facts(recording: Recording) -> list[str]:
-    """Return the operating point and the size of a recording, for people."""
-    told = [f'{recording.duration:.2f} s, a sample every {1e3 * recording.interval:g} ms']
+    """Return the operating point and the size of a recording as text."""
+    texts = [f'{recording.duration:.2f} s, a sample every {1e3 * recording.interval:g} ms']
     if recording.driven:
         drive = (recording.voltage_1 - recording.voltage_2) / 2.0
         ends = [f'{u:.2f}' for u in (drive.min(), drive.max())]
-        told.insert(0, f'u = {" to ".join(dict.fromkeys(ends))} V')
+        texts.insert(0, f'u = {" to ".join(dict.fromkeys(ends))} V')
     if recording.configuration is None:
-        return told
+        return texts
     model = recording.configuration.model
     rig = [recording.configuration.name.replace('_', ' ')]
     law = recording.metadata.get('friction_model')
@@ -76,4 +76,4 @@ def facts(recording: Recording) -> list[str]:
         f'supply {model.operation.supply_pressure / BAR:g} bar abs',
         f'load {model.operation.load_mass:g} kg',
     ]
-    return rig + told
+    return rig + texts

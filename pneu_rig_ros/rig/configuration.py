@@ -140,7 +140,7 @@ def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> 
             configuration = replace(configuration, sensors=sensors)
         elif key == 'friction':
             law = cast(Choice, specifications(Friction)['model']).parse(value, key)
-            _rung_is_missing(configuration.effects, law, key)
+            _check_friction_law(configuration.effects, law, key)
             model = model._replace(friction=model.friction._replace(model=law))
         else:
             raise RigError(f'override: {unknown(key, allowed)}')
@@ -218,7 +218,7 @@ def _effects(data: object, origin: str) -> dict[str, Any]:
     return chosen
 
 
-def _rung_is_missing(effects: Mapping[str, Any], law: int, origin: str) -> None:
+def _check_friction_law(effects: Mapping[str, Any], law: int, origin: str) -> None:
     """Refuse an effect that completes another friction law than the one chosen."""
     for name, own in effects.items():
         effect = library.load(name)
@@ -266,7 +266,7 @@ def _consistent(configuration: RigConfiguration, origin: str) -> RigConfiguratio
     for message, holds in checks.items():
         if not holds:
             raise RigError(f'{origin}: {message}')
-    _rung_is_missing(configuration.effects, law.model, origin)
+    _check_friction_law(configuration.effects, law.model, origin)
     return configuration
 
 

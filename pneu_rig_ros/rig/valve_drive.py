@@ -2,7 +2,6 @@
 
 import math
 
-from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.valve import FULL_VOLTAGE, control_voltages
 
 DAC_STEP = FULL_VOLTAGE / 4095
@@ -17,7 +16,7 @@ def valve_voltages(u: float) -> tuple[float, float]:
     """
     if not math.isfinite(u):
         raise ValueError(f'u is {u}, allowed are finite voltages')
-    voltage_1, voltage_2 = plain(control_voltages)(u)
+    voltage_1, voltage_2 = control_voltages(u)
     return _dac(voltage_1), _dac(voltage_2)
 
 

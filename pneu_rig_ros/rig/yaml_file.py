@@ -1,7 +1,7 @@
 """
 YAML from anywhere: read without executing, expanding or guessing.
 
-Besides what is no YAML, this refuses what a hand-written file of this project never needs and a
+Besides invalid YAML, this refuses what a hand-written file of this project never needs and a
 hostile or mistaken one may have: aliases, which can stand for terabytes; tags; the same key
 twice, of which one would silently win; nesting and texts without an end.
 """
@@ -51,7 +51,7 @@ def read_yaml(path: Path | str) -> dict[str, Any]:
 
 
 def read_text(path: Path | str) -> str:
-    """Return a text file in UTF-8, with or without a byte order mark; RigError if it is none."""
+    """Return a text file in UTF-8, with or without a byte order mark; RigError if unreadable."""
     try:
         with Path(path).open(encoding='utf-8-sig') as file:
             return file.read(LARGEST_FILE + 1)
@@ -69,7 +69,7 @@ def parse_yaml(
     :param origin: what to call the text in an error
     :param largest: allowed length [character]
     :param longest: allowed length of one text in it [character]
-    :raises RigError: when it is no YAML, or goes beyond the limits
+    :raises RigError: when it is not YAML, or goes beyond the limits
     """
     if len(text) > largest:
         raise RigError(f'{origin}: longer than {largest} characters')
@@ -77,7 +77,7 @@ def parse_yaml(
         check_yaml(text, longest)
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, OverflowError) as error:
-        # dates and numbers that are none are told as ValueError
+        # invalid dates and numbers raise ValueError
         raise RigError(f'{origin}: not valid YAML: {error}') from None
 
 

@@ -15,11 +15,21 @@ from pneu_rig_ros.scenarios.hidden import LAWS, Changes, hide, true_parameters
 
 CYLINDER, STRENGTH = 'cylinder_1', 'medium'
 DRAWN = (
-    'supply_droop', 'cross_piston_leak', 'chamber_leak', 'wall_heat_transfer', 'valve_lag',
-    'line_lag', 'spool_hysteresis', 'nonlinear_opening', 'valve_null_leak',
-    'pressure_dependent_friction', 'direction_dependent_friction', 'position_dependent_friction',
-    'inclination', 'load_spring',
-)  # fmt: skip
+    'supply_droop',
+    'cross_piston_leak',
+    'chamber_leak',
+    'wall_heat_transfer',
+    'valve_lag',
+    'line_lag',
+    'spool_hysteresis',
+    'nonlinear_opening',
+    'valve_null_leak',
+    'pressure_dependent_friction',
+    'direction_dependent_friction',
+    'position_dependent_friction',
+    'inclination',
+    'load_spring',
+)
 """Effects that show well above the noise, each apart from the others."""
 
 
@@ -41,7 +51,7 @@ class HiddenEffect:
 
     @property
     def text(self) -> str:
-        """The effect's parameters for a person, with their units."""
+        """The effect's parameters as text, with their units."""
         values = write_section(library.load(self.effect).parameters(**self.parameters))
         return ', '.join(f'{name} {value}' for name, value in values.items())
 

@@ -1,5 +1,5 @@
 """
-The experiments on a rig: six bags, the same whatever is hidden in it.
+The experiments on a rig: six bags, the same for every hidden effect.
 
 Four are for the fit and two are kept back. Together they hold slow outstrokes that stick and slip,
 pauses with the valves shut, faster strokes both ways, both end stops under pressure, five supply
@@ -35,47 +35,89 @@ class Experiment(NamedTuple):
     """Commands from 'slow': the caption's command; one more is 0.1 V more; 0 shuts the valves."""
 
 
-def out(tenths: float) -> float:
-    """Code of an outstroke, tenths of a volt above the caption's command."""
-    return 1.0 + tenths
-
-
-def back(tenths: float) -> float:
-    """Code of an instroke."""
-    return -1.0 - tenths
-
-
 PAUSE = 0.0
 HOLD = 0.1
 """Every duration below is a multiple of this [s]."""
+
+
+def timeline(text: str) -> tuple[tuple[float, float], ...]:
+    """
+    Return a timeline from words such as ``pause 0.3, out+0.5 3.0, back 2.0``.
+
+    `out` and `back` command the caption's voltage, `+x` is x tenths of a volt more; then the
+    duration [s].
+    """
+    pieces = []
+    for word, duration in (piece.split() for piece in text.split(',')):
+        direction, _, tenths = word.partition('+')
+        code = {'pause': 0.0, 'out': 1.0, 'back': -1.0}[direction]
+        pieces.append((float(duration), code * (1.0 + float(tenths or 0.0))))
+    return tuple(pieces)
+
+
 FIT = (
-    Experiment(5e5, 0, 0.0, 1200.0, (  # stick-slip as in the captions
-        (0.3, PAUSE), (5.5, out(0)), (1.5, PAUSE), (2.5, out(0.3)), (0.8, PAUSE),
-        (3.4, back(0.5)),
-    )),
-    Experiment(4e5, 1, 0.5, 60.0, (  # from the middle, both ways, a long dwell
-        (0.3, PAUSE), (3.0, back(0.5)), (1.0, PAUSE), (3.5, out(0.5)), (3.0, PAUSE),
-        (1.2, out(3)), (2.0, back(3)),
-    )),
-    Experiment(7e5, 2, 0.75, 600.0, (  # onto the outer stop, filled, shut, and back
-        (0.3, PAUSE), (1.5, out(0.5)), (0.5, PAUSE), (3.0, out(15)), (3.0, PAUSE),
-        (3.0, back(3)), (0.7, PAUSE), (2.0, back(0.5)),
-    )),
-    Experiment(6e5, 0, 0.15, 1200.0, (  # onto the inner stop, filled, shut, and out again
-        (0.3, PAUSE), (1.5, back(1)), (0.8, PAUSE), (3.0, back(15)), (2.5, PAUSE), (3.0, out(4)),
-        (0.6, PAUSE), (2.3, out(1)),
-    )),
-)  # fmt: skip
+    # stick-slip as in the captions
+    Experiment(
+        supply_pressure=5e5,
+        load=0,
+        start=0.0,
+        rest_time=1200.0,
+        timeline=timeline('pause 0.3, out 5.5, pause 1.5, out+0.3 2.5, pause 0.8, back+0.5 3.4'),
+    ),
+    # from the middle, both ways, a long dwell
+    Experiment(
+        supply_pressure=4e5,
+        load=1,
+        start=0.5,
+        rest_time=60.0,
+        timeline=timeline(
+            'pause 0.3, back+0.5 3.0, pause 1.0, out+0.5 3.5, pause 3.0, out+3 1.2, back+3 2.0'
+        ),
+    ),
+    # onto the outer stop, filled, shut, and back
+    Experiment(
+        supply_pressure=7e5,
+        load=2,
+        start=0.75,
+        rest_time=600.0,
+        timeline=timeline(
+            'pause 0.3, out+0.5 1.5, pause 0.5, out+15 3.0, pause 3.0, back+3 3.0, '
+            'pause 0.7, back+0.5 2.0'
+        ),
+    ),
+    # onto the inner stop, filled, shut, and out again
+    Experiment(
+        supply_pressure=6e5,
+        load=0,
+        start=0.15,
+        rest_time=1200.0,
+        timeline=timeline(
+            'pause 0.3, back+1 1.5, pause 0.8, back+15 3.0, pause 2.5, out+4 3.0, '
+            'pause 0.6, out+1 2.3'
+        ),
+    ),
+)
 VERIFY = (
-    Experiment(5e5, 1, 0.1, 300.0, (
-        (0.3, PAUSE), (4.0, out(0.1)), (2.5, PAUSE), (2.0, out(1)), (1.0, back(2)), (1.0, PAUSE),
-        (3.2, back(0.6)),
-    )),
-    Experiment(6.5e5, 0, 0.6, 900.0, (
-        (0.3, PAUSE), (2.0, back(0.8)), (1.2, PAUSE), (2.5, out(20)), (3.0, PAUSE),
-        (2.0, back(4)), (0.5, PAUSE), (2.5, out(1)),
-    )),
-)  # fmt: skip
+    Experiment(
+        supply_pressure=5e5,
+        load=1,
+        start=0.1,
+        rest_time=300.0,
+        timeline=timeline(
+            'pause 0.3, out+0.1 4.0, pause 2.5, out+1 2.0, back+2 1.0, pause 1.0, back+0.6 3.2'
+        ),
+    ),
+    Experiment(
+        supply_pressure=6.5e5,
+        load=0,
+        start=0.6,
+        rest_time=900.0,
+        timeline=timeline(
+            'pause 0.3, back+0.8 2.0, pause 1.2, out+20 2.5, pause 3.0, back+4 2.0, '
+            'pause 0.5, out+1 2.5'
+        ),
+    ),
+)
 NAMES = tuple(
     f'{group}_{number}'
     for group, bags in (('fit', FIT), ('verify', VERIFY))

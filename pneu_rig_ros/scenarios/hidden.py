@@ -1,9 +1,9 @@
 """
-What is hidden where.
+The effects that can be hidden in a rig, and their strengths.
 
-Each row: effect, why it is visible in the experiments beside, and its true parameters,
-weak, medium and strong, for each cylinder. The friction laws themselves are hidden by giving a
-lower rung of the ladder as the model.
+Each row: effect, why it is visible in the experiments, and its true parameters, weak, medium and
+strong, for each cylinder. The friction laws themselves are hidden by giving a lower level of the
+friction law as the model.
 """
 
 from collections.abc import Callable

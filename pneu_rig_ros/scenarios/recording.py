@@ -23,7 +23,7 @@ from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.scenarios.experiments import Experiment, profile, set_up
 
 BYTES_PER_SECOND = 5.9e5
-"""How fast a bag grows [byte per simulated second], to tell how far a run is."""
+"""How fast a bag grows [byte per simulated second], from which progress is estimated."""
 DOMAINS = 50
 """Domains that are used: 1 to this one; higher ones take ports that others may have."""
 WATCH = 0.1
@@ -59,9 +59,9 @@ class Run(NamedTuple):
 
 def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
     """
-    Record runs side by side; whatever happens, no node is left running.
+    Record runs side by side; in any case, no node is left running.
 
-    :param progress: told the share that is done [-]
+    :param progress: callback(fraction)
     :raises RigError: when a node fails
     """
     nodes: list[NodeProcess] = []
@@ -70,7 +70,7 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
             for index, run in enumerate(runs):
                 nodes.append(_start(run, index, Path(folder)))
             total = sum(run.duration for run in runs) * BYTES_PER_SECOND
-            while not _all_done(nodes):
+            while [node for node in nodes if not node.done()]:  # done() raises if a node failed
                 progress(min(sum(map(_size, runs)) / total, 1.0))
                 time.sleep(WATCH)
         finally:
@@ -95,15 +95,9 @@ def _start(run: Run, index: int, folder: Path) -> NodeProcess:
     }
     setup = run.setup(load_configuration(run.rig))
     parameters |= {f'plant:{name}': value for name, value in setup.items()}
-    # Two demonstrations at a time shall not meet.
+    # Demonstrations that run at the same time must not share a domain.
     domain = 1 + (16 * os.getpid() + index) % DOMAINS
     return NodeProcess('rig_with_excitation', parameters, folder / f'{index}.log', domain)
-
-
-def _all_done(nodes: Sequence[NodeProcess]) -> bool:
-    """Return whether all have ended; RigError if any has failed, also while others run."""
-    done = [node.done() for node in nodes]
-    return all(done)
 
 
 def _size(run: Run) -> int:
@@ -112,9 +106,9 @@ def _size(run: Run) -> int:
 
 
 def _note_conditions(run: Run) -> None:
-    """Write into the bag what its signals do not say."""
+    """Write the conditions into the bag."""
     configuration = load_configuration(run.rig)
-    known = {name: value for name, value in run.setup(configuration).items()
-             if name != 'initial_position'}  # fmt: skip
+    known = run.setup(configuration)
+    del known['initial_position']
     known['atmospheric_pressure'] = configuration.model.gas.atmospheric_pressure
     atomic_write(run.bag / FILE_NAME, format_conditions(known))

@@ -52,12 +52,13 @@ def axis(name: str, text: str) -> Axis:
     """
     Return the axis of a name and of values such as ``0.3``, ``0.3,0.4`` or ``0.2:0.4:21``.
 
-    :raises RigError: for an unknown name, or values that are none or out of range
+    :raises RigError: for an unknown name, or values that are not numbers or out of range
     """
     specification = _specification(name)
     if isinstance(specification, Choice):
-        return Axis(name, specification, tuple(specification.parse(t, name)
-                                               for t in text.split(',')))  # fmt: skip
+        return Axis(
+            name, specification, tuple(specification.parse(t, name) for t in text.split(','))
+        )
     values = _numbers(text, name)
     return Axis(name, specification, tuple(specification.check(v, name) for v in values))
 
@@ -73,8 +74,11 @@ def _specification(name: str) -> Quantity | Choice:
     if section not in groups:
         raise RigError(f'{name}: {unknown(section, groups)}')
     owner = SECTIONS[section] if section in SECTIONS else library.load(section).parameters
-    known = {key: one for key, one in specifications(owner).items()
-             if isinstance(one, Quantity | Choice)}  # fmt: skip
+    known = {
+        key: one
+        for key, one in specifications(owner).items()
+        if isinstance(one, Quantity | Choice)
+    }
     if key not in known:
         raise RigError(f'{section}: {unknown(key, known)}')
     return known[key]

@@ -1,1 +1,1 @@
-"""Pages for a browser: templates and scripts, and the server of the live one."""
+"""Pages for a browser: templates, scripts, and the server of the live page."""

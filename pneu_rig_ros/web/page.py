@@ -1,4 +1,4 @@
-"""Pages that need nothing else: templates with styles, scripts and data in them."""
+"""Self-contained HTML pages: templates with styles, scripts and data in them."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from typing import Any
 import jinja2
 
 ASSETS = files('pneu_rig_ros') / 'web' / 'assets'
-"""Charts are drawn by uPlot 1.6.32 (MIT licence, beside it)."""
+"""Charts are drawn by uPlot 1.6.32 (MIT licence in the same folder)."""
 
 
-def render(template: str, data: Mapping[str, Any], **facts: Any) -> str:
+def render(template: str, data: Mapping[str, Any], **variables: Any) -> str:
     """
     Return a page.
 
     :param template: file name in the folder of assets
     :param data: plain data that the scripts find in the element `data`; NaN is not allowed
-    :param facts: for the template
+    :param variables: further variables of the template
     """
-    # In a script element only '<' could end the data.
+    # In a script element only '<' can end the data.
     text = json.dumps(data, allow_nan=False, separators=(',', ':')).replace('<', '\\u003c')
-    return _environment().get_template(template).render(data=text, asset=_text, **facts)
+    return _environment().get_template(template).render(data=text, asset=_text, **variables)
 
 
 def _text(name: str) -> str:
-    """Return an asset as it is."""
+    """Return the text of an asset."""
     return (ASSETS / name).read_text(encoding='utf-8')
 
 

@@ -1,4 +1,4 @@
-"""The live page of a rig on this computer: HTTP and a WebSocket, for local browsers only."""
+"""The live page of a rig: HTTP and a WebSocket, for browsers on this computer only."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.web.page import render
 
 HOST = '127.0.0.1'
-"""Never another: who reaches the page moves the rig."""
+"""Never another: any client that reaches the page can move the rig."""
 
 PERIOD = 0.04
-"""Time between two batches of samples [s]: smooth for the eye."""
+"""Time between two batches of samples [s], short enough to look smooth."""
 
 LARGEST_MESSAGE = 1024
-"""A command from a page is shorter [byte]."""
+"""Longest message that a page may send [byte]."""
 
 FULL_COMMAND = 2.5
-"""Of u: beyond it the valves saturate [V]."""
+"""Command at which the valves saturate [V]."""
 
 ENDING_TIME = 5.0
-"""The server has so long to close its connections [s]."""
+"""Time that the server has to start or to close its connections [s]."""
 
 Columns = Mapping[str, list[float | None]]
 
 
 class Stream(Protocol):
-    """Rows of values that come one after the other; the last ones are kept."""
+    """A stream of rows of values of which the last ones are kept."""
 
     def since(self, number: int) -> tuple[int, Columns]:
         """Return how many rows there have been, and those kept after the first `number`."""
@@ -49,16 +49,16 @@ class Rig(Protocol):
         """Name -> stream; each has a column `time` [s]."""
 
     def state(self) -> Mapping[str, Any]:
-        """Return what the page shows besides the streams, as plain data."""
+        """Return what the page shows besides the streams, as a JSON-compatible dict."""
 
     def command(self, u: float | None) -> None:
-        """Hold the command u [V] from now on; None leaves it to others, after u = 0."""
+        """Hold the command u [V]; None sets u = 0 and then stops commanding."""
 
     def set_supply_pressure(self, pressure: float) -> None:
-        """Ask for an absolute supply pressure [Pa]."""
+        """Request an absolute supply pressure [Pa]."""
 
     def reset(self) -> None:
-        """Ask for the initial state."""
+        """Request the initial state."""
 
 
 @contextlib.contextmanager
@@ -69,7 +69,11 @@ def serve(rig: Rig, port: int) -> Iterator[str]:
     :param port: 0 for any that is free
     :raises RigError: when the port is taken
     """
-    listener = _listen(port)
+    try:
+        listener = socket.create_server((HOST, port))
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise RigError(f'port {port}: {reason}; choose another with --port') from None
     number = int(listener.getsockname()[1])
     loop = asyncio.new_event_loop()
     thread = Thread(target=loop.run_forever, name='web', daemon=True)
@@ -87,14 +91,6 @@ def serve(rig: Rig, port: int) -> Iterator[str]:
         loop.close()
 
 
-def _listen(port: int) -> socket.socket:
-    try:
-        return socket.create_server((HOST, port))
-    except (OSError, OverflowError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise RigError(f'port {port}: {reason}; choose another with --port') from None
-
-
 async def _start(runner: web.AppRunner, listener: socket.socket) -> None:
     await runner.setup()
     await web.SockSite(runner, listener).start()
@@ -104,11 +100,11 @@ class LivePage:
     """
     The page and its WebSocket.
 
-    A page of another site could otherwise command the rig through the user's browser: what does
-    not come from this page's own address is refused, and so is any other name of this host.
+    A page of another site could otherwise command the rig through the user's browser. So a
+    request with another Origin than this page, or another Host than this computer, is refused.
 
-    :param rig: what is shown and commanded
-    :param port: that the page is served on
+    :param rig: the rig that is shown and commanded
+    :param port: on which the page is served
     """
 
     def __init__(self, rig: Rig, port: int) -> None:
@@ -146,7 +142,8 @@ class LivePage:
         origin = request.headers.get('Origin')
         if origin not in self._origins:
             raise web.HTTPForbidden(text=f'origin {origin} is not this page\n')
-        # nothing leaves this computer; a frame that is being compressed would outlive its sender
+        # No compression: nothing leaves this computer, and a frame that is being compressed would
+        # outlive its sender.
         connection = web.WebSocketResponse(
             heartbeat=10.0, compress=False, max_msg_size=LARGEST_MESSAGE
         )
@@ -155,16 +152,22 @@ class LivePage:
         sender = asyncio.create_task(self._send(connection))
         try:
             async for message in connection:
-                if message.type is WSMsgType.TEXT:
-                    await self._take(connection, message.data)
+                if message.type is not WSMsgType.TEXT:
+                    continue
+                try:
+                    self._execute(connection, message.data)
+                except RigError as error:
+                    await connection.send_str(json.dumps({'error': str(error)}))
         finally:
             sender.cancel()
             self._sockets.discard(connection)
-            self._leave(connection)
+            if self._commander is connection:  # a closed page commands no longer
+                self._commander = None
+                self._rig.command(None)
         return connection
 
     async def _send(self, connection: web.WebSocketResponse) -> None:
-        """Send what is new, again and again; a slow browser gets fewer and larger batches."""
+        """Send new samples periodically; a slow browser gets fewer and larger batches."""
         seen = dict.fromkeys(self._rig.streams, 0)
         with contextlib.suppress(ConnectionError):
             while True:
@@ -174,15 +177,15 @@ class LivePage:
                 await connection.send_str(json.dumps(batch, allow_nan=False))
                 await asyncio.sleep(PERIOD)
 
-    async def _take(self, connection: web.WebSocketResponse, text: str) -> None:
-        """Obey a message, or say why not."""
+    def _execute(self, connection: web.WebSocketResponse, text: str) -> None:
+        """Execute a message such as {"u": 0.34}; RigError if it is not valid."""
         try:
-            self._obey(connection, text)
-        except RigError as error:
-            await connection.send_str(json.dumps({'error': str(error)}))
-
-    def _obey(self, connection: web.WebSocketResponse, text: str) -> None:
-        name, value = _request(text)
+            data = json.loads(text)
+        except ValueError:
+            raise RigError('a message must be JSON') from None
+        if not isinstance(data, dict) or len(data) != 1:
+            raise RigError('a message must be one name with its value')
+        ((name, value),) = data.items()
         if name == 'u':
             u = None if value is None else _number(value, 'u')
             if u is not None and abs(u) > FULL_COMMAND:
@@ -196,27 +199,9 @@ class LivePage:
         else:
             raise RigError(f'{name!r}: allowed are u, supply_pressure, reset')
 
-    def _leave(self, connection: web.WebSocketResponse) -> None:
-        """Let go of the rig when the page that commands it is closed."""
-        if self._commander is connection:
-            self._commander = None
-            self._rig.command(None)
-
     async def _close(self, _: web.Application) -> None:
         for connection in list(self._sockets):
             await connection.close(code=1001, message=b'the live view has ended')
-
-
-def _request(text: str) -> tuple[str, object]:
-    """Return name and value of a message such as {"u": 0.34}."""
-    try:
-        data = json.loads(text)
-    except ValueError:
-        raise RigError('a message must be JSON') from None
-    if not isinstance(data, dict) or len(data) != 1:
-        raise RigError('a message must be one name with its value')
-    ((name, value),) = data.items()
-    return str(name), value
 
 
 def _number(value: object, name: str) -> float:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.friction import Floats, friction_of
-from pneu_rig_ros.analysis.motion import find_rests
-from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.motion import find_cycles, find_rests
 from pneu_rig_ros.analysis.velocity import RESOLUTION
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration

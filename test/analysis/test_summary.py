@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.friction import friction_of
-from pneu_rig_ros.analysis.summary import summarise
-from pneu_rig_ros.analysis.timing import lost_samples, measure_timing
+from pneu_rig_ros.analysis.summary import lost_samples, measure_timing, summarise
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.records.recording import NEVER

@@ -21,6 +21,8 @@ from .systems import SYSTEMS, sizes
 from .trials import PAIRS, PARAMETERS, Trial, shuffled, wrong
 
 SEED = 21
+EARLIER = 20
+"""Seed of the trials that code of earlier revisions answered as well."""
 FRESH = 'fresh'
 """Keys begin with it."""
 ONE_PRESSURE = 'one_pressure'

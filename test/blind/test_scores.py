@@ -139,7 +139,7 @@ def test_readme_quotes_the_figures_of_the_page() -> None:
 
 
 def test_page_lists_every_miss_with_its_kind(tmp_path: Path) -> None:
-    page.write(ANSWERS, tmp_path, 'abc', others={'old': ANSWERS[:6]})
+    page.write(ANSWERS, tmp_path, 'abc', others={'before': ANSWERS, 'old': ANSWERS[:6]})
     text = (tmp_path / 'blind.md').read_text()
     causes = text.split('## Misses')[1]
     assert causes.count('\n| `') == 2 + 1 + 1 + 1 + 2 + 1 + 1
@@ -153,7 +153,7 @@ def test_page_lists_every_miss_with_its_kind(tmp_path: Path) -> None:
     assert '| 60.0 | - | at most 60.0 | yes | 2 |' in text
     # mean and RMS of 100 and 300 residuals together
     assert '| gas_1 | dwell | 2 | 400 | 0.05 (-0.10 to 0.50) | 1.80 (1.00 to 2.00) |' in text
-    assert '| figure | abc | old |' in text
+    assert '| figure | before | old |' in text
     assert 'shares the functional forms' in ' '.join(text.split('\n')[:5])
     written = json.loads((tmp_path / 'blind.json').read_text())
     assert written['single_top1']['value'] == 1 / 3

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.claims.experiments import Laboratory
+from pneu_rig_ros.claims import experiments
+from pneu_rig_ros.claims.experiments import Laboratory, Reading
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
 from pneu_rig_ros.cli import main
@@ -33,8 +34,16 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """Return what runs `pneu-rig claims` here and returns exit code, output and errors."""
+def run(
+    laboratory: Laboratory, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> Run:
+    """Return what runs `pneu-rig claims` here, in the one laboratory if the reading is its own."""
+    own = experiments.Laboratory
+
+    def found(reading: Reading) -> Laboratory:
+        return laboratory if reading == laboratory.reading else own(reading)
+
+    monkeypatch.setattr(experiments, 'Laboratory', found)
 
     def run_claims(*arguments: object) -> tuple[int, str, str]:
         code = main(['claims', *(str(argument) for argument in arguments)])

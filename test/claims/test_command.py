@@ -12,7 +12,7 @@ from pneu_rig_ros.claims.experiments import Reading
 from pneu_rig_ros.claims.findings import Finding, Row, Statement
 from pneu_rig_ros.claims.neighbours import neighbours
 from pneu_rig_ros.claims.statements import STATEMENTS
-from pneu_rig_ros.cli.claims import _measured
+from pneu_rig_ros.cli.claims import measured
 
 from .conftest import Run
 
@@ -54,20 +54,20 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
         Finding('larger', '1, 1 mm', -0.1),
     )
     row = Row(Statement(1, 'text', lambda _: findings), findings)
-    assert _measured(row) == 'NOT larger: 1, 1 mm'
+    assert measured(row) == 'NOT larger: 1, 1 mm'
     held = Row(row.statement, findings[:2])
-    assert _measured(held) == 'cylinder_1: fewer: 9, 2'
+    assert measured(held) == 'cylinder_1: fewer: 9, 2'
 
 
 def test_neighbours_are_measured_and_their_share_is_printed(
-    run: Run, monkeypatch: pytest.MonkeyPatch
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     few = list(islice(neighbours(Reading()), 2))
     monkeypatch.setattr(module, 'neighbours', lambda _: few)
-    code, out, _ = run('--json')
+    code, out, _ = run('--json', tmp_path / 'data.json')
     assert code == 0
-    assert {entry['neighbours'] for entry in json.loads(out)} <= {0.0, 0.5, 1.0}
-    code, out, _ = run()
+    written = json.loads((tmp_path / 'data.json').read_text())
+    assert {entry['neighbours'] for entry in written} <= {0.0, 0.5, 1.0}
     assert 'neighbours' in out
     assert re.search(r'cylinder_1: \d+ cycles, at rest \d+%', ' '.join(out.split()))
 
@@ -79,7 +79,7 @@ def test_neighbours_are_measured_and_their_share_is_printed(
         (['--reading', 'nope.yaml'], 'nope.yaml: cannot be read'),
         (['--html', '/nowhere/x.html'], 'there is no directory /nowhere'),
         (['--json', '/nowhere/x.json'], 'there is no directory /nowhere'),
-        (['--markdown', '--json'], '--markdown does not go with --json'),
+        (['--markdown', '--json'], '--markdown and --json without FILE both print'),
         (['--html', 'x', '--json', 'x'], '--html and --json both name x'),
         (['--html', '/'], '--html / exists'),
     ],

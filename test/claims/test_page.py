@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.claims.findings import Row
-from pneu_rig_ros.report.claims_table import markdown
+from pneu_rig_ros.claims.findings import Row, markdown
 
 from .conftest import Run
 

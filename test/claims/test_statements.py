@@ -61,6 +61,7 @@ def test_cylinders_truly_stop(laboratory: Laboratory) -> None:
         assert share > 0.3, stroke.experiment.cylinder
 
 
+@pytest.mark.long
 def test_statements_hold_under_neighbouring_settings() -> None:
     total = len(list(neighbours(Reading())))
     with open_executor(None) as processes:
@@ -195,11 +196,15 @@ def test_margin_is_positive_when_it_is_so(
 @pytest.mark.parametrize(
     'margin',
     [
-        at_least(np.nan, 1.0), at_most(1.0, 0.0), rises_throughout([1.0, np.nan, 2.0]),
-        falls_throughout([2.0, 0.0, 1.0]), unchanged([1.0, np.nan], 0.3), unchanged([0.0], 0.3),
+        at_least(np.nan, 1.0),
+        at_most(1.0, 0.0),
+        rises_throughout([1.0, np.nan, 2.0]),
+        falls_throughout([2.0, 0.0, 1.0]),
+        unchanged([1.0, np.nan], 0.3),
+        unchanged([0.0], 0.3),
         falls(np.array([2.0, 1.0])),
     ],
-)  # fmt: skip
+)
 def test_nothing_measured_does_not_hold(margin: float) -> None:
     finding = Finding('says', 'nothing', margin)
     assert not finding.holds

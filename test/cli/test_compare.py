@@ -10,9 +10,7 @@ def test_model_that_made_the_bag_is_near_it(terminal: Terminal, bag: Path) -> No
     done = terminal.run('compare', bag, '--model', 'cylinder_2', '--json')
     assert done.code == 0, done.err
     data = json.loads(done.out)
-    assert set(data['signals']) == {
-        'position', 'velocity', 'pressure_1', 'pressure_2', 'friction'
-    }  # fmt: skip
+    assert set(data['signals']) == {'position', 'velocity', 'pressure_1', 'pressure_2', 'friction'}
     assert data['signals']['pressure_2']['unit'] == 'Pa'
     assert data['signals']['pressure_2']['multiple'] < 2.0
     assert data['conditions']['load_mass'] == {'value': 0.2, 'unit': 'kg', 'from': 'bag'}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.cli.completion import SHELLS
+from pneu_rig_ros.cli import SHELLS
 
 from .conftest import Terminal
 

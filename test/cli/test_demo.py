@@ -46,9 +46,15 @@ def test_stroke_is_recorded_from_the_first_to_the_last_sample(terminal: Terminal
         out, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     bag = terminal.directory / 'a stroke: 1'
-    for line in ('rate  ', 'jitter  ', 'lost samples', 'stick-slip cycles', 'peak friction',
-                 'bag                a stroke: 1\n',
-                 'picture            a stroke: 1/stroke.png\n'):  # fmt: skip
+    for line in (
+        'rate  ',
+        'jitter  ',
+        'lost samples',
+        'stick-slip cycles',
+        'peak friction',
+        'bag                a stroke: 1\n',
+        'picture            a stroke: 1/stroke.png\n',
+    ):
         assert line in out
     assert 20_000 < (bag / 'stroke.png').stat().st_size < 200_000
     data = json.loads(terminal.run('info', bag, '--json').out)

@@ -35,7 +35,7 @@ def test_json_says_the_same_as_the_library(terminal: Terminal) -> None:
 
 
 def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:
-    above, below = terminal.run('effects').out.split('\nDescriptions of what has no name')
+    above, below = terminal.run('effects').out.split('\nEmpirical terms, not physical causes')
     data = json.loads(terminal.run('effects', '--json').out)
     for name in effects.names():
         is_cause = not name.startswith('empirical_')
@@ -44,7 +44,7 @@ def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:
         assert (name in effects.causes()) is is_cause
     readme = (Path(__file__).parents[2] / 'README.md').read_text()
     assert f'{len(effects.causes())} optional physical effects' in readme
-    assert f'the {len(effects.names()) - len(effects.causes())} descriptions' in readme
+    assert f'the {len(effects.names()) - len(effects.causes())} empirical terms' in readme
 
 
 def test_only_causes_are_offered_to_be_left_out_of_a_diagnosis(terminal: Terminal) -> None:

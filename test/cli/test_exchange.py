@@ -37,8 +37,18 @@ def prepare(terminal: Terminal, bad: str = '') -> None:
 
 def test_export_of_a_laboratory_becomes_a_bag(terminal: Terminal) -> None:
     prepare(terminal)
-    done = terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--conditions', 'cond.yaml',
-                        '--cylinder', 'cylinder_2', '--out', 'runs/measured')  # fmt: skip
+    done = terminal.run(
+        'import',
+        'daq.csv',
+        '--map',
+        'map.yaml',
+        '--conditions',
+        'cond.yaml',
+        '--cylinder',
+        'cylinder_2',
+        '--out',
+        'runs/measured',
+    )
     assert done.code == 0, done.err
     assert '430 every 1.16 ms, 0.50 s' in done.out
     assert 'supply_pressure 500000 Pa, load_mass 0.2 kg' in done.out
@@ -144,8 +154,9 @@ def test_wrong_unit_or_column_is_told(
     prepare(terminal)
     assert was in MAPPING
     (terminal.directory / 'map.yaml').write_text(MAPPING.replace(was, instead))
-    done = terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--cylinder', 'cylinder_2',
-                        '--out', 'measured')  # fmt: skip
+    done = terminal.run(
+        'import', 'daq.csv', '--map', 'map.yaml', '--cylinder', 'cylinder_2', '--out', 'measured'
+    )
     assert (done.code, done.err.count('\n')) == (2, 1)
     assert told in done.err
     assert not (terminal.directory / 'measured').exists()

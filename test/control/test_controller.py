@@ -6,9 +6,17 @@ import functools
 import numpy as np
 import pytest
 
-from pneu_rig_ros.control.controller import NONE, Compensation, PositionController
+from pneu_rig_ros.control.controller import (
+    NONE,
+    Compensation,
+    Law,
+    Pid,
+    PidGains,
+    PositionController,
+    SlidingGains,
+    SlidingMode,
+)
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.control.laws import Law, Pid, PidGains, SlidingGains, SlidingMode
 from pneu_rig_ros.control.performance import tracking
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages

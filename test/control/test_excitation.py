@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.control.excitation import load_excitation, shipped_excitations
-from pneu_rig_ros.control.shapes import SHAPES
+from pneu_rig_ros.control.excitation import SHAPES, load_excitation, shipped_excitations
 from pneu_rig_ros.errors import RigError
 
 

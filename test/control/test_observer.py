@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.motion import REST_SPEED
-from pneu_rig_ros.control.observer import Measured, Observer
-from pneu_rig_ros.control.residual import NoiseBand, residual
+from pneu_rig_ros.control.observer import Measured, NoiseBand, Observer, residual
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate

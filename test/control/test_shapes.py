@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pneu_rig_ros.control.shapes import DwellLadder, Ramp, SineSweep, Staircase, Step
+from pneu_rig_ros.control.excitation import DwellLadder, Ramp, SineSweep, Staircase, Step
 
 
 def test_step_changes_after_its_delay() -> None:

@@ -76,6 +76,8 @@ def test_reference_names_everything(site: Path) -> None:
         assert f'>{topic}<' in pages['topics']
     for name in effects.names():
         assert f'id="{name.replace("_", "-")}"' in pages['effects']
+    for path in (DOCS.parent / 'pneu_rig_ros').rglob('[!_]*.py'):
+        assert f'>{path.name}<' in pages['modules']
     for name in command.commands:
         assert f'id="{name}"' in pages['commands']
     for section in SECTIONS.values():

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 
 from pneu_rig_ros.records import Recording, cdr, read_recording, writer
-from pneu_rig_ros.records.mcap_index import CHUNK_CRC_OFFSET
+from pneu_rig_ros.records.mcap_file import CHUNK_CRC_OFFSET
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 

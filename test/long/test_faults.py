@@ -104,7 +104,7 @@ def test_killed_node_is_started_anew_and_nothing_else_is_lost(
         witness.listen(chance.uniform(0.3, 1.5))
         os.kill(rig.nodes[name].number, signal.SIGKILL)
         deaths.append(time.time_ns())
-        witness.until(rig.nodes[name].revive, f'{name} can be started anew')
+        witness.until(rig.nodes[name].revive, f'{name} can be restarted')
         witness.listen(0.1)  # for what it had sent before
         witness.hears(ANSWERS[name])
         back.append(1e-9 * (time.time_ns() - deaths[-1]))
@@ -130,7 +130,7 @@ def test_killed_recorder_has_written_all_but_the_last_second(
         witness.listen(chance.uniform(1.5, 3.0))
         os.kill(recorder.number, signal.SIGKILL)
         until_ns = time.time_ns() - SECOND_NS
-        witness.until(recorder.revive, 'the recorder can be started anew')
+        witness.until(recorder.revive, 'the recorder can be restarted')
         repair(bag)
         assert missing(witness.received, bag, until_ns) == {}
         count += sum(m.time_ns <= until_ns for ms in witness.received.values() for m in ms)
@@ -146,7 +146,7 @@ def test_late_listeners_and_recorders_get_the_descriptions(
     with Witness(commands=False, topics=latched) as late:
         late.until(lambda: all(late.received[name] for name in latched), 'descriptions')
     os.kill(rig.nodes['recorder'].number, signal.SIGKILL)
-    witness.until(rig.nodes['recorder'].revive, 'the recorder can be started anew')
+    witness.until(rig.nodes['recorder'].revive, 'the recorder can be restarted')
     witness.until(partial(begun, rig, rig.bag), 'a second bag')
     assert read_recording(rig.newest_bag()).configuration is not None
 
@@ -341,7 +341,7 @@ def test_live_page_starts_a_killed_plant_anew() -> None:
         witness.hears('friction')
         live.send_signal(signal.SIGINT)
         _, errors = live.communicate(timeout=60)
-    assert errors.count('started anew') == 1
+    assert errors.count('is restarted') == 1
     assert live.returncode == 0
 
 

@@ -18,14 +18,18 @@ SHUT = (2.5, 2.5)
 
 PLAIN: dict[str, dict[str, Any]] = {
     'friction': {
-        'element_stiffness': (6e4,), 'element_limit': (), 'stop_velocity': 7.5e-4,
-        'start_velocity': 5.5e-3, 'film_rest_reading': FILM_RESTS_WITH_CLOCK,
-        'film_rest_velocity': 1e-3, 'static_friction_reading': LATCHED_AT_BREAKAWAY,
+        'element_stiffness': (6e4,),
+        'element_limit': (),
+        'stop_velocity': 7.5e-4,
+        'start_velocity': 5.5e-3,
+        'film_rest_reading': FILM_RESTS_WITH_CLOCK,
+        'film_rest_velocity': 1e-3,
+        'static_friction_reading': LATCHED_AT_BREAKAWAY,
         'fluid_time_constant': 0.0,
     },
     'valve': {'exhaust_zero_voltage': 2.35},
     'operation': {'supply_pressure': 5e5, 'initial_position': 0.0, 'rest_time': 1060.0},
-}  # fmt: skip
+}
 """What the paper leaves open, as plain as it can be read: closed forms are known for it."""
 
 

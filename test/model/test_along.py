@@ -84,9 +84,12 @@ def test_sealed_adiabatic_chambers_have_no_source(model: Model) -> None:
     pressures = [3e5 * (volume[0] / volume) ** k for volume in volumes(model, position)]
     contacts = np.full(time.size - 1, along.MOVES)
     rates, bias = Plant(model).along(
-        np.column_stack([position, *pressures]), np.diff(position) / 1e-3, contacts,
-        np.tile(SHUT, (time.size - 1, 1)), 1e-3,
-    )  # fmt: skip
+        np.column_stack([position, *pressures]),
+        np.diff(position) / 1e-3,
+        contacts,
+        np.tile(SHUT, (time.size - 1, 1)),
+        1e-3,
+    )
     assert np.abs(rates[:, :2]).max() < 1e-15  # [kg/s]
     assert not bias.any()
 
@@ -98,8 +101,9 @@ def test_leak_at_constant_volume_is_its_flow(model: Model) -> None:
     levels = []
     for pressure in (4e5, 8e5):
         measured = np.tile([0.1, pressure, 1e5], (200, 1))
-        rates, _ = plant.along(measured, np.zeros(199), np.full(199, along.RESTS),
-                               np.tile(SHUT, (199, 1)), 1e-3)  # fmt: skip
+        rates, _ = plant.along(
+            measured, np.zeros(199), np.full(199, along.RESTS), np.tile(SHUT, (199, 1)), 1e-3
+        )
         np.testing.assert_allclose(rates[:, along.SOURCE_1], rates[0, along.SOURCE_1], rtol=1e-3)
         assert np.abs(rates[:, along.SOURCE_2]).max() < 1e-15
         levels.append(rates[0, along.SOURCE_1])

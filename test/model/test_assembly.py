@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Barrier
 
+import numba
 import numpy as np
 import pytest
 
@@ -65,8 +66,12 @@ def test_blocks_do_not_count_references_to_arrays() -> None:
             value += rows[i][first:][0]
         return value
 
-    assert total((np.ones(3), np.ones(3)), 1) == 2.0
-    assert 'NRT_incref' not in ''.join(total.inspect_llvm().values())  # type: ignore[attr-defined]
+    @numba.njit(error_model='numpy', nogil=True, _nrt=False)  # type: ignore[untyped-decorator]
+    def whole(rows: tuple[Array, ...], first: int) -> float:
+        return total(rows, first)
+
+    assert whole((np.ones(3), np.ones(3)), 1) == 2.0
+    assert 'NRT_incref' not in ''.join(whole.inspect_llvm().values())
 
 
 ONE_STROKE = """

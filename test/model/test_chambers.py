@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.model import chambers
-from pneu_rig_ros.model.compiled import plain
 from pneu_rig_ros.model.compiled_model import compiled_model
 from pneu_rig_ros.model.parameters import COULOMB_VISCOUS
 from pneu_rig_ros.model.plant import Plant, Trajectory
@@ -12,9 +11,13 @@ from pneu_rig_ros.model.plant import Plant, Trajectory
 from .rigs import CAPTION_COMMANDS, CYLINDERS, SHUT, changed, drive
 
 FRICTIONLESS = {
-    'model': COULOMB_VISCOUS, 'coulomb_force': 1e-6, 'breakaway_force': 1e-6,
-    'viscous_coefficient': 0.0, 'micro_viscous_coefficient': 0.0, 'element_stiffness': (1e2,),
-}  # fmt: skip
+    'model': COULOMB_VISCOUS,
+    'coulomb_force': 1e-6,
+    'breakaway_force': 1e-6,
+    'viscous_coefficient': 0.0,
+    'micro_viscous_coefficient': 0.0,
+    'element_stiffness': (1e2,),
+}
 
 
 @pytest.mark.parametrize('cylinder', CYLINDERS)
@@ -25,9 +28,10 @@ def test_sealed_chambers_are_gas_springs_with_the_analytic_frequency(cylinder: s
     force = gas.atmospheric_pressure * (geometry.cap_area - geometry.rod_area)
     p2 = (p1 * geometry.cap_area - force) / geometry.rod_area
     operation = {
-        'initial_position': geometry.stroke / 2, 'initial_pressure_1': p1 * (1 + 1e-3),
+        'initial_position': geometry.stroke / 2,
+        'initial_pressure_1': p1 * (1 + 1e-3),
         'initial_pressure_2': p2,
-    }  # fmt: skip
+    }
     model = changed(cylinder, friction=FRICTIONLESS, operation=operation)
     run = drive(Plant(model, tolerance=1e-9), SHUT, 2.0, 1e-4)
 
@@ -55,7 +59,7 @@ def test_chamber_mass_is_the_integral_of_the_valve_flow(cylinder: str) -> None:
     plant, run = outstroke(cylinder)
     gas = compiled_model(plant.model).gas
     k, enthalpy = gas.heat_capacity_ratio, gas.gas_constant * gas.supply_temperature
-    volumes = plain(chambers.volumes)(run.position, plant.model.cylinder)
+    volumes = chambers.volumes(run.position, plant.model.cylinder)
     pressures, masses = (run.pressure_1, run.pressure_2), (run.gas_mass_1, run.gas_mass_2)
     for pressure, volume, mass in zip(pressures, volumes, masses, strict=True):
         # Eq. 6 the other way round: the flow that the pressures must have come from
@@ -72,7 +76,7 @@ def test_energy_balance_closes(cylinder: str) -> None:
     model = plant.model
     gas, geometry = compiled_model(model).gas, model.cylinder
     k = gas.heat_capacity_ratio
-    volume_1, volume_2 = plain(chambers.volumes)(run.position, geometry)
+    volume_1, volume_2 = chambers.volumes(run.position, geometry)
     internal = (run.pressure_1 * volume_1 + run.pressure_2 * volume_2) / (k - 1)
     kinetic = 0.5 * model.total_mass * run.velocity**2
     mass = run.gas_mass_1 + run.gas_mass_2

@@ -59,8 +59,11 @@ def settle(
     start = np.array(state if len(state) else np.zeros(len(effects.load(name).states)))
     solution = solve_ivp(
         lambda _, y: contribute(name, values, y, **signals)[2],
-        (0.0, duration), start, rtol=1e-9, atol=1e-12,
-    )  # fmt: skip
+        (0.0, duration),
+        start,
+        rtol=1e-9,
+        atol=1e-12,
+    )
     return cast(NDArray[np.float64], solution.y[:, -1])
 
 
@@ -95,9 +98,10 @@ def test_supply_droop_solves_its_equation_at_any_pressure(
 
 def test_cross_piston_leak_keeps_the_gas_and_equalises_the_pressures() -> None:
     plant = plant_with(
-        'cross_piston_leak', 1e-6,
+        'cross_piston_leak',
+        1e-6,
         operation={'initial_pressure_1': 1.05e5, 'initial_position': 0.1},
-    )  # fmt: skip
+    )
     before = plant.state
     run = drive(plant, SHUT, 3.0)
     mass = run.gas_mass_1 + run.gas_mass_2
@@ -132,9 +136,11 @@ def test_nonlinear_opening_is_a_power_of_the_way() -> None:
     full = 5.0 - VALVE.intake_voltage
     way = 0.25 * full
     bend, back, _ = contribute(
-        'nonlinear_opening', (2.0,),
-        voltage_1=VALVE.intake_voltage + way, voltage_2=0.5 * VALVE.exhaust_voltage,
-    )  # fmt: skip
+        'nonlinear_opening',
+        (2.0,),
+        voltage_1=VALVE.intake_voltage + way,
+        voltage_2=0.5 * VALVE.exhaust_voltage,
+    )
     assert way + bend == pytest.approx(full * 0.25**2)
     assert back == pytest.approx(VALVE.exhaust_voltage * (0.5 - 0.5**2))
     assert contribute('nonlinear_opening', (2.0,), voltage_1=5.0, voltage_2=0.0)[:2] == (0.0, 0.0)
@@ -163,9 +169,14 @@ def test_nonlinear_opening_keeps_the_exhaust_at_its_edge_and_fully_open(exponent
 
 @pytest.mark.parametrize(
     ('name', 'values'),
-    [('valve_lag', (0.05,)), ('spool_hysteresis', (0.1,)), ('nonlinear_opening', (1.5,)),
-     ('valve_null_leak', (1e-9, 1e-9)), ('line_lag', (0.03,))],
-)  # fmt: skip
+    [
+        ('valve_lag', (0.05,)),
+        ('spool_hysteresis', (0.1,)),
+        ('nonlinear_opening', (1.5,)),
+        ('valve_null_leak', (1e-9, 1e-9)),
+        ('line_lag', (0.03,)),
+    ],
+)
 def test_spools_that_pass_the_jump_of_the_exhaust_cost_neither_accuracy_nor_steps(
     name: str, values: tuple[float, ...]
 ) -> None:
@@ -235,10 +246,13 @@ def test_friction_differs_by_direction() -> None:
         return cast(
             tuple[float, float],
             contribute(
-                'direction_dependent_friction', (0.2,),
-                velocity=velocity, bristle_force=bristles, sticking=sticking,
+                'direction_dependent_friction',
+                (0.2,),
+                velocity=velocity,
+                bristle_force=bristles,
+                sticking=sticking,
             )[:2],
-        )  # fmt: skip
+        )
 
     more = (0.2 * LAW.coulomb_force, 0.2 * LAW.breakaway_force)
     less = tuple(-value for value in more)
@@ -272,9 +286,11 @@ def test_spring_is_balanced_by_pressure() -> None:
     """At a frictionless rest the spring carries the force of the gas."""
     stiffness, compression = 2e3, 0.05
     plant = plant_with(
-        'load_spring', stiffness, compression,
+        'load_spring',
+        stiffness,
+        compression,
         friction={'model': 0, 'coulomb_force': 1e-3, 'breakaway_force': 1e-3},
-    )  # fmt: skip
+    )
     stroke(plant, 0.6, 3.0)
     drive(plant, SHUT, 5.0)
     state, cylinder = plant.state, MODEL.cylinder

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.effect import Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, RECENT, TERMS, terms, values
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients, described
@@ -21,14 +22,28 @@ EVERY = [(output, name) for output in OUTPUTS for name in terms(output)]
 STATES = [
     at_rest(),
     at_rest(
-        time=0.01, position=0.02, velocity=0.03, bristle_force=3.0, voltage_1=3.1, voltage_2=1.9,
-        gas_mass_2=2e-4, pressure_1=4e5, dwell_time=20.0,
+        time=0.01,
+        position=0.02,
+        velocity=0.03,
+        bristle_force=3.0,
+        voltage_1=3.1,
+        voltage_2=1.9,
+        gas_mass_2=2e-4,
+        pressure_1=4e5,
+        dwell_time=20.0,
     ),
     at_rest(
-        time=0.03, position=0.15, velocity=-2e-4, bristle_force=-2.0, voltage_1=2.2, voltage_2=2.6,
-        gas_mass_1=3e-4, pressure_2=3e5, dwell_time=0.3,
+        time=0.03,
+        position=0.15,
+        velocity=-2e-4,
+        bristle_force=-2.0,
+        voltage_1=2.2,
+        voltage_2=2.6,
+        gas_mass_1=3e-4,
+        pressure_2=3e5,
+        dwell_time=0.3,
     ),
-]  # fmt: skip
+]
 
 
 def along(states: list[Signals]) -> Signals:
@@ -87,7 +102,8 @@ def test_travel_is_the_integral_of_the_speed_in_both() -> None:
 
 def test_sums_are_those_of_their_terms_in_a_plant_too() -> None:
     """Coefficients reach the compiled plant in the order of the table."""
-    chosen = described({('pressure_2', 'gauge_2'): 3.0, ('position', 'position_squared'): 1e-3})
+    chosen = {name: effects.load(name).null for name in effects.names()}
+    chosen |= described({('pressure_2', 'gauge_2'): 3.0, ('position', 'position_squared'): 1e-3})
     run = drive(Plant(changed('cylinder_2'), chosen), (3.0, 2.0), 0.5)
     gauge = (run.pressure_2 - GAS.atmospheric_pressure) / 5e5
     assert run.pressure_2_reading - run.pressure_2 == pytest.approx(3.0 * gauge, abs=1e-9)

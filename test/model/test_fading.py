@@ -51,7 +51,7 @@ class Seal:
     def slide(self, duration: float) -> 'Seal':
         """Break away, and come to rest after a time [s]."""
         events.break_away(self.time, self.memory, self.static(), self.law)
-        events.rest(self.after(duration).time, self.memory, self.law)
+        events.enter_rest(self.after(duration).time, self.memory, self.law)
         return self
 
 
@@ -118,9 +118,12 @@ def test_without_memory_the_clock_begins_anew_and_with_a_full_one_rests_add_up()
 
 
 BOUNDS = {
-    'gamma': (0.0, 1e-6, 0.2, 1e3), 'alpha': (0.01, 0.45, 2.0), 'memory': (1e-3, 5.0, 1e6),
-    'dwell': (0.0, 1e-12, 1.0, 1e7), 'slid': (0.0, 1e-12, 1.0, 1e7),
-}  # fmt: skip
+    'gamma': (0.0, 1e-6, 0.2, 1e3),
+    'alpha': (0.01, 0.45, 2.0),
+    'memory': (1e-3, 5.0, 1e6),
+    'dwell': (0.0, 1e-12, 1.0, 1e7),
+    'slid': (0.0, 1e-12, 1.0, 1e7),
+}
 
 
 def test_nothing_is_lost_at_the_bounds_of_the_parameters() -> None:
@@ -138,7 +141,7 @@ def test_nothing_is_lost_at_the_bounds_of_the_parameters() -> None:
 def level(plant: Plant, memory: Any, time: float) -> float:
     """Return g [N] without a film at a creep, from the right-hand side."""
     model, creep = compiled_model(plant.model), 1e-4
-    state, rate = plant.initial_carry().y1, np.zeros(plant.state_size)
+    state, rate = plant.initial_integrator_state().y1, np.zeros(plant.state_size)
     state[[dynamics.VELOCITY, dynamics.DEFLECTION]] = creep, 1e-5
     plant.right_hand_side(
         time, state, rate, np.zeros(dynamics.ARROW_SIZE), memory, np.full(2, 2.5), model, ()
@@ -149,7 +152,7 @@ def level(plant: Plant, memory: Any, time: float) -> float:
 
 def test_the_plant_slides_on_a_level_that_fades() -> None:
     plant = Plant(fading('cylinder_1', 0.4))
-    law, memory = compiled_model(plant.model).friction, plant.initial_carry().memory
+    law, memory = compiled_model(plant.model).friction, plant.initial_integrator_state().memory
     rested = plant.model.operation.rest_time
     events.break_away(2.0, memory, 0.0, law)
     above = equation_16(2.0 + rested, law) - law.coulomb_force
@@ -190,7 +193,7 @@ def test_with_a_full_memory_the_rests_of_a_run_add_up() -> None:
     plant, voltages = pushes(model)
     run = plant.run(voltages, INTERVAL)
     assert slips(run) >= 3
-    memory, law = plant.under_way.carry.memory, plant.under_way.model.friction
+    memory, law = plant.run_state.carry.memory, plant.run_state.model.friction
     rested = 0.5 + INTERVAL * np.count_nonzero(run.sticking)
     error = INTERVAL * (2 * slips(run) + 1)
     assert dynamics.clock(run.time[-1], memory, law) == pytest.approx(rested, abs=error)
@@ -224,22 +227,24 @@ def followed(actions: dict[int, int], rests: dict[int, float]) -> tuple[Plant, f
 
 
 def dwell_of(plant: Plant, time: float) -> float:
-    return dynamics.clock(time, plant.under_way.carry.memory, plant.under_way.model.friction)
+    return dynamics.clock(time, plant.run_state.carry.memory, plant.run_state.model.friction)
 
 
 def test_an_imposed_slide_fades_and_an_imposed_rest_goes_on() -> None:
     imposed = Impose.MOTION
-    plant, end = followed({0: imposed, 50: imposed | Impose.BREAK, 150: imposed | Impose.REST},
-                          {150: 140 * INTERVAL})  # fmt: skip
-    law = plant.under_way.model.friction
+    plant, end = followed(
+        {0: imposed, 50: imposed | Impose.BREAK, 150: imposed | Impose.REST}, {150: 140 * INTERVAL}
+    )
+    law = plant.run_state.model.friction
     left = friction.faded_dwell(5.0 + 50 * INTERVAL, 90 * INTERVAL, law)
     assert dwell_of(plant, end) == pytest.approx(left + 60 * INTERVAL)
 
 
 def test_a_slide_after_a_rest_has_begun_has_not_been() -> None:
     imposed = Impose.MOTION
-    plant, end = followed({0: imposed, 50: imposed | Impose.BREAK, 60: imposed | Impose.REST},
-                          {60: 40 * INTERVAL})  # fmt: skip
+    plant, end = followed(
+        {0: imposed, 50: imposed | Impose.BREAK, 60: imposed | Impose.REST}, {60: 40 * INTERVAL}
+    )
     assert dwell_of(plant, end) == pytest.approx(5.0 + 200 * INTERVAL)
 
 
@@ -250,7 +255,7 @@ def test_a_slide_cannot_have_begun_before_the_rest_it_ends() -> None:
 
 def test_a_slide_that_was_missed_fades_all_the_same() -> None:
     plant, end = followed({100: Impose.HOLD | Impose.BREAK}, {100: 30 * INTERVAL})
-    law = plant.under_way.model.friction
+    law = plant.run_state.model.friction
     left = friction.faded_dwell(5.0 + 30 * INTERVAL, 70 * INTERVAL, law)
     assert plant.state.sticking
     assert dwell_of(plant, end) == pytest.approx(left + 100 * INTERVAL, abs=INTERVAL)

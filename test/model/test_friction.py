@@ -43,7 +43,7 @@ def test_constant_velocity_gives_the_stribeck_curve(
 ) -> None:
     law = {'model': FRICTION_MODELS.index(name), 'film_reading': film_reading}
     plant = Plant(changed('cylinder_1', friction=law))
-    model, carry = compiled_model(plant.model), plant.initial_carry()
+    model, carry = compiled_model(plant.model), plant.initial_integrator_state()
     memory, rate, arrow = carry.memory, np.empty(8), np.empty(dynamics.ARROW_SIZE)
     memory[dynamics.STICKING], memory[dynamics.HELD_STATIC] = 0.0, 13.0
     volts = np.array(SHUT)
@@ -165,9 +165,12 @@ def test_breakaway_after_a_pause_needs_the_force_of_equation_16(
 ) -> None:
     # thresholds between the creep while sticking and the speed of the slips; no film
     law = {
-        'stop_velocity': 1e-3, 'start_velocity': 2e-3, 'element_stiffness': (2e5,),
-        'film_time_acceleration': 1e4, 'film_time_dwell': 1e6,
-    }  # fmt: skip
+        'stop_velocity': 1e-3,
+        'start_velocity': 2e-3,
+        'element_stiffness': (2e5,),
+        'film_time_acceleration': 1e4,
+        'film_time_dwell': 1e6,
+    }
     operation = {'initial_position': 0.05}
     plant = Plant(changed(cylinder, friction=law, operation=operation), tolerance=1e-8)
     while plant.state.sticking or plant.state.position < 0.06:

@@ -91,10 +91,14 @@ def test_a_run_remembers_reversals_whatever_its_steps() -> None:
 
 def test_steady_sliding_with_slipping_elements_does_not_stall_the_steps() -> None:
     friction = {
-        'element_stiffness': (1.36e5, 2.21e5, 1.43e5), 'element_limit': (5.2, 0.51),
-        'fluid_time_constant': 0.246, 'stop_velocity': 0.002, 'start_velocity': 0.02,
-        'static_friction_reading': HELD_TO_NEXT_BREAKAWAY, 'film_reading': FILM_PRINTED,
-    }  # fmt: skip
+        'element_stiffness': (1.36e5, 2.21e5, 1.43e5),
+        'element_limit': (5.2, 0.51),
+        'fluid_time_constant': 0.246,
+        'stop_velocity': 0.002,
+        'start_velocity': 0.02,
+        'static_friction_reading': HELD_TO_NEXT_BREAKAWAY,
+        'film_reading': FILM_PRINTED,
+    }
     plant = Plant(changed('cylinder_3', friction=friction), tolerance=1e-5)
     run = drive(plant, (2.82, 2.18), 30.0)
     assert run.position[-1] > 0.05

@@ -45,8 +45,11 @@ def test_a_rest_next_to_an_end_stop_is_at_it_if_the_gas_pushes_it_there(
     model = changed('cylinder_2', operation={'initial_position': 0.1})
     near = model.cylinder.stroke - 2.5e-4
     run = Plant(model).run_imposed(
-        np.full((1, 2), 2.5), INTERVAL, np.array([Impose.RESTART]),
-        np.array([[near, 0.0, *pressures]]), np.zeros(1),
-    )  # fmt: skip
+        np.full((1, 2), 2.5),
+        INTERVAL,
+        np.array([Impose.RESTART]),
+        np.array([[near, 0.0, *pressures]]),
+        np.zeros(1),
+    )
     assert run.contact[0] == contact
     assert run.position[0] == model.cylinder.stroke if contact else run.position[0] < near

@@ -8,7 +8,6 @@ import pytest
 from pneu_rig_ros.batch.parallel import run_parallel
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.effect import READING_BALANCES, Balance
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.model.shape import DRIVERS, Shape, Shaped, factors, rows, with_values
@@ -16,6 +15,9 @@ from pneu_rig_ros.rig.configuration import configuration_folder, configuration_f
 
 from .rigs import changed, drive, stroke
 from .test_effect_physics import AT_REST, COMPILED, at_rest
+
+pytestmark = pytest.mark.timeout(900)
+"""A plant of all effects with a shape compiles for a minute, on a busy machine for several."""
 
 MODEL = changed('cylinder_2')
 LEAK = effects.load('chamber_leak').parameters
@@ -25,8 +27,16 @@ HEAT = (
     '{over: pressure, at: [1e5 Pa, 3e5 Pa, 5e5 Pa], times: [0.6, 1, 1.3]}}}'
 )
 OF_ONE_CHAMBER = {'pressure', 'temperature', 'opening'}
-SEEN_BY_SENSORS = {'position', 'velocity', 'speed', 'pressure', 'temperature', 'pressure_1',
-                   'pressure_2', 'difference'}  # fmt: skip
+SEEN_BY_SENSORS = {
+    'position',
+    'velocity',
+    'speed',
+    'pressure',
+    'temperature',
+    'pressure_1',
+    'pressure_2',
+    'difference',
+}
 EVERY = [(name, over) for name in effects.causes() for over in effects.load(name).drivers]
 
 
@@ -36,14 +46,8 @@ def ones(over: str) -> Shape:
 
 
 def library(**chosen: Any) -> dict[str, Any]:
-    """Return the parameters of all causes, so that one compiled plant serves all tests."""
-    return {name: effects.load(name).null for name in effects.causes()} | chosen
-
-
-@compiled
-def of_row(row: Any, signals: Any, model: Any) -> tuple[float, float]:
-    """Return the factors: what compiled code alone may call, called from here."""
-    return factors(row, signals, model)
+    """Return the parameters of all effects: the plant that most tests share, compiled once."""
+    return {name: effects.load(name).null for name in effects.names()} | chosen
 
 
 def same(a: Trajectory, b: Trajectory) -> None:
@@ -91,7 +95,7 @@ def test_factor_is_linear_between_knots_and_constant_beyond() -> None:
     assert table is not None
     for pressure, expected in ((0.5e5, 1.0), (2e5, 2.0), (3.5e5, 1.75), (9e5, 0.5)):
         signals = at_rest(pressure_1=pressure)
-        assert of_row(table[0], signals, COMPILED) == pytest.approx((expected, expected))
+        assert factors(table[0], signals, COMPILED) == pytest.approx((expected, expected))
 
 
 def test_each_chamber_has_the_factor_of_its_own() -> None:
@@ -99,7 +103,7 @@ def test_each_chamber_has_the_factor_of_its_own() -> None:
     shape = Shape('pressure', (1e5, 2e5), (1.0, 2.0))
     table = rows([('it', effect, Shaped(effect.null, shape))])
     assert table is not None
-    assert of_row(table[0], AT_REST, COMPILED) == pytest.approx((2.0, 1.5))
+    assert factors(table[0], AT_REST, COMPILED) == pytest.approx((2.0, 1.5))
 
 
 def test_batch_runs_shapes_as_alone() -> None:
@@ -157,8 +161,13 @@ def test_effect_without_drivers_takes_no_shape() -> None:
 @pytest.mark.parametrize(('name', 'over'), EVERY)
 def test_drivers_are_there_for_the_balance(name: str, over: str) -> None:
     balance = effects.load(name).balance
-    chambers = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT,
-                Balance.PRESSURE_READING)  # fmt: skip
+    chambers = (
+        Balance.SPOOL,
+        Balance.SUPPLY,
+        Balance.MASS,
+        Balance.HEAT,
+        Balance.PRESSURE_READING,
+    )
     assert over in DRIVERS
     assert over not in OF_ONE_CHAMBER or balance in chambers
     assert over in SEEN_BY_SENSORS or balance not in READING_BALANCES

@@ -95,8 +95,10 @@ def test_flow_reverses_with_the_pressure_difference() -> None:
 def test_choked_blow_down_is_exponential() -> None:
     start = 4e5
     operation = {
-        'initial_position': 0.3, 'initial_pressure_1': 5e5, 'initial_pressure_2': start,
-    }  # fmt: skip
+        'initial_position': 0.3,
+        'initial_pressure_1': 5e5,
+        'initial_pressure_2': start,
+    }
     model = changed('cylinder_1', operation=operation)
     run = drive(Plant(model), (2.5, 2.0), 0.2, 1e-3)
     choked = run.pressure_2 > GAS.atmospheric_pressure / GAS.critical_ratio

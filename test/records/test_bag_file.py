@@ -13,6 +13,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, bag, repair
 from pneu_rig_ros.records.bag import open_bag
 from pneu_rig_ros.records.cdr import pack_float64
+from pneu_rig_ros.records.mcap_file import McapFile
 
 FLOAT64 = 'std_msgs/msg/Float64'
 Row = tuple[str, int, bytes]
@@ -116,13 +117,14 @@ def test_a_bag_appended_to_between_two_looks_is_looked_at_again(
 ) -> None:
     looks: list[Path] = []
 
-    def look(file: Path) -> None:
+    def look(file: Path) -> McapFile:
         looks.append(file)
         if len(looks) == 1:
             raise RigError('in the middle of a piece')
+        return McapFile(file)
 
     monkeypatch.setattr(bag, 'ATTEMPTS', 2)
-    monkeypatch.setattr(bag, 'check_file', look)
+    monkeypatch.setattr(bag, 'McapFile', look)
     with BagWriter(tmp_path / 'bag') as writer:
         writer.write('/u', 'std_msgs/msg/Float64', 1, pack_float64(0.3))
         writer.flush()

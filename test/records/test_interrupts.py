@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.records import BagWriter
-from pneu_rig_ros.records.integrity import check_bag
+from pneu_rig_ros.records.bag import check_bag
 
 
 def test_interrupt_within_a_write_leaves_a_whole_bag(

@@ -42,8 +42,8 @@ def test_topics_are_chosen(bag: Path) -> None:
 @pytest.mark.parametrize(
     ('only', 'without', 'told'),
     [
-        (['speed'], [], 'speed is no topic of a rig'),
-        ([], ['speed'], 'speed is no topic of a rig'),
+        (['speed'], [], 'speed is not a topic of a rig'),
+        ([], ['speed'], 'speed is not a topic of a rig'),
         (['reference'], [], 'no message on reference'),
         (['u'], ['u'], 'no topic is left'),
     ],

@@ -37,12 +37,19 @@ def bench_table(path: Path, gauge: float, rng: np.random.Generator) -> Path:
     position = 0.03 + 0.06 * np.where(phase < 0.5, phase, 1.0 - phase)
     friction = rubbed(position, 6.0 + SLOPE * gauge)
     columns = [
-        time, position + rng.normal(0.0, 1e-5, time.size),
+        time,
+        position + rng.normal(0.0, 1e-5, time.size),
         1e5 + gauge + rng.normal(0.0, 150.0, time.size),
         friction + 5e-4 * gauge + 2.0 + rng.normal(0.0, 0.05, time.size),
-    ]  # fmt: skip
-    np.savetxt(path, np.column_stack(columns), '%.9g', ',',
-               header='time,position,pressure_2,force', comments='')  # fmt: skip
+    ]
+    np.savetxt(
+        path,
+        np.column_stack(columns),
+        '%.9g',
+        ',',
+        header='time,position,pressure_2,force',
+        comments='',
+    )
     return path
 
 

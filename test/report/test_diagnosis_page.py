@@ -19,7 +19,7 @@ from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.report.dependence import dependence
-from pneu_rig_ros.report.diagnosis_page import spans_of
+from pneu_rig_ros.report.diagnosis_page import spans_of, write_files
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
 from pneu_rig_ros.report.latent_figures import connected, draw_latent, tracks_of
 
@@ -96,8 +96,10 @@ def test_improved_model_is_nearer_along_the_measured_motion(bench: Diagnosis) ->
     runs = runs_of(comparison, bench.given, bench.improved)
     assert list(runs) == [MEASURED, GIVEN, IMPROVED]
     assert list(runs[MEASURED].signals) == ['force']
-    off = {name: float(np.std(run.signals['force'] - runs[MEASURED].signals['force']))
-           for name, run in runs.items()}  # fmt: skip
+    off = {
+        name: float(np.std(run.signals['force'] - runs[MEASURED].signals['force']))
+        for name, run in runs.items()
+    }
     assert off[IMPROVED] < 0.3 * off[GIVEN]
 
 
@@ -106,10 +108,12 @@ def test_files_are_whole_and_the_model_loads(
 ) -> None:
     data = answer(bench)
     shares: list[float] = []
-    COMMAND.write_files(tmp_path, bench, data, shares.append)
+    write_files(tmp_path, bench, data, shares.append)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
-        'diagnosis.json', 'improved.yaml', 'report.html',
-    ]  # fmt: skip
+        'diagnosis.json',
+        'improved.yaml',
+        'report.html',
+    ]
     assert shares[-1] == 1.0
     assert json.loads((tmp_path / 'diagnosis.json').read_text())['verdict'] == 'effect'
     assert load_system(tmp_path / 'improved.yaml').hypothesis == bench.improved
@@ -125,8 +129,18 @@ def test_command_says_what_the_python_call_finds(
     bench_files: Any, bench: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tables = [str(path) for path in bench_files.tables]
-    words = ['diagnose', *tables[:2], '--verify', tables[2], '--model', str(bench_files.system),
-             '--map', str(bench_files.mapping), '--workers', '1']  # fmt: skip
+    words = [
+        'diagnose',
+        *tables[:2],
+        '--verify',
+        tables[2],
+        '--model',
+        str(bench_files.system),
+        '--map',
+        str(bench_files.mapping),
+        '--workers',
+        '1',
+    ]
     assert main([*words, '--out', str(tmp_path / 'answer'), '--json']) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((tmp_path / 'answer' / 'diagnosis.json').read_text())

@@ -36,8 +36,7 @@ def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
         'verdict': 'effect',
         'gap': {'of': 'residuals', 'before': 412.3, 'after': 0.184, 'cut': 0.9996},
     }
-    text = ('412 standard deviations above the noise before, 0.18 after: '
-            '100% of the gap is closed')  # fmt: skip
+    text = '412 standard deviations above the noise before, 0.18 after: 100% of the gap is closed'
     assert cut_text(answer) == text
     found = cut_text(answer | {'verdict': 'uncalibrated'})
     assert found == text + ' by the gains of the sensors'
@@ -50,16 +49,31 @@ def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
 
 def test_disagreement_is_told_with_its_place() -> None:
     one = {
-        'balance': 'gas_1', 'regime': 'sliding', 'direction': 'out', 'unit': 'kg/s',
-        'mean': 2.5e-6, 'noise': 1e-7, 'significance': 25.0, 'p_value': 0.0,
-        'variable': 'position', 'from': 0.02, 'to': 0.035, 'recordings': ['a'],
+        'balance': 'gas_1',
+        'regime': 'sliding',
+        'direction': 'out',
+        'unit': 'kg/s',
+        'mean': 2.5e-6,
+        'noise': 1e-7,
+        'significance': 25.0,
+        'p_value': 0.0,
+        'variable': 'position',
+        'from': 0.02,
+        'to': 0.035,
+        'recordings': ['a'],
         'intervals': [{'recording': 'a', 'from': 1.0, 'to': 2.5}],
-    }  # fmt: skip
+    }
     (row,) = where_rows({'where': [one]})
     assert row == (
-        'gas_1', 'sliding out', 'x 20.0 to 35.0 mm', '2.50', '0.100', 'mg/s', '25.0',
+        'gas_1',
+        'sliding out',
+        'x 20.0 to 35.0 mm',
+        '2.50',
+        '0.100',
+        'mg/s',
+        '25.0',
         'a, 1.00-2.50 s',
-    )  # fmt: skip
+    )
     (row,) = where_rows({'where': [one | {'variable': '', 'from': None, 'intervals': []}]})
     assert (row.range, row.longest) == ('all', '-')
 
@@ -80,11 +94,14 @@ def test_signals_of_a_simulation_that_broke_down_have_no_number() -> None:
 
 
 def test_ranking_says_what_was_fitted_and_what_was_chosen() -> None:
-    rows = [{'names': ['stribeck'], 'stage': stage, 'gap_left': 0.2, 'chosen': chosen}
-            for stage, chosen in (('regression', True), ('screened', False))]  # fmt: skip
+    rows = [
+        {'names': ['stribeck'], 'stage': stage, 'gap_left': 0.2, 'chosen': chosen}
+        for stage, chosen in (('regression', True), ('screened', False))
+    ]
     assert [(one.stage, one.chosen) for one in ranking({'candidates': rows}, 5)] == [
-        ('fitted', True), ('screened', False),
-    ]  # fmt: skip
+        ('fitted', True),
+        ('screened', False),
+    ]
 
 
 def test_what_to_measure_next_may_be_a_recording_like_another() -> None:
@@ -103,9 +120,15 @@ def test_what_no_experiment_tells_apart_is_said_so() -> None:
 
 
 def test_kind_of_each_candidate_is_told() -> None:
-    names = [['stribeck'], ['valve.intake_voltage'], ['conditions.load_mass'],
-             ['chamber_leak', 'line_lag'], ['chamber_leak', 'valve.intake_voltage']]  # fmt: skip
-    rows = [{'names': one, 'stage': 'regression', 'gap_left': 0.1, 'chosen': False}
-            for one in names]  # fmt: skip
+    names = [
+        ['stribeck'],
+        ['valve.intake_voltage'],
+        ['conditions.load_mass'],
+        ['chamber_leak', 'line_lag'],
+        ['chamber_leak', 'valve.intake_voltage'],
+    ]
+    rows = [
+        {'names': one, 'stage': 'regression', 'gap_left': 0.1, 'chosen': False} for one in names
+    ]
     kinds = [one.kind for one in ranking({'candidates': rows}, 5)]
     assert kinds == ['effect', 'parameter', 'condition', 'effects', 'mixed']

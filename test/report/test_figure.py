@@ -38,17 +38,18 @@ def test_panels_are_those_of_the_paper(
     draw_stroke(record, tmp_path / 'stroke.png')
     axes = drawn[0].axes
     assert [panel.get_ylabel() for panel in axes] == [
-        'position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]',
-    ]  # fmt: skip
+        'position [mm]',
+        'velocity [mm/s]',
+        'pressure [bar abs]',
+        'friction force [N]',
+    ]
     assert axes[3].get_xlabel() == 'time [s]'
     np.testing.assert_allclose(axes[0].lines[0].get_ydata(), 1e3 * record.position)
     np.testing.assert_allclose(axes[2].lines[1].get_ydata(), 1e-5 * record.pressure_2)
 
 
 def test_title_names_the_operating_point(record: Recording) -> None:
-    assert title_of(record).startswith(
-        'Cylinder 2: u = 0.34 V, $p_s$ = 6 bar abs, load 0.2 kg'
-    )  # fmt: skip
+    assert title_of(record).startswith('Cylinder 2: u = 0.34 V, $p_s$ = 6 bar abs, load 0.2 kg')
 
 
 def test_unwritable_path_is_told_in_one_line(record: Recording, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.friction import friction_of
-from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.report import view_data

@@ -71,9 +71,14 @@ def test_every_line_of_the_shipped_files_has_a_unit() -> None:
 
 def test_overrides_apply() -> None:
     changed = load_configuration(
-        'cylinder_3', supply_pressure=7e5, load_mass=5.3, initial_position=0.05,
-        rest_time=10.0, friction='lugre', seed=None,
-    )  # fmt: skip
+        'cylinder_3',
+        supply_pressure=7e5,
+        load_mass=5.3,
+        initial_position=0.05,
+        rest_time=10.0,
+        friction='lugre',
+        seed=None,
+    )
     operation = changed.model.operation
     assert (operation.supply_pressure, operation.load_mass) == (7e5, 5.3)
     assert (operation.initial_position, operation.rest_time) == (0.05, 10.0)

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.control.controller import Compensation, PositionController
+from pneu_rig_ros.control.controller import (
+    Compensation,
+    Pid,
+    PidGains,
+    PositionController,
+)
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.control.laws import Pid, PidGains
 from pneu_rig_ros.control.performance import tracking
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.excitation import ExcitationNode

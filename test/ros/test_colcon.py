@@ -23,9 +23,17 @@ from .domain import own_domain
 PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = {
-    'plant', 'valve_command', 'friction_estimator', 'recorder', 'rig',
-    'excitation', 'position_controller', 'replay', 'shadow', 'pneu-rig',
-}  # fmt: skip
+    'plant',
+    'valve_command',
+    'friction_estimator',
+    'recorder',
+    'rig',
+    'excitation',
+    'position_controller',
+    'replay',
+    'shadow',
+    'pneu-rig',
+}
 DOMAIN = own_domain()
 PATIENCE = 60.0  # s, for a first start, which compiles the plant
 
@@ -39,9 +47,13 @@ PIP_NAMES = {
 WITH_ROSBAGS = {'backports.zstd', 'lz4'}
 # these come with the wheel of rclpy, or not as a wheel at all
 NO_WHEEL = {
-    'launch', 'launch_ros', 'rcl_interfaces', 'rmw_fastrtps_cpp', 'robot_state_publisher',
+    'launch',
+    'launch_ros',
+    'rcl_interfaces',
+    'rmw_fastrtps_cpp',
+    'robot_state_publisher',
     'ros2launch',
-}  # fmt: skip
+}
 
 
 def environment() -> dict[str, str]:

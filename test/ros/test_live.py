@@ -46,8 +46,11 @@ class LiveRig:
         command = [sys.executable, '-m', 'pneu_rig_ros.cli', 'live', '--port', '0']
         self.process = subprocess.Popen(
             [*command, '--start', 'cylinder_2'],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ),
-        )  # fmt: skip
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=dict(os.environ),
+        )
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().split(' ')[0]
 

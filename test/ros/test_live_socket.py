@@ -10,8 +10,8 @@ from typing import Any
 import aiohttp
 import pytest
 
+from pneu_rig_ros.nodes.embedding import embedded
 from pneu_rig_ros.nodes.live import History, LiveNode
-from pneu_rig_ros.nodes.runner import embedded
 from pneu_rig_ros.web.server import serve
 
 pytestmark = pytest.mark.live
@@ -38,8 +38,8 @@ def test_wrong_commands_are_told_and_not_obeyed(node_page: str, message: str, to
 
 def test_rig_without_a_plant_says_so(node_page: str) -> None:
     message = '{"supply_pressure": 6e5}'
-    answer, _ = asyncio.run(ask(node_page, message, lambda m: m.get('state', {}).get('told')))
-    assert 'not available' in answer['state']['told']
+    answer, _ = asyncio.run(ask(node_page, message, lambda m: m.get('state', {}).get('message')))
+    assert 'not available' in answer['state']['message']
     assert answer['samples']['time'] == []
 
 

@@ -14,7 +14,7 @@ import yaml
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.nodes import OWNER
-from pneu_rig_ros.nodes.constant_command import hold_command
+from pneu_rig_ros.nodes.embedding import hold_command
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.cdr import unpack_stamp
 

@@ -118,7 +118,7 @@ def test_repeat_begins_anew(bag, context, bystander):
         ({}, 'bag is empty'),
         ({'bag': '/none'}, '/none does not exist'),
         ({'rate': 0.0}, 'rate'),
-        ({'topics': 'speed'}, 'speed is no topic of a rig'),
+        ({'topics': 'speed'}, 'speed is not a topic of a rig'),
     ],
 )
 def test_a_wrong_start_is_refused_in_one_line(context, bag, parameters, told):

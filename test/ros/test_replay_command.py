@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from pneu_rig_ros.cli import main
-from pneu_rig_ros.cli.replay import replay
+from pneu_rig_ros.cli.run import replay
 from pneu_rig_ros.nodes.replay import ReplayNode
 from pneu_rig_ros.nodes.rig_node import COMMON
 from pneu_rig_ros.records.cdr import unpack_stamp
@@ -32,8 +32,11 @@ def test_command_plays_into_a_namespace_and_ends_with_the_bag(bag, context):
     chosen = ['--topic', 'joint_states', '--subscribers', '1']
     process = subprocess.Popen(
         [*command, '--namespace', 'left', *chosen, '--rate', '4'],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ),
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=dict(os.environ),
+    )
     stamps: list[int] = []
 
     def ended() -> bool:
@@ -55,7 +58,7 @@ def test_command_plays_into_a_namespace_and_ends_with_the_bag(bag, context):
     ('arguments', 'told'),
     [
         (['--rate', '0'], 'rate'),
-        (['--topic', 'speed'], 'speed is no topic'),
+        (['--topic', 'speed'], 'speed is not a topic'),
         (['--namespace', 'a b'], "namespace 'a b'"),
     ],
 )

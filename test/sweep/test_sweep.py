@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.stick_slip import find_cycles
+from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import SerialExecutor, open_executor
@@ -106,7 +106,7 @@ def test_command_writes_a_table_and_prints_plain_data(
     [
         (['--u', '9'], 'not within'),
         (['--vary', 'u=3'], 'expected KEY=VALUES'),
-        (['--longest', '0'], '--longest 0'),
+        (['--longest', '0'], "'--longest': 0.0"),
         (['--initial-position', '5'], 'initial_position: 5 m is not within 0 to 0.2 m'),
         (['--out', '/nowhere/t.csv'], 'there is no directory'),
         (['--scheduler', 'host'], '--scheduler host: no Dask scheduler answers'),

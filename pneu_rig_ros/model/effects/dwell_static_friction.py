@@ -41,9 +41,12 @@ def contribution(
     seal = signals.seal
     coulomb, added = seal.coulomb_force, seal.static_force - model.friction.breakaway_force
     static = grown_static_friction(
-        max(seal.dwell_time, 0.0), max(parameters.breakaway_force + added, coulomb), coulomb,
-        parameters.dwell_coefficient, parameters.dwell_exponent,
-    )  # fmt: skip
+        max(seal.dwell_time, 0.0),
+        max(parameters.breakaway_force + added, coulomb),
+        coulomb,
+        parameters.dwell_coefficient,
+        parameters.dwell_exponent,
+    )
     return 0.0, static - seal.static_force
 
 

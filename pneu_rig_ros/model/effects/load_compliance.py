@@ -62,5 +62,5 @@ EFFECT = Effect(
     probes=tuple(Parameters(6e-5 * 1.3**step, 20.0) for step in range(11)),
     states=('stretch', 'load_velocity'),
     needs=(Need.FREE_MOTION,),
-    drivers=('position',),
+    drivers=(),  # a factor on the force and the mass of the load would make energy
 )

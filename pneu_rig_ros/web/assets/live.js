@@ -100,7 +100,7 @@ let drawing = null;
 let drawnRig = '';
 
 function showState() {
-  const { rig, rate, told, held, changeable } = state;
+  const { rig, rate, message, held, changeable } = state;
   const key = JSON.stringify(rig);
   if (rig && key !== drawnRig) {
     drawing = new CylinderDrawing(document.querySelector('svg.cylinder'), rig);
@@ -115,8 +115,8 @@ function showState() {
   if (rate > 0) pill(`${rate.toFixed(0)} samples/s`, 'good');
   else if (newest > 0) pill('no samples any more', 'bad');
   else pill('waiting for samples', '');
-  if (told !== undefined && told !== shown) {
-    say((shown = told));
+  if (message !== undefined && message !== shown) {
+    say((shown = message));
     if (rig) follow(rig);
   }
   element('leave').disabled = held == null;
@@ -127,7 +127,7 @@ function showState() {
 let shown = '';
 
 function say(text) {
-  element('told').textContent = text;
+  element('notice').textContent = text;
 }
 
 function pill(text, kind) {

@@ -1,0 +1,338 @@
+"""
+MCAP files: their index, their checksums and their messages.
+
+A bag of this project has a checksum over each chunk and over the index, so that a changed bit
+anywhere is found. In a file of others without checksums only contradictions are found. A file that
+is being recorded, or whose recorder was killed, has no index: it is made from the chunks.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from operator import itemgetter
+from pathlib import Path
+from typing import BinaryIO
+from zlib import crc32
+
+from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.opcode import Opcode
+from mcap.reader import make_reader
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    McapRecord,
+    Schema,
+    Statistics,
+)
+from mcap.summary import Summary
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.decompression import LARGEST_CHUNK, decompress
+
+MAGIC = b'\x89MCAP0\r\n'
+
+CHUNK_CRC_OFFSET = 33
+"""From the start of a chunk record to its checksum [byte]: after opcode, length, times, size."""
+
+FOOTER_SIZE = 29
+"""Of the record at the end of the file [byte]."""
+
+HEAD = struct.Struct('<BQ')
+"""Opcode and length of a record."""
+
+MESSAGE = struct.Struct('<HIQQ')
+"""Channel, sequence, log time [ns] and publish time [ns], which precede the data of a message."""
+
+_MESSAGE_OPCODE = int(Opcode.MESSAGE)
+
+_CHUNK = struct.Struct('<QQQII')
+"""First and last log time [ns], size [byte] and checksum of the content, length of a name."""
+
+Message = tuple[int, int, bytes]
+"""Log time [ns], channel, data."""
+
+
+def encode(*records: McapRecord) -> bytes:
+    """Return records as they are in a file."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())
+
+
+class McapFile:
+    """
+    An MCAP file that is open for reading; what is appended to it later is not seen.
+
+    :param path: of the file
+    :raises RigError: when its index was changed, contradicts itself, or needs too much memory
+    :raises Exception: any of the parsers' own for a file that is damaged
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._stream = path.open('rb')
+        try:
+            self.summary = read_index(self._stream)
+            self._check_chunks()
+        except RigError as error:
+            self.close()
+            raise RigError(f'{path}: {error}') from error
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Close the file."""
+        self._stream.close()
+
+    @property
+    def statistics(self) -> Statistics:
+        """Numbers of messages, first and last log time [ns]."""
+        assert self.summary.statistics is not None
+        return self.summary.statistics
+
+    def counts(self) -> Counter[tuple[str, str]]:
+        """Return the number of messages by topic and type, also of topics without messages."""
+        counts: Counter[tuple[str, str]] = Counter()
+        for number, channel in self.summary.channels.items():
+            schema = self.summary.schemas.get(channel.schema_id)
+            count = self.statistics.channel_message_counts.get(number, 0)
+            counts[channel.topic, schema.name if schema else ''] += count
+        return counts
+
+    def protected(self) -> bool:
+        """Return whether every message has a checksum."""
+        for chunk in self.summary.chunk_indexes:
+            self._stream.seek(chunk.chunk_start_offset + CHUNK_CRC_OFFSET)
+            if self._stream.read(4) == bytes(4):
+                return False
+        return bool(self.summary.chunk_indexes)
+
+    def messages(self, channels: Collection[int], start_ns: int = 0) -> Iterator[Message]:
+        """Yield the messages of some channels from a log time [ns] on, in the order of time."""
+        wanted = frozenset(channels)
+        chunks = [
+            chunk
+            for chunk in self.summary.chunk_indexes
+            if chunk.message_end_time >= start_ns and wanted & chunk.message_index_offsets.keys()
+        ]
+        pending: list[Message] = []
+        for chunk in sorted(chunks, key=lambda chunk: chunk.message_start_time):
+            # Chunks may overlap in time: what is older than all that follows can be passed on.
+            due = bisect_left(pending, chunk.message_start_time, key=itemgetter(0))
+            yield from pending[:due]
+            found = chunk_messages(chunk_content(self._stream, chunk), self.summary)
+            pending = pending[due:]
+            pending += (m for m in found if m[1] in wanted and m[0] >= start_ns)
+            pending.sort(key=itemgetter(0))
+        yield from pending
+
+    def _check_chunks(self) -> None:
+        """Raise RigError for chunks that overlap in the file, or hold too much at a time."""
+        chunks, size = self.summary.chunk_indexes, self._stream.seek(0, io.SEEK_END)
+        after = 0
+        for chunk in sorted(chunks, key=lambda chunk: chunk.chunk_start_offset):
+            start, end = chunk.chunk_start_offset, chunk.chunk_start_offset + chunk.chunk_length
+            if start < after or end > size or chunk.compressed_size > chunk.chunk_length:
+                raise RigError(f'the index has a chunk at {start} that cannot be there')
+            after = end
+        # Chunks whose times overlap are in memory together.
+        edges = [(c.message_start_time, c.uncompressed_size) for c in chunks]
+        edges += [(c.message_end_time + 1, -c.uncompressed_size) for c in chunks]
+        together = 0
+        for _, change in sorted(edges):
+            together += change
+            if together > LARGEST_CHUNK:
+                raise RigError(
+                    f'{together} bytes in chunks of the same time, allowed are {LARGEST_CHUNK}'
+                )
+
+    def check_decompression(self) -> None:
+        """Raise RigError for a compressed chunk that does not have the size that it claims."""
+        for chunk in self.summary.chunk_indexes:
+            if chunk.compression:
+                chunk_content(self._stream, chunk)
+
+
+def read_index(stream: BinaryIO) -> Summary:
+    """
+    Return the index of an MCAP file, made from its chunks if it has none.
+
+    :raises ValueError: when the file does not end with a footer
+    :raises RigError: when the index was changed
+    """
+    size = stream.seek(0, io.SEEK_END)
+    end = stream.seek(max(0, size - FOOTER_SIZE - len(MAGIC)))
+    data = stream.read()
+    if data[FOOTER_SIZE:] != MAGIC or data[: HEAD.size] != HEAD.pack(Opcode.FOOTER, 20):
+        raise ValueError('no MCAP footer at its end')
+    footer = Footer.read(ReadDataStream(io.BytesIO(data[HEAD.size :])))
+    if 0 < footer.summary_start <= end and footer.summary_crc:
+        stream.seek(footer.summary_start)
+        # The checksum covers the summary and the footer up to the checksum itself.
+        if crc32(stream.read(end + 25 - footer.summary_start)) != footer.summary_crc:
+            raise RigError('the index was changed, its checksum does not fit')
+    stream.seek(0)
+    summary = make_reader(stream).get_summary()
+    if summary and summary.chunk_indexes and summary.channels and summary.statistics:
+        return summary
+    return scan_chunks(stream)[0]
+
+
+def scan_chunks(stream: BinaryIO) -> tuple[Summary, int]:
+    """
+    Return the index made from the complete chunks of a file, and the offset of their end.
+
+    Only record heads are read, and the content of chunks with messages of new channels: 30 minutes
+    of the rig take a fraction of a second.
+    """
+    summary = Summary()
+    counts, end = scan_records(stream, summary)
+    for number, chunk in enumerate(summary.chunk_indexes):
+        # A channel is in the chunk of its first message, silent channels are in the first chunk.
+        if number == 0 or not summary.channels.keys() >= chunk.message_index_offsets.keys():
+            chunk_messages(chunk_content(stream, chunk), summary)
+    filled = [chunk for chunk in summary.chunk_indexes if chunk.message_index_offsets]
+    summary.statistics = Statistics(
+        attachment_count=0,
+        channel_count=len(summary.channels),
+        channel_message_counts=dict(counts),
+        chunk_count=len(summary.chunk_indexes),
+        message_count=counts.total(),
+        message_start_time=min((chunk.message_start_time for chunk in filled), default=0),
+        message_end_time=max((chunk.message_end_time for chunk in filled), default=0),
+        metadata_count=0,
+        schema_count=len(summary.schemas),
+    )
+    return summary, end
+
+
+def scan_records(stream: BinaryIO, summary: Summary) -> tuple[Counter[int], int]:
+    """
+    Return the number of messages of each channel, and the offset of the end of the chunks.
+
+    :param summary: receives the chunks, and the channels that are declared outside of them
+    """
+    counts: Counter[int] = Counter()
+    chunks, end, in_data = summary.chunk_indexes, len(MAGIC), True
+    for opcode, start, after in _records(stream, stream.seek(0, io.SEEK_END)):
+        if opcode == Opcode.CHUNK:
+            chunks.append(_chunk_index(stream, start, after))
+        elif opcode == Opcode.MESSAGE_INDEX and chunks:
+            channel, size = struct.unpack('<HI', stream.read(6))
+            counts[channel] += size // 16
+            chunk = chunks[-1]
+            chunk.message_index_offsets[channel] = start
+            chunk.message_index_length = after - chunk.chunk_start_offset - chunk.chunk_length
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            _note(opcode, stream.read(after - start - HEAD.size), summary)
+        in_data = in_data and opcode != Opcode.DATA_END
+        end = after if in_data else end
+    return counts, end
+
+
+def _records(stream: BinaryIO, end: int) -> Iterator[tuple[int, int, int]]:
+    """Yield opcode, start and end of each complete record, with the stream at its content."""
+    start = len(MAGIC)
+    while start + HEAD.size <= end:
+        stream.seek(start)
+        opcode, length = HEAD.unpack(stream.read(HEAD.size))
+        after = start + HEAD.size + length
+        if after > end:
+            return
+        yield opcode, start, after
+        start = after
+
+
+def _chunk_index(stream: BinaryIO, start: int, after: int) -> ChunkIndex:
+    first, last, size, _, name_length = _CHUNK.unpack(stream.read(_CHUNK.size))
+    compression = stream.read(name_length).decode()
+    (compressed,) = struct.unpack('<Q', stream.read(8))
+    return ChunkIndex(
+        chunk_length=after - start,
+        chunk_start_offset=start,
+        compression=compression,
+        compressed_size=compressed,
+        message_end_time=last,
+        message_index_length=0,
+        message_index_offsets={},
+        message_start_time=first,
+        uncompressed_size=size,
+    )
+
+
+def chunk_content(stream: BinaryIO, chunk: ChunkIndex) -> bytes:
+    """
+    Return the decompressed content of a chunk.
+
+    :raises ValueError: when it does not fit its checksum
+    :raises RigError: when it does not have the size that the index says
+    """
+    stream.seek(chunk.chunk_start_offset + HEAD.size)
+    # Within the record's own bytes, so that no length in it can ask for more memory.
+    record = Chunk.read(ReadDataStream(io.BytesIO(stream.read(chunk.chunk_length - HEAD.size))))
+    content = decompress(record.data, record.compression, chunk.uncompressed_size)
+    if record.uncompressed_crc not in (0, crc32(content)):
+        raise ValueError(f'the chunk at {chunk.chunk_start_offset} does not fit its checksum')
+    return content
+
+
+def chunk_messages(content: bytes, summary: Summary) -> list[Message]:
+    """
+    Return the messages in the content of a chunk, in their order.
+
+    :param summary: receives the schemas and channels that are declared among them
+    """
+    messages = []
+    at, size = 0, len(content)
+    while at < size:
+        opcode, length = HEAD.unpack_from(content, at)
+        start = at + HEAD.size
+        at = start + length
+        if at > size:
+            raise ValueError('a record goes beyond its chunk')
+        if opcode == _MESSAGE_OPCODE:
+            channel, _, log_time, _ = MESSAGE.unpack_from(content, start)
+            messages.append((log_time, channel, content[start + MESSAGE.size : at]))
+        else:
+            _note(opcode, content[start:at], summary)
+    return messages
+
+
+def _note(opcode: int, content: bytes, summary: Summary) -> None:
+    """Add a schema or a channel to the summary; a channel without its schema cannot be read."""
+    stream = ReadDataStream(io.BytesIO(content))
+    if opcode == Opcode.SCHEMA:
+        schema = Schema.read(stream)
+        summary.schemas[schema.id] = schema
+    elif opcode == Opcode.CHANNEL:
+        channel = Channel.read(stream)
+        if channel.schema_id in summary.schemas:
+            summary.channels[channel.id] = channel
+
+
+def index_bytes(summary: Summary, end: int) -> bytes:
+    """Return what follows the data section of a file that ends at an offset: its index."""
+    assert summary.statistics is not None
+    statistics = replace(
+        summary.statistics,
+        channel_count=len(summary.channels),
+        metadata_count=len(summary.metadata_indexes),
+        schema_count=len(summary.schemas),
+    )
+    records: list[McapRecord] = [*summary.schemas.values(), *summary.channels.values()]
+    records += [statistics, *summary.chunk_indexes, *summary.metadata_indexes]
+    data_end, content = encode(DataEnd(0)), encode(*records)
+    start = end + len(data_end)
+    # The checksum covers the summary and the footer up to the checksum itself.
+    head = struct.pack('<BQQQ', Opcode.FOOTER, 20, start, 0)
+    return data_end + content + encode(Footer(start, 0, crc32(content + head))) + MAGIC

@@ -1,0 +1,57 @@
+"""Self-contained HTML pages: templates with the figures in them."""
+
+from __future__ import annotations
+
+import base64
+import io
+from functools import cache
+from importlib.metadata import version
+from typing import Any, NamedTuple
+
+import jinja2
+import matplotlib
+from matplotlib.figure import Figure
+
+from pneu_rig_ros.records.description import git_revision
+from pneu_rig_ros.report.figure import STYLE
+
+
+class Picture(NamedTuple):
+    """A figure on a page; ``address`` is its data URI, ``key`` the target of links."""
+
+    title: str
+    caption: str
+    address: str
+    key: str = ''
+
+
+def render(template: str, **content: Any) -> str:
+    """Return a page; templates extend ``page.html`` and get version and git revision too."""
+    page = _environment().get_template(template)
+    return page.render(**content, version=version('pneu_rig_ros'), revision=git_revision())
+
+
+def data_address(figure: Figure) -> str:
+    """Return a figure as a data URI of SVG: sharp at any size, the same at every run."""
+    picture = io.BytesIO()
+    settings: Any = {
+        **STYLE,
+        'svg.hashsalt': 'pneu_rig_ros',
+        'svg.fonttype': 'path',
+        'path.simplify_threshold': 0.25,
+    }
+    nothing = dict.fromkeys(('Date', 'Creator', 'Format', 'Type'))
+    with matplotlib.rc_context(settings):
+        figure.savefig(picture, format='svg', metadata=nothing)
+    return 'data:image/svg+xml;base64,' + base64.b64encode(picture.getvalue()).decode()
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader('pneu_rig_ros', 'report'),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
