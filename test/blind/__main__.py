@@ -24,8 +24,9 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import completed, open_executor
 from pneu_rig_ros.records.description import git_revision
 
-from . import page, scores
+from . import foreign_scores, page, scores
 from .answers import FOLDER, Answer, carry_out, kept
+from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .fresh import FRESH, FRESH_PARTS, SEED, drawn
 from .page_tables import text_of
 from .trials import PARTS, Trial, matrix
@@ -66,6 +67,7 @@ def chosen(
     """Return the trials that all filters let through; an empty one lets all."""
     known = {part for part in parts if part != FRESH}
     trials = [*(drawn(seed) if FRESH in parts else matrix(tuple(sorted(known & set(PARTS)))))]
+    trials += drawn_foreign(seed, sorted(known & set(FOREIGN_PARTS)))
     return [
         trial for trial in trials
         if (not known or trial.part in known)
@@ -81,8 +83,9 @@ def chosen(
     multiple=True,
     default=(FRESH,),
     show_default=True,
-    type=click.Choice(sorted({FRESH, *FRESH_PARTS, *PARTS})),
-    help='fresh: drawn from the seed; with it, another one picks a part of these',
+    type=click.Choice(sorted({FRESH, *FRESH_PARTS, *PARTS, *FOREIGN_PARTS})),
+    help='fresh: drawn from the seed; with it, another one picks a part of these, but for those '
+    'of a foreign world, which are drawn only when named',
 )
 @click.option('--seed', default=SEED, show_default=True, help='of what is drawn')
 @click.option('--effect', multiple=True, help='effect or section.key that is hidden')
@@ -116,7 +119,12 @@ def main(
     if FRESH in parts:  # those for building are told here alone
         page.write_kept(store.parent, docs, revision, seed)
     answers = kept(store, wanted)
-    for name, figure in scores.figures(answers).items():
+    figures = scores.figures(answers)
+    if set(parts) & set(FOREIGN_PARTS):
+        figures = foreign_scores.figures(answers)
+        console.print(foreign_scores.headline(answers))
+        console.print(foreign_scores.by_form(answers))
+    for name, figure in figures.items():
         value = text_of(name, figure['value'], 1)
         console.print(f'{name:20s} {value:>8s}  {figure["trials"]} trials')
 

@@ -4,6 +4,7 @@ import numba
 import numpy as np
 
 from . import constants as at
+from .foreign_force import MAXWELL_SLIP, slipped, viscous
 from .motion import (
     drag,
     elements,
@@ -52,11 +53,12 @@ def level_at(
             memory[at.REST_START] = t
         else:
             dwell = t - memory[at.REST_START]
-            memory[at.HELD] = static_after(dwell, coulomb, largest, c)
+            memory[at.HELD] = static_after(dwell, coulomb, largest, c, e)
             memory[at.SLIDE_START] = t
         memory[at.STICKING] = 1.0 if rests else 0.0
-    static = static_force(t, coulomb, largest, memory, c)
-    return stribeck(y, static, coulomb, c), film_rate(y, static, coulomb, memory, c)
+    static = static_force(t, coulomb, largest, memory, c, e)
+    film = film_rate(y, static, coulomb, memory, c, e)
+    return stribeck(y, static, coulomb, c, e), film
 
 
 @numba.njit
@@ -73,19 +75,27 @@ def friction_along(
     """
     memory = np.zeros(at.ANCHORS + len(stiffness))
     memory[at.STICKING], memory[at.REST_START] = 1.0, -rest
-    memory[at.HELD] = static_after(rest, c[at.F_C], c[at.F_S], c)
+    memory[at.HELD] = static_after(rest, c[at.F_C], c[at.F_S], c, e)
     y, friction = states[0].copy(), np.empty(len(states))
     z = h = warmth = 0.0
     for k in range(len(states)):
         y[:] = states[k]
         y[at.Z], y[at.H], y[at.WARMTH] = z, h, warmth
         level, film = level_at(k * interval, y, sticking[k], memory, c, e, stiffness, limit)
-        new = bent(z, y[at.V] * interval, level, memory, stiffness, limit)
+        travel = y[at.V] * interval
+        if e.size > at.FOREIGN and e[at.AT_BRISTLE] > 0.0:
+            new = slipped(z, travel, level, stiffness, memory, limit, e)
+        else:
+            new = bent(z, travel, level, memory, stiffness, limit)
         bristles = elements(new, memory, stiffness, limit)
-        viscous = c[at.SIGMA_2] * y[at.V]
-        friction[k] = bristles + c[at.SIGMA_1] * (new - z) / interval + viscous
+        drag_force = c[at.SIGMA_2] * y[at.V]
+        friction[k] = bristles + c[at.SIGMA_1] * (new - z) / interval + drag_force
+        if e.size > at.FOREIGN:
+            friction[k] += viscous(y, c, e)
+            if e[at.AT_BRISTLE] == MAXWELL_SLIP:
+                friction[k] += y[at.ELEMENT_1 : at.ELEMENT_3 + 1].sum()
         h += interval * film
-        work = abs(bristles * y[at.V]) + viscous * y[at.V]
+        work = abs(bristles * y[at.V]) + drag_force * y[at.V]
         warmth += interval * (1.0 - warmth) * work / e[at.WORK]
         z = new
         drag(z, memory, stiffness, limit)

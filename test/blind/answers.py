@@ -81,6 +81,7 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'ranking': ranking[:LONGEST_RANKING],
         'effects': [effect['name'] for effect in said.get('effects', [])],
         'parameters': [parameter['name'] for parameter in said.get('parameters', [])],
+        'conditions': [condition['name'] for condition in said.get('conditions', [])],
         'alike': said.get('indistinguishable', []),
         'balance': unknown.get('balance', ''),
         'where': [place['balance'] for place in said.get('where', [])],

@@ -10,6 +10,7 @@ from pneu_rig_ros.records.cdr import PlantMessages, pack_float64, pack_valve_vol
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Sample
 
+from .circumstances import Stamps
 from .sensors import Readings
 
 DAC_STEP = 5.0 / 4095
@@ -31,21 +32,26 @@ def write_bag(
     interval_ns: int,
     pressure_variance: float,
     without: tuple[str, ...] = (),
+    stamps: Stamps | None = None,
+    delay_ns: int = 0,
 ) -> None:
     """
     Write a bag and its conditions.yaml; ``u`` has one entry fewer than the readings.
 
     :param without: topics of the plant that are not recorded
+    :param stamps: of the readings, where they are not exact
+    :param delay_ns: by which the commands are stamped later
     """
     messages = PlantMessages(pressure_variance)
     voltages = valve_voltages(u)
     with BagWriter(path) as writer:
         for k, row in enumerate(zip(*readings[1:], strict=True)):
-            now = k * interval_ns
+            now = k * interval_ns if stamps is None else int(stamps.times[k])
             messages.pack(Sample(k, *map(float, row)), now)
             for topic, cdr in messages.by_topic(simulated_time=False).items():
-                if topic not in without:
+                if topic not in without and (stamps is None or stamps.kept[k]):
                     writer.write(f'/{topic}', TOPICS[topic].type, now, cdr)
+            now = k * interval_ns + delay_ns
             if k < len(u):
                 if k == 0 or u[k] != u[k - 1]:
                     writer.write('/u', TOPICS['u'].type, now, pack_float64(float(u[k])))

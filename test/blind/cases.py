@@ -6,7 +6,9 @@ from typing import Any
 from pneu_rig_ros.scenarios.hidden import true_parameters
 
 from . import rig, systems
+from .circumstances import WRONG
 from .files import Files
+from .foreign import is_form
 from .fresh import ONE_PRESSURE
 from .runs import GASES, Truth, truth_of_runs
 from .settings import settings
@@ -30,8 +32,9 @@ def make_files(folder: Path, trial: Trial) -> Files:
         return systems.make_files(folder, SYSTEMS[trial.part], trial.key, trial.secret)
     without = SECOND_PRESSURE if trial.part == ONE_PRESSURE else ()
     return rig.make_bags(
-        folder, trial.cylinder, trial.secret, trial.noise, trial.seed, trial.gains, without
-    )
+        folder, trial.cylinder, trial.secret, trial.noise, trial.seed, trial.gains, without,
+        trial.circumstances,
+    )  # fmt: skip
 
 
 def truth(trial: Trial) -> Truth:
@@ -39,7 +42,7 @@ def truth(trial: Trial) -> Truth:
     if trial.part in SYSTEMS:
         runs = systems.fitted(SYSTEMS[trial.part], trial.key, trial.secret)
     else:
-        runs = rig.runs(trial.cylinder, trial.secret, trial.noise)
+        runs = rig.runs(trial.cylinder, trial.secret, trial.noise, trial.circumstances)
     return truth_of_runs(runs, balances(trial))
 
 
@@ -47,14 +50,20 @@ def visibility(trial: Trial) -> float:
     """Return the largest change of a signal by what is hidden, in multiples of its noise."""
     if trial.part in SYSTEMS:
         return systems.visibility(SYSTEMS[trial.part], trial.key, trial.secret)
-    return rig.visibility(trial.cylinder, trial.secret, trial.noise)
+    return rig.visibility(trial.cylinder, trial.secret, trial.noise, trial.circumstances)
 
 
 def hidden_values(trial: Trial) -> dict[str, float]:
-    """Return effect.parameter or section.name -> true value [SI] of what was hidden."""
+    """
+    Return effect.parameter or section.name -> true value [SI] of what was hidden.
+
+    A foreign form and a wrong condition have no parameter of the library.
+    """
     friction = _model_of(trial)['friction']
     values: dict[str, float] = {}
     for name in trial.names:
+        if is_form(name) or name in WRONG:
+            continue
         if '.' in name:
             value = trial.secret.truth[name]
             values[name] = sum(value) if isinstance(value, list) else value

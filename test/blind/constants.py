@@ -70,3 +70,23 @@ HIDDEN = (
 NONE_HIDDEN = {'nonlinear_opening.exponent': 1.0, 'friction_warm_up.work': 1.0,
                'end_cushion.length': 0.01}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
+
+FOREIGN, WIDTH = len(HIDDEN), 4
+"""Where the numbers of foreign forms begin, if there are any; four for each slot: the code of the
+form, 0 for none, its strength and two numbers of its shape. See ``foreign``."""
+SLOTS = ('heat', 'leak', 'cross_leak', 'null_leak', 'supply', 'curve', 'spool', 'play', 'line',
+         'gas_law', 'pressure', 'position', 'warming', 'side', 'bristle', 'shape', 'dwell',
+         'film', 'load', 'pad', 'joint', 'viscous', 'stop')  # fmt: skip
+(
+    AT_HEAT, AT_LEAK, AT_CROSS, AT_NULL, AT_SUPPLY, AT_CURVE, AT_SPOOL, AT_PLAY, AT_LINE, AT_GAS,
+    AT_PRESSURE, AT_POSITION, AT_WARMING, AT_SIDE, AT_BRISTLE, AT_SHAPE, AT_DWELL, AT_FILM,
+    AT_LOAD, AT_PAD, AT_JOINT, AT_VISCOUS, AT_STOP,
+) = range(FOREIGN, FOREIGN + WIDTH * len(SLOTS), WIDTH)  # fmt: skip
+(
+    CLOCK, WALL_1, WALL_2, SOURCE, SPOOL_V1, SPOOL_V2, PIPE_1, PIPE_2, ELEMENT_1, ELEMENT_2,
+    ELEMENT_3, LATE, SWING, SWING_V, WAY,
+) = range(STATES, STATES + 15)  # fmt: skip
+"""More of the state where a form is foreign: time [s], walls [K], supply [Pa], velocities of the
+spools [V/s], pressures in the lines [Pa], forces of elements [N], velocity that friction remembers
+[m/s], deflection [m] and velocity [m/s] of a swinging load, way [m] or work [J] so far."""
+FOREIGN_STATES = STATES + 15

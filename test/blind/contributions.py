@@ -13,8 +13,9 @@ import numpy as np
 
 from . import constants as at
 from .along import friction_along
+from .foreign_sensors import misread, present
 from .gas import gas_rates
-from .motion import outer_forces
+from .motion import elastic, joint_force, outer_forces
 from .sensors import lagging
 
 
@@ -76,7 +77,14 @@ def seen(states: np.ndarray, interval: float, errors: dict[str, float]) -> Seen:
     shown[:, [at.X, at.V]] *= scale
     shown[:, at.P1] += errors.get('pressure_offset.offset_1', 0.0)
     shown[:, at.P2] += errors.get('pressure_offset.offset_2', 0.0)
-    return Seen(shown, scale * acceleration)
+    acceleration *= scale
+    if present(errors):
+        read, before = [at.X, at.P1, at.P2], shown[:, at.X].copy()
+        shown[:, read] = misread(shown[:, read].T, interval, errors).T
+        moved = shown[:, at.X] - before
+        shown[:, at.V] += np.gradient(moved, interval)
+        acceleration += np.gradient(np.gradient(moved, interval), interval)
+    return Seen(shown, acceleration)
 
 
 def gas(
@@ -121,7 +129,7 @@ def force(
 def inertia(c: np.ndarray, e: np.ndarray) -> float:
     """Return the mass that moves with the piston [kg], that of the fluid included."""
     fluid = c[at.SIGMA_2] * c[at.T_FLUID] if c[at.LAW] >= 2.0 else 0.0
-    return float(c[at.MASS] + fluid + (0.0 if e[at.COMPLIANCE] > 0.0 else c[at.LOAD]))
+    return float(c[at.MASS] + fluid + (0.0 if elastic(c, e) else c[at.LOAD]))
 
 
 def driving(states: np.ndarray, side: Equations) -> np.ndarray:
@@ -129,9 +137,8 @@ def driving(states: np.ndarray, side: Equations) -> np.ndarray:
     c, e = side.c, side.e
     outer = np.array([outer_forces(y, c, e) for y in states])
     outer += pressure_force(states, c)
-    if e[at.COMPLIANCE] > 0.0 and c[at.LOAD] > 0.0:
-        outer += states[:, at.STRETCH] / e[at.COMPLIANCE]
-        outer += e[at.JOINT_D] * (states[:, at.LOAD_V] - states[:, at.V])
+    if elastic(c, e):
+        outer += np.array([joint_force(y, e) for y in states])
     return outer
 
 

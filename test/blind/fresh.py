@@ -51,7 +51,7 @@ def drawn(seed: int = SEED) -> list[Trial]:
     ])  # fmt: skip
 
 
-def _some(names: Sequence[str], count: int, random: Generator) -> list[str]:
+def some_of(names: Sequence[str], count: int, random: Generator) -> list[str]:
     """Draw names, each as often as the others or once more."""
     rounds = -(-count // len(names))
     return [str(name) for _ in range(rounds) for name in random.permutation(names)][:count]
@@ -81,7 +81,7 @@ def _hiding(
 
 
 def _single(seed: int, random: Generator) -> Iterator[Trial]:
-    groups = [(name,) for name in _some(EFFECTS, SINGLES, random)]
+    groups = [(name,) for name in some_of(EFFECTS, SINGLES, random)]
     yield from _hiding(seed, 'single', groups, random)
 
 
@@ -91,13 +91,13 @@ def _pair(seed: int, random: Generator) -> Iterator[Trial]:
 
 
 def _removed(seed: int, random: Generator) -> Iterator[Trial]:
-    groups = [(name,) for name in _some(EFFECTS, REMOVED, random)]
+    groups = [(name,) for name in some_of(EFFECTS, REMOVED, random)]
     for trial in _hiding(seed, 'removed', groups, random):
         yield trial._replace(without=trial.names)
 
 
 def _none(seed: int, random: Generator) -> Iterator[Trial]:
-    for number, law in enumerate(_some(LAWS, NOTHING, random)):
+    for number, law in enumerate(some_of(LAWS, NOTHING, random)):
         cylinder, both = str(random.choice(CYLINDERS)), {'friction.model': law}
         key = _key(seed, 'none', law, cylinder, number)
         yield Trial(key, 'none', cylinder, 1.0, Secret({}, both, both), ())
@@ -105,7 +105,7 @@ def _none(seed: int, random: Generator) -> Iterator[Trial]:
 
 def _parameter(seed: int, random: Generator) -> Iterator[Trial]:
     counts = [count for count, times in WRONG.items() for _ in range(times)]
-    alone = _some(PARAMETERS, WRONG[1], random)
+    alone = some_of(PARAMETERS, WRONG[1], random)
     for number, count in enumerate(counts):
         several = sorted(random.choice(PARAMETERS, count, replace=False).tolist())
         names = (alone[number],) if count == 1 else tuple(map(str, several))
@@ -118,7 +118,7 @@ def _parameter(seed: int, random: Generator) -> Iterator[Trial]:
 def _uncalibrated(seed: int, random: Generator) -> Iterator[Trial]:
     # to sensors whose slopes are open anyway, position_scale is nothing else
     known = [name for name in EFFECTS if name != 'position_scale']
-    groups: list[tuple[str, ...]] = [(name,) for name in _some(known, CALIBRATIONS, random)]
+    groups: list[tuple[str, ...]] = [(name,) for name in some_of(known, CALIBRATIONS, random)]
     groups += UNCALIBRATED_NOTHING * [()]
     for trial in _hiding(seed, 'uncalibrated', groups, random):
         yield trial._replace(gains=drawn_gains(zlib.crc32(trial.key.encode())))
@@ -126,7 +126,7 @@ def _uncalibrated(seed: int, random: Generator) -> Iterator[Trial]:
 
 def _systems(seed: int, random: Generator) -> Iterator[Trial]:
     for name, system in SYSTEMS.items():
-        hidden = [*_some(system.hidden, SYSTEM_TRIALS[name], random), *SYSTEM_NOTHING * ['']]
+        hidden = [*some_of(system.hidden, SYSTEM_TRIALS[name], random), *SYSTEM_NOTHING * ['']]
         for number, what in enumerate(hidden):
             key, grade = _key(seed, name, what or 'nothing', '-', number), _grade(random)
             secret, names, strength = Secret({}, {}, {}), (), ''
@@ -138,6 +138,6 @@ def _systems(seed: int, random: Generator) -> Iterator[Trial]:
 
 def _one_pressure(seed: int, random: Generator) -> Iterator[Trial]:
     groups: list[tuple[str, ...]] = [
-        (name,) for name in _some(IN_CHAMBER_1, SYSTEM_TRIALS[ONE_PRESSURE], random)
+        (name,) for name in some_of(IN_CHAMBER_1, SYSTEM_TRIALS[ONE_PRESSURE], random)
     ]
     yield from _hiding(seed, ONE_PRESSURE, [*groups, *SYSTEM_NOTHING * [()]], random)

@@ -9,11 +9,15 @@ import math
 import numba
 import numpy as np
 
+from . import foreign_gas as foreign
 from .constants import (
     A1,
     A2,
+    AT_LEAK,
+    AT_SUPPLY,
     CROSS,
     DROOP,
+    FOREIGN,
     HEAT_1,
     HEAT_2,
     K_V1,
@@ -35,6 +39,7 @@ from .constants import (
     P2,
     P_ATM,
     P_S,
+    SOURCE,
     SPOOL_1,
     SPOOL_2,
     STROKE,
@@ -78,6 +83,8 @@ def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
 
     The exhaust has a hole of its own from its edge on, if its opening is counted from before it.
     """
+    if e.size > FOREIGN and not c[U_N] <= spool <= c[U_M]:
+        return bent_openings(spool, c, e)
     if spool > c[U_M]:
         full = FULL_VOLTAGE - c[U_M]
         return c[K_V1] * full * ((spool - c[U_M]) / full) ** e[OPENING], 0.0
@@ -88,6 +95,18 @@ def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
 
 
 @numba.njit
+def bent_openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
+    """Areas [m^2] under a foreign curve, an orifice of the line behind them."""
+    if spool > c[U_M]:
+        full = FULL_VOLTAGE - c[U_M]
+        share = foreign.bent((spool - c[U_M]) / full, True, e)
+        return foreign.narrowed(c[K_V1] * full * share ** e[OPENING], e), 0.0
+    share = foreign.bent(1.0 - spool / c[U_N], False, e)
+    area = c[K_V2] * (c[U_0] - c[U_N] + c[U_N] * share ** e[OPENING])
+    return 0.0, foreign.narrowed(area, e)
+
+
+@numba.njit
 def drawn(supply: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray) -> float:
     """Flow [kg/s] out of the supply line at a pressure [Pa]; back flow does not raise it."""
     flow_1, flow_2 = orifice(supply, y[P1], in_1, c), orifice(supply, y[P2], in_2, c)
@@ -95,20 +114,40 @@ def drawn(supply: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray)
 
 
 @numba.njit
-def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray) -> float:
-    """Supply pressure [Pa] behind a resistance, found by bisection."""
-    if e[DROOP] == 0.0 or in_1 + in_2 == 0.0:
-        return c[P_S]
-    low, high = 0.0, min(e[DROOP] * drawn(c[P_S], y, in_1, in_2, c), c[P_S])
+def quadratic_droop(
+    before: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray
+) -> float:
+    """Supply pressure [Pa] behind a resistance that is quadratic in the flow, by bisection."""
+    low, high = 0.0, before - c[P_ATM]
     for _ in range(60):
         droop = 0.5 * (low + high)
-        if e[DROOP] * drawn(c[P_S] - droop, y, in_1, in_2, c) > droop:
+        if e[AT_SUPPLY + 1] * drawn(before - droop, y, in_1, in_2, c) ** 2 > droop:
+            low = droop
+        else:
+            high = droop
+    return before - 0.5 * (low + high)
+
+
+@numba.njit
+def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray) -> float:
+    """Supply pressure [Pa] behind a resistance, found by bisection."""
+    before = c[P_S]
+    if e.size > FOREIGN:
+        before = foreign.source(y, c, e)
+        if e[AT_SUPPLY] == foreign.QUADRATIC_DROP and e[AT_SUPPLY + 1] > 0.0:
+            return quadratic_droop(before, y, in_1, in_2, c, e)
+    if e[DROOP] == 0.0 or in_1 + in_2 == 0.0:
+        return before
+    low, high = 0.0, min(e[DROOP] * drawn(before, y, in_1, in_2, c), before)
+    for _ in range(60):
+        droop = 0.5 * (low + high)
+        if e[DROOP] * drawn(before - droop, y, in_1, in_2, c) > droop:
             low = droop
         else:
             high = droop
         if high - low < 1e-7:
             break
-    return c[P_S] - 0.5 * (low + high)
+    return before - 0.5 * (low + high)
 
 
 @numba.njit
@@ -122,10 +161,57 @@ def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> fl
 
 
 @numba.njit
+def foreign_rates(
+    y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
+) -> None:
+    """Write the rates of pressures, gas masses, lines, spools, walls and supply; forms foreign."""
+    outside, k, rt = c[P_ATM], c[KAPPA], c[R] * c[T_S] * foreign.heaviness(y, e)
+    ends = foreign.at_valve(y, 0, e), foreign.at_valve(y, 1, e)
+    spools, inward, outward = np.empty(2), np.empty(2), np.empty(2)
+    for i in range(2):
+        spools[i] = foreign.spool_of(y, dy, i, memory[TARGET_1 + i], e)
+        if e[LAG_TIME] > 0.0:
+            dy[SPOOL_1 + i] = (spools[i] - y[SPOOL_1 + i]) / e[LAG_TIME]
+            spools[i] = y[SPOOL_1 + i]
+        inward[i], outward[i] = openings(spools[i], c, e)
+    valves = y.copy()  # with the pressures that the valves work against
+    valves[P1], valves[P2] = ends
+    supply = drooped_supply(valves, inward[0], inward[1], c, e)
+    across = orifice(y[P1], y[P2], e[CROSS], c) + foreign.cross_leak(y, c, e)
+    total = 0.0
+    for i in range(2):
+        pressure, sign = y[P1 + i], 1.0 - 2.0 * i
+        into = orifice(supply, ends[i], inward[i], c) * foreign.discharge(supply, ends[i], e)
+        out = orifice(ends[i], outside, outward[i], c) * foreign.discharge(ends[i], outside, e)
+        total += max(into, 0.0)
+        flow = foreign.through_line(y, dy, i, into - out, c, e)
+        if e[LINE_TIME] > 0.0:
+            dy[LINE_1 + i] = (flow - y[LINE_1 + i]) / e[LINE_TIME]
+            flow = y[LINE_1 + i]
+        if e[NULL_IN] + e[NULL_OUT] > 0.0:
+            flow += null_leak(spools[i], pressure, c, e)
+        flow += foreign.null_flow(c[P_S], spools[i], pressure, c, e)
+        share = e[AT_LEAK + 3] if i == 0 else 1.0
+        flow -= orifice(pressure, outside, e[LEAK_1 + i], c)
+        flow -= sign * across + share * foreign.leak(y, pressure, c, e)
+        volume = c[V10] + c[A1] * y[X] if i == 0 else c[V20] + c[A2] * (c[STROKE] - y[X])
+        warmth = foreign.heat(y, dy, i, volume, c, e)
+        if e[HEAT_1 + i] > 0.0:
+            warmth += e[HEAT_1 + i] * (c[T_S] - pressure * volume / (y[M1 + i] * c[R]))
+        dy[M1 + i] = flow
+        work = k * (rt * flow - sign * pressure * c[A1 + i] * y[V]) + (k - 1.0) * warmth
+        dy[P1 + i] = work / foreign.stiffened(volume, pressure, c, e)
+    dy[SOURCE] = foreign.source_rate(y, total, c, e)
+
+
+@numba.njit
 def gas_rates(
     y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> None:
     """Write the rates of pressures, gas masses, lines and spools."""
+    if e.size > FOREIGN:
+        foreign_rates(y, dy, memory, c, e)
+        return
     spool_1, spool_2 = memory[TARGET_1], memory[TARGET_2]
     if e[LAG_TIME] > 0.0:
         dy[SPOOL_1] = (spool_1 - y[SPOOL_1]) / e[LAG_TIME]

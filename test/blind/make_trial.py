@@ -11,6 +11,7 @@ import click
 import yaml
 
 from . import cases
+from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .fresh import FRESH, drawn
 from .trials import Trial, matrix
 
@@ -18,7 +19,12 @@ from .trials import Trial, matrix
 def find(beginning: str) -> Trial:
     """Return the first trial whose key begins so."""
     words = beginning.split('/')
-    trials = drawn(int(words[1])) if words[0] == FRESH and len(words) > 1 else matrix()
+    if words[0] != FRESH or len(words) < 2:
+        trials = matrix()
+    elif len(words) > 2 and words[2] in FOREIGN_PARTS:
+        trials = drawn_foreign(int(words[1]), (words[2],))
+    else:
+        trials = drawn(int(words[1]))
     chosen = next((trial for trial in trials if trial.key.startswith(beginning)), None)
     if chosen is None:
         raise click.BadParameter(f'{beginning}: begins no key, such as {trials[0].key}')

@@ -9,6 +9,7 @@ import math
 import numba
 import numpy as np
 
+from . import foreign_force as foreign
 from .constants import (
     A1,
     A2,
@@ -16,6 +17,11 @@ from .constants import (
     ANCHORS,
     ANGLE,
     ASYMMETRY,
+    AT_BRISTLE,
+    AT_DWELL,
+    AT_FILM,
+    AT_JOINT,
+    AT_PAD,
     COMPLIANCE,
     CONTACT,
     CUSHION,
@@ -26,6 +32,7 @@ from .constants import (
     F_S,
     FILM,
     FILM_REST,
+    FOREIGN,
     GAMMA,
     GRADIENT,
     HELD,
@@ -101,13 +108,21 @@ def levels(
             side = max(-1.0, min(1.0, 2.0 * bristles / c[F_C]))
         share += e[ASYMMETRY] * side
     added = e[SLOPE] * max(y[P1] + y[P2] - 2.0 * c[P_ATM], 0.0)
+    if e.size > FOREIGN:
+        more, most = foreign.added_levels(y, bristles, memory, c, e)
+        coulomb = max((1.0 + share) * c[F_C] + added + more, 0.01 * c[F_C])
+        return coulomb, max((1.0 + share) * c[F_S] + added + most, 0.01 * c[F_S])
     coulomb = max((1.0 + share) * c[F_C] + added, 0.01 * c[F_C])
     return coulomb, max((1.0 + share) * c[F_S] + added, 0.01 * c[F_S])
 
 
 @numba.njit
-def static_after(dwell: float, coulomb: float, largest: float, c: np.ndarray) -> float:
+def static_after(
+    dwell: float, coulomb: float, largest: float, c: np.ndarray, e: np.ndarray
+) -> float:
     """F_s [N] after a dwell time [s], Eq. 16; the largest where the law has none."""
+    if e.size > FOREIGN and e[AT_DWELL] > 0.0:
+        return coulomb + (largest - coulomb) * foreign.dwell_share(dwell, e)
     if c[LAW] < 3.0:
         return largest
     return largest - (largest - coulomb) * math.exp(-c[GAMMA] * dwell ** c[ALPHA])
@@ -132,23 +147,29 @@ def share_left(t: float, memory: np.ndarray, c: np.ndarray) -> float:
 
 @numba.njit
 def static_force(
-    t: float, coulomb: float, largest: float, memory: np.ndarray, c: np.ndarray
+    t: float, coulomb: float, largest: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> float:
-    """F_s [N] under the chosen reading of Eq. 16."""
+    """F_s [N] under the chosen reading of Eq. 16; a foreign one is kept from breakaway on."""
+    if e.size > FOREIGN and e[AT_DWELL] > 0.0 and memory[STICKING] == 0.0:
+        return memory[HELD]
     if c[LAW] == 3.0 and (c[READING] == 2.0 or (c[READING] == 1.0 and memory[STICKING] == 0.0)):
         return memory[HELD]
     if c[LAW] == 3.0 and c[READING] == 3.0:
         return coulomb + (largest - coulomb) * share_left(t, memory, c)
     dwell = t - memory[REST_START] if memory[STICKING] == 1.0 else 0.0
-    return static_after(dwell, coulomb, largest, c)
+    return static_after(dwell, coulomb, largest, c, e)
 
 
 @numba.njit
-def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray) -> float:
+def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray, e: np.ndarray) -> float:
     """g(v, h) [N], Eq. 11."""
     if c[LAW] == 0.0:
+        if e.size > FOREIGN:
+            return coulomb + foreign.stribeck_excess(abs(y[V]), c, e)
         return coulomb
     top = static
+    if e.size > FOREIGN:
+        top = coulomb + (static - coulomb) * foreign.film_share(y, e)
     if c[LAW] >= 2.0:
         h = y[H]
         top = (1.0 - h) * static if c[FILM] == 0.0 else static - h * (static - coulomb)
@@ -157,9 +178,11 @@ def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray) -> flo
 
 @numba.njit
 def film_rate(
-    y: np.ndarray, static: float, coulomb: float, memory: np.ndarray, c: np.ndarray
+    y: np.ndarray, static: float, coulomb: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> float:
     """dh/dt [1/s], Eq. 12-15."""
+    if e.size > FOREIGN and e[AT_FILM] > 0.0:
+        return foreign.foreign_film_rate(y, c, e)
     steady = min(abs(y[V]) / c[V_B], 1.0) ** (2.0 / 3.0)
     if c[FILM] == 0.0:
         steady *= max(1.0 - coulomb / static, 0.0)
@@ -185,7 +208,37 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     spring = -e[SPRING] * (y[X] + e[PRELOAD])
     inner = cushion(e[CUSHION] - y[X], -y[V], e)
     outer = cushion(y[X] - c[STROKE] + e[CUSHION], y[V], e)
-    return weight + spring + inner - outer
+    total = weight + spring + inner - outer
+    if e.size > FOREIGN:
+        total += foreign.load_force(y, c, e)
+        if e[AT_PAD] > 0.0:
+            total += foreign.pads(y, c, e)
+    return total
+
+
+@numba.njit
+def elastic(c: np.ndarray, e: np.ndarray) -> bool:
+    """Whether the load hangs on a joint that gives way."""
+    if e.size > FOREIGN and e[AT_JOINT + 1] > 0.0:
+        return c[LOAD] > 0.0
+    return e[COMPLIANCE] > 0.0 and c[LOAD] > 0.0
+
+
+@numba.njit
+def joint_force(y: np.ndarray, e: np.ndarray) -> float:
+    """Force [N] with which the joint of the load pulls along the outstroke."""
+    if e.size > FOREIGN and e[AT_JOINT + 1] > 0.0:
+        return foreign.foreign_joint(y, e)
+    return y[STRETCH] / e[COMPLIANCE] + e[JOINT_D] * (y[LOAD_V] - y[V])
+
+
+@numba.njit
+def foreign_bending(v: float, bristles: float, level: float, e: np.ndarray) -> float:
+    """dz/dt [m/s] of a foreign law."""
+    if e[AT_BRISTLE] == 0.0:
+        return v - abs(v) * bristles / level
+    side = 1.0 if v > 0.0 else -1.0
+    return v * foreign.bending(side * bristles / level, e)
 
 
 @numba.njit
@@ -203,16 +256,23 @@ def motion_rates(
     v = y[V]
     bristles = elements(y[Z], memory, stiffness, limit)
     coulomb, largest = levels(y, bristles, memory, c, e)
-    static = static_force(t, coulomb, largest, memory, c)
-    z_rate = v - abs(v) * bristles / stribeck(y, static, coulomb, c)
-    dy[H] = film_rate(y, static, coulomb, memory, c)
+    static = static_force(t, coulomb, largest, memory, c, e)
+    level = stribeck(y, static, coulomb, c, e)
+    z_rate = v - abs(v) * bristles / level
+    dy[H] = film_rate(y, static, coulomb, memory, c, e)
     if e[DROP] != 0.0:
         dy[WARMTH] = (1.0 - y[WARMTH]) * (abs(bristles * v) + c[SIGMA_2] * v * v) / e[WORK]
     force = c[A1] * (y[P1] - c[P_ATM]) - c[A2] * (y[P2] - c[P_ATM]) + outer_forces(y, c, e)
+    if e.size > FOREIGN:
+        z_rate = foreign_bending(v, bristles, level, e)
+        other = foreign.viscous(y, c, e) + foreign.element_rates(y, dy, level, c, e)
+        foreign.history_rates(y, dy, bristles + c[SIGMA_2] * v + other, e)
+        foreign.swing_rates(y, dy, e)
+        force -= other
     force -= bristles + c[SIGMA_1] * z_rate + c[SIGMA_2] * v
     inertia = c[MASS] + c[LOAD]
-    if e[COMPLIANCE] > 0.0 and c[LOAD] > 0.0:
-        joint = y[STRETCH] / e[COMPLIANCE] + e[JOINT_D] * (y[LOAD_V] - v)
+    if elastic(c, e):
+        joint = joint_force(y, e)
         dy[STRETCH], dy[LOAD_V] = y[LOAD_V] - v, -joint / c[LOAD]
         force, inertia = force + joint, c[MASS]
     if c[LAW] >= 2.0:

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from .circumstances import WRONG
+from .foreign import FORMS
 from .runs import Truth
 from .windows import length, shared
 
@@ -19,6 +21,10 @@ OF_FORCE = ('friction.', 'cylinder.moving_mass')
 
 def balance_of(name: str) -> str:
     """Return the balance that an effect or parameter acts on: gas, force or sensor."""
+    if name in FORMS:
+        return FORMS[name].balance
+    if name in WRONG:
+        return WRONG[name]
     if '.' in name:
         return 'force' if name.startswith(OF_FORCE) else 'gas'
     return 'gas' if name in GAS else 'sensor' if name in SENSOR else 'force'

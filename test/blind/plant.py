@@ -12,6 +12,8 @@ import numpy as np
 from scipy.integrate import LSODA
 
 from . import constants as at
+from . import foreign
+from .foreign_gas import RUN, targets
 from .gas import gas_rates
 from .motion import drag, elements, levels, motion_rates, share_left, static_after
 
@@ -81,7 +83,9 @@ class Plant:
         )
         self.c = np.array([*(numbers[name] for name in at.CONSTANTS), *choices], dtype=float)
         secret = {**at.NONE_HIDDEN, **(hidden or {})}
-        self.e = np.array([secret.pop(name, 0.0) for name in at.HIDDEN], dtype=float)
+        known = np.array([secret.pop(name, 0.0) for name in at.HIDDEN], dtype=float)
+        forms = {name: secret.pop(name) for name in tuple(secret) if foreign.is_form(name)}
+        self.e = np.concatenate([known, foreign.numbers(forms)])
         assert not secret, f'not in the equations: {", ".join(secret)}'
         self.stiffness = np.array(law['element_stiffness'], dtype=float)
         self.limit = np.array(law['element_limit'], dtype=float)
@@ -89,38 +93,50 @@ class Plant:
         self._start(settings['operation'])
 
     def _start(self, operation: Mapping[str, float]) -> None:
-        c, y = self.c, np.zeros(at.STATES)
+        c, strange = self.c, self.e.size > at.FOREIGN
+        y = np.zeros(at.FOREIGN_STATES if strange else at.STATES)
         x, p1, p2 = (operation[f'initial_{s}'] for s in ('position', 'pressure_1', 'pressure_2'))
         rt = c[at.R] * c[at.T_S]
         y[at.X], y[at.P1], y[at.P2] = x, p1, p2
         y[at.M1] = p1 * (c[at.V10] + c[at.A1] * x) / rt
         y[at.M2] = p2 * (c[at.V20] + c[at.A2] * (c[at.STROKE] - x)) / rt
         y[at.SPOOL_1] = y[at.SPOOL_2] = 2.5
+        if strange:
+            y[[at.WALL_1, at.WALL_2]], y[at.SOURCE] = c[at.T_S], c[at.P_S]
+            y[at.PIPE_1], y[at.PIPE_2] = p1, p2
         self.y, self.t, self._way = y, 0.0, 0.0
         rest = operation['rest_time']
-        held = static_after(rest, c[at.F_C], c[at.F_S], c)
+        held = static_after(rest, c[at.F_C], c[at.F_S], c, self.e)
         anchors = [0.0] * len(self.stiffness)
         self.memory = np.array([1.0, 0.0, -rest, 0.0, 0.0, held, 2.5, 2.5, *anchors])
         self.scale = self._full_scale()
 
     def _full_scale(self) -> np.ndarray:
         c = self.c
-        scale = np.ones(at.STATES)
+        scale = np.ones(len(self.y))
         scale[[at.P1, at.P2]] = c[at.P_S]
         scale[at.X] = c[at.STROKE]
         scale[at.Z] = max(c[at.F_S], c[at.F_C]) / self.stiffness.sum()
         scale[[at.M1, at.M2]] = c[at.P_S] * c[at.V10] / (c[at.R] * c[at.T_S])
         scale[[at.LINE_1, at.LINE_2]] = 1e-4
         scale[at.STRETCH] = 1e-3
+        if len(scale) > at.STATES:
+            scale[at.CLOCK], scale[[at.WALL_1, at.WALL_2]] = 1e3, c[at.T_S]
+            scale[[at.SPOOL_V1, at.SPOOL_V2]] = 1e2
+            scale[[at.SOURCE, at.PIPE_1, at.PIPE_2]] = c[at.P_S]
+            scale[[at.ELEMENT_1, at.ELEMENT_2, at.ELEMENT_3]] = c[at.F_S]
+            scale[at.SWING] = 1e-2
         return scale
 
     def run(self, voltages: np.ndarray, interval: float) -> Motion:
         """Hold each row of voltages [V], shape (n, 2), for one interval [s]; samples 0 to n."""
         count = len(voltages)
         self.times = np.arange(count + 1) * interval
-        self.states = np.empty((count + 1, at.STATES))
+        self.states = np.empty((count + 1, len(self.y)))
         self.at_rest = np.ones(count + 1, dtype=bool)
         self.states[0], self._next = self.y, 1
+        if self.e.size > at.FOREIGN:
+            voltages = targets(voltages, interval, self.e)
         starts = np.flatnonzero(np.any(np.diff(voltages, axis=0, prepend=np.nan), axis=1))
         for first, last in zip(starts, [*starts[1:], count], strict=True):
             self._move_targets(voltages[first])
@@ -143,7 +159,7 @@ class Plant:
                 self._apply(event)
 
     def _rate(self, t: float, y: np.ndarray) -> np.ndarray:
-        dy = np.empty(at.STATES)
+        dy = np.empty(len(y))
         self._pull = rates(t, y, dy, self.memory, self.c, self.e, self.stiffness, self.limit)
         return dy
 
@@ -174,7 +190,8 @@ class Plant:
         """Return the event that the step has passed, '' for none."""
         if self.memory[at.CONTACT] != 0.0:
             return RELEASE if self._free_pull(now) > 0.0 else ''
-        if max(-now[at.X], now[at.X] - self.c[at.STROKE]) > TOUCH_DEPTH:
+        depth = max(-now[at.X], now[at.X] - self._outer_stop(now))
+        if depth > TOUCH_DEPTH and not self._leaves(now):
             return TOUCH
         if self.memory[at.STICKING] == 1.0:
             least = self.c[at.V_STOP] * (1.0 + LEAST_HYSTERESIS)
@@ -183,6 +200,18 @@ class Plant:
         elif side * now[at.V] < self.c[at.V_STOP]:
             return ARREST
         return TURN if self._way * self._turning(now) < 0.0 else ''
+
+    def _outer_stop(self, y: np.ndarray) -> float:
+        """Position of the outer stop [m]; a foreign one creeps inward."""
+        stroke = float(self.c[at.STROKE])
+        if len(y) == at.STATES:
+            return stroke
+        return stroke - float(self.e[at.AT_STOP + 1] * y[at.CLOCK]) / RUN
+
+    def _leaves(self, y: np.ndarray) -> bool:
+        """Whether the piston moves away from a stop that creeps after it."""
+        creeps = len(y) > at.STATES and self.e[at.AT_STOP + 1] > 0.0
+        return bool(creeps and y[at.X] > 0.5 * self.c[at.STROKE] and y[at.V] <= 0.0)
 
     def _turning(self, y: np.ndarray) -> float:
         """Return which way the bristles are being bent; 0 without sliders, whose memory it is."""
@@ -224,7 +253,7 @@ class Plant:
             bristles = elements(self.y[at.Z], memory, self.stiffness, self.limit)
             coulomb, largest = levels(self.y, bristles, memory, self.c, self.e)
             dwell = self.t - memory[at.REST_START]
-            memory[at.HELD] = static_after(dwell, coulomb, largest, self.c)
+            memory[at.HELD] = static_after(dwell, coulomb, largest, self.c, self.e)
             memory[at.SHARE] = share_left(self.t, memory, self.c)
             memory[at.STICKING], memory[at.SLIDE_START] = 0.0, self.t
         elif event == TURN:
@@ -234,7 +263,7 @@ class Plant:
         elif event == TOUCH:
             outer = self.y[at.X] > 0.5 * self.c[at.STROKE]
             memory[at.CONTACT] = 1.0 if outer else -1.0
-            self.y[at.X] = self.c[at.STROKE] if outer else 0.0
+            self.y[at.X] = self._outer_stop(self.y) if outer else 0.0
             self.y[at.V] = 0.0
         if event == ARREST or (event == TOUCH and memory[at.STICKING] == 0.0):
             memory[at.SHARE] = share_left(self.t, memory, self.c)

@@ -12,8 +12,18 @@ from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY, Experiment, c
 from pneu_rig_ros.scenarios.hidden import Secret
 
 from .bags import valve_voltages, write_bag
+from .circumstances import (
+    AS_STATED,
+    Circumstances,
+    as_it_is,
+    command_delay,
+    recorded,
+    shown,
+    stamps,
+)
 from .constants import HIDDEN
 from .files import Files
+from .foreign import FORMS, NUMBERS
 from .plant import Motion, Plant, flatten
 from .runs import Noise, Run, equations
 from .sensors import CALIBRATED, CLASSES, LEVELS, SENSOR_ERRORS, Gains, Readings, distorted, read
@@ -36,13 +46,25 @@ def set_up_for(rig: Settings, cylinder: str, experiment: Experiment) -> Settings
     return changed(rig, operation(set_up(experiment, cylinder, rig['cylinder']['stroke'])))
 
 
-def move(true: Settings, secret: Secret, cylinder: str, experiment: Experiment) -> Motion:
+def in_plant(name: str) -> bool:
+    """Whether an effect.parameter is of the equations, and not of a sensor."""
+    return name in HIDDEN or (name in NUMBERS and bool(FORMS[name.split('.')[0]].slot))
+
+
+def move(
+    true: Settings,
+    secret: Secret,
+    cylinder: str,
+    experiment: Experiment,
+    circumstances: Circumstances = AS_STATED,
+) -> Motion:
     """Return what the true rig does in an experiment."""
-    prepared = set_up_for(true, cylinder, experiment)
+    number = (*FIT, *VERIFY).index(experiment)
+    prepared = as_it_is(set_up_for(true, cylinder, experiment), circumstances, number)
     hidden = flatten(secret.effects)
-    unknown = set(hidden) - set(HIDDEN) - set(SENSOR_ERRORS)
+    unknown = set(hidden) - set(HIDDEN) - set(SENSOR_ERRORS) - NUMBERS
     assert not unknown, f'cannot be hidden: {unknown}'
-    inside = {name: value for name, value in hidden.items() if name in HIDDEN}
+    inside = {name: value for name, value in hidden.items() if in_plant(name)}
     return _moved(json.dumps([prepared, inside]), cylinder, experiment)
 
 
@@ -74,6 +96,7 @@ def make_bags(
     seed: int,
     gains: Gains = CALIBRATED,
     without: tuple[str, ...] = (),
+    circumstances: Circumstances = AS_STATED,
 ) -> Files:
     """
     Record the six experiments of a trial and write the model file beside them.
@@ -82,16 +105,21 @@ def make_bags(
     :param noise: multiple of the rig's noise
     :param gains: slopes of the sensors; the model of ones that are wrong tells their class only
     :param without: topics that are not recorded
+    :param circumstances: that are not as the bags and the model state
     """
     true = truth_of(cylinder, secret)
     folder.mkdir(parents=True, exist_ok=True)
     for index, (name, experiment) in enumerate(zip(NAMES, (*FIT, *VERIFY), strict=True)):
-        motion = move(true, secret, cylinder, experiment)
+        motion = move(true, secret, cylinder, experiment, circumstances)
         readings = measure(motion, true, secret, noise, 100 * seed + index, gains)
-        _record(folder / name, readings, true, cylinder, experiment, noise, without)
+        _record(
+            folder / name, readings, true, cylinder, experiment, noise, without,
+            circumstances, 100 * seed + index,
+        )  # fmt: skip
     model = folder / 'model.yaml'
     classes = dict(SHIPPED_CLASSES) if gains != CALIBRATED else {}
-    model.write_text(model_file(cylinder, {**classes, **secret.model}))
+    given = circumstances.model_of or cylinder
+    model.write_text(model_file(given, {**classes, **secret.model}))
     paths = [folder / name for name in NAMES]
     return Files(paths[: len(FIT)], paths[len(FIT) :], model)
 
@@ -104,29 +132,42 @@ def _record(
     experiment: Experiment,
     noise: float,
     without: tuple[str, ...],
+    circumstances: Circumstances,
+    seed: int,
 ) -> None:
     prepared = set_up_for(true, cylinder, experiment)
     sensors: Mapping[str, Any] = true['sensors']
     variance = (noise * sensors['pressure_noise']) ** 2
     variance += (sensors['pressure_span'] / LEVELS) ** 2 / 12.0
+    atmosphere = true['gas']['atmospheric_pressure']
     write_bag(
-        path, readings, command(experiment, cylinder, INTERVAL), prepared['operation'],
-        true['gas']['atmospheric_pressure'], INTERVAL_NS, variance, without,
+        path, recorded(readings, circumstances, atmosphere),
+        command(experiment, cylinder, INTERVAL), prepared['operation'],
+        atmosphere, INTERVAL_NS, variance, without,
+        stamps(len(readings.time), INTERVAL_NS, circumstances, seed),
+        command_delay(circumstances),
     )  # fmt: skip
 
 
-def visibility(cylinder: str, secret: Secret, noise: float) -> float:
+def visibility(
+    cylinder: str, secret: Secret, noise: float, circumstances: Circumstances = AS_STATED
+) -> float:
     """
     Return the largest change of a signal by what is hidden, in multiples of its noise.
 
     Root mean square over all six bags, against the rig as the model describes it, without noise.
     """
     true = truth_of(cylinder, secret)
-    model = changed(settings(cylinder), secret.model)
+    model = changed(settings(circumstances.model_of or cylinder), secret.model)
+    atmosphere = true['gas']['atmospheric_pressure']
     nothing, plan = Secret({}, {}, {}), (*FIT, *VERIFY)
     squares = np.zeros(3)
     for experiment in plan:
-        real = distorted(move(true, secret, cylinder, experiment), flatten(secret.effects))
+        motion = move(true, secret, cylinder, experiment, circumstances)
+        real = distorted(motion, flatten(secret.effects))
+        if circumstances != AS_STATED:
+            real = shown(real, circumstances, atmosphere)
+            real = np.roll(real, round(circumstances.clock / INTERVAL), axis=1)
         expected = distorted(move(model, nothing, cylinder, experiment), {})
         squares += np.mean((real - expected) ** 2, axis=1) / len(plan)
     sensors = true['sensors']
@@ -134,16 +175,19 @@ def visibility(cylinder: str, secret: Secret, noise: float) -> float:
     return float(np.max(np.sqrt(squares) / level))
 
 
-def runs(cylinder: str, secret: Secret, noise: float) -> list[Run]:
+def runs(
+    cylinder: str, secret: Secret, noise: float, circumstances: Circumstances = AS_STATED
+) -> list[Run]:
     """Return the recordings for the fit as they really were, see :class:`Run`."""
     true, hidden = truth_of(cylinder, secret), flatten(secret.effects)
-    given = changed(settings(cylinder), secret.model)
-    inside = {name: value for name, value in hidden.items() if name in HIDDEN}
-    errors = {name: value for name, value in hidden.items() if name not in HIDDEN}
+    given = changed(settings(circumstances.model_of or cylinder), secret.model)
+    inside = {name: value for name, value in hidden.items() if in_plant(name)}
+    errors = {name: value for name, value in hidden.items() if not in_plant(name)}
     found = []
     for name, experiment in zip(NAMES, FIT, strict=False):
         sides = [set_up_for(rig, cylinder, experiment) for rig in (true, given)]
-        motion = move(true, secret, cylinder, experiment)
+        sides[0] = as_it_is(sides[0], circumstances, FIT.index(experiment))
+        motion = move(true, secret, cylinder, experiment, circumstances)
         voltages = valve_voltages(command(experiment, cylinder, INTERVAL))
         found.append(Run(
             name, INTERVAL, motion.states, motion.sticking, np.vstack([voltages, voltages[-1:]]),

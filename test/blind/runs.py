@@ -7,6 +7,7 @@ import numpy as np
 
 from . import constants as at
 from .contributions import Equations, Seen, force, gas, inertia, seen, volumes
+from .foreign_gas import targets
 from .imposed import dragged
 from .plant import Plant
 from .settings import Settings
@@ -72,8 +73,11 @@ class Run(NamedTuple):
         """Return balance -> contribution of what is hidden, at the samples."""
         shown, found = self.shown, {}
         if set(balances) & set(GASES):
-            targets = dragged(self.voltages, self.true.e[at.PLAY])
-            flows = gas(self.states, shown, targets, self.voltages, self.true, self.model)
+            drawn = self.voltages
+            if self.true.e.size > at.FOREIGN:
+                drawn = targets(drawn, self.interval / self.every, self.true.e)
+            drawn = dragged(drawn, self.true.e[at.PLAY])
+            flows = gas(self.states, shown, drawn, self.voltages, self.true, self.model)
             found = dict(zip(GASES, flows[:: self.every].T, strict=True))
         if 'force' in balances:
             fine = self.interval / self.every

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import bilinear, lfilter
 
+from .foreign_sensors import misread, present
 from .plant import Motion
 
 LEVELS = 4095
@@ -86,7 +87,8 @@ def distorted(motion: Motion, hidden: Mapping[str, float]) -> np.ndarray:
     x = x * (1.0 + hidden.get('position_scale.error', 0.0))
     p1 = p1 + hidden.get('pressure_offset.offset_1', 0.0)
     p2 = p2 + hidden.get('pressure_offset.offset_2', 0.0)
-    return np.stack([x, p1, p2])
+    signals = np.stack([x, p1, p2])
+    return misread(signals, float(motion.time[1]), hidden) if present(hidden) else signals
 
 
 def lagging(signal: np.ndarray, interval: float, lag: float) -> np.ndarray:

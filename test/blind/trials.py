@@ -27,6 +27,7 @@ from pneu_rig_ros.scenarios.hidden import (
     join,
 )
 
+from .circumstances import AS_STATED, Circumstances
 from .constants import LAWS
 from .sensors import CALIBRATED, Gains, drawn_gains
 from .settings import settings
@@ -89,6 +90,8 @@ class Trial(NamedTuple):
     """Effects that the library is made to lack."""
     gains: Gains = CALIBRATED
     """Slopes of the sensors."""
+    circumstances: Circumstances = AS_STATED
+    """What is not as stated."""
 
     @property
     def seed(self) -> int:

@@ -1,0 +1,113 @@
+"""What the answers in a foreign world are worth, a table row for each figure."""
+
+from collections.abc import Iterable
+from statistics import median
+
+from . import scores
+from .answers import Answer
+from .figures import Figure, middle, share
+from .foreign import FORMS, mechanism
+from .page_tables import interval, percent, table, text_of
+
+WANTED: dict[str, tuple[str, float]] = {
+    'foreign_mechanism': ('at least', 0.85),
+    'foreign_cut': ('at least', 0.90),
+    'foreign_unknown': ('at least', 0.85),
+    'foreign_balance': ('at least', 0.95),
+    'unknown_cut': ('at least', 0.90),
+    'unknown_least_cut': ('at least', 0.50),
+    'nuisance_cause': ('at least', 0.90),
+    'nuisance_alarm': ('at most', 0.05),
+    'conditions_named': ('at least', 0.90),
+    'foreign_pairs_both': ('at least', 0.85),
+    'triples_all': ('at least', 0.70),
+}
+"""What each figure should be."""
+MEANING = {
+    'foreign_mechanism': 'a foreign form: the right mechanism first, in the verdict',
+    'foreign_cut': 'of these: median cut of the gap above noise, held-out bags',
+    'foreign_unknown': 'in no library: `unknown`',
+    'foreign_balance': 'of these: the right balance (of a sensor, any)',
+    'unknown_cut': 'in no library: median cut of the gap above noise, held-out bags',
+    'unknown_least_cut': 'in no library: least cut of the gap above noise, held-out bags',
+    'nuisance_cause': 'a strong cause among nuisances: it stands first',
+    'nuisance_alarm': 'nuisances alone: something strong is said to be missing',
+    'conditions_named': 'a wrong condition: named as such',
+    'foreign_pairs_both': 'two foreign forms: both mechanisms are named',
+    'triples_all': 'three foreign forms: all mechanisms are named',
+}
+
+
+def right_mechanism(answer: Answer) -> bool:
+    """Whether the verdict is an effect or a parameter, and the right mechanism stands first."""
+    named = answer['verdict'] in ('effect', 'parameter')
+    return named and scores.first_name(answer) in mechanism(answer['names'][0])
+
+
+def all_mechanisms(answer: Answer) -> bool:
+    """Whether of each hidden form a right mechanism is in the answer, whatever else is."""
+    told = {*answer['effects'], *answer['parameters']}
+    return all(told & set(mechanism(name)) for name in answer['names'])
+
+
+def condition_named(answer: Answer) -> bool:
+    """Whether a wrong condition is the verdict, and the right one stands first."""
+    told = answer.get('conditions', [])
+    return answer['verdict'] == 'conditions' and told[:1] == answer['names']
+
+
+def alarm(answer: Answer) -> bool:
+    """Whether something is said to be missing; the model says that the sensors may be off."""
+    return answer['verdict'] not in ('consistent', 'uncalibrated')
+
+
+def cuts(answers: Iterable[Answer]) -> list[float]:
+    """Return the held-out cuts; an answer without one has cut nothing."""
+    return [answer['cut'] or 0.0 for answer in answers]
+
+
+def figures(answers: list[Answer]) -> dict[str, Figure]:
+    """Return key -> value, number of trials, interval, of what is to be seen."""
+    foreign, unknown = scores.seen(answers, 'foreign'), scores.seen(answers, 'foreign_unknown')
+    called = [a for a in unknown if scores.unknown(a)]
+    least = min(cuts(unknown), default=None)
+    return {
+        'foreign_mechanism': share(foreign, right_mechanism),
+        'foreign_cut': middle(cuts(foreign)),
+        'foreign_unknown': share(unknown, scores.unknown),
+        'foreign_balance': share(called, scores.right_balance),
+        'unknown_cut': middle(cuts(unknown)),
+        'unknown_least_cut': {'value': least, 'trials': len(unknown), 'low': None, 'high': None},
+        'nuisance_cause': share(scores.seen(answers, 'nuisance'), right_mechanism),
+        'nuisance_alarm': share(scores.seen(answers, 'nuisance_none'), alarm),
+        'conditions_named': share(scores.seen(answers, 'conditions'), condition_named),
+        'foreign_pairs_both': share(scores.seen(answers, 'foreign_pairs'), all_mechanisms),
+        'triples_all': share(scores.seen(answers, 'triples'), all_mechanisms),
+    }
+
+
+def headline(answers: list[Answer]) -> str:
+    """Return the table of the figures."""
+    rows = []
+    for name, figure in figures(answers).items():
+        sense, bound = WANTED[name]
+        rows.append((
+            f'`{name}`', MEANING[name], text_of(name, figure['value'], 1), interval(name, figure),
+            f'{sense} {text_of(name, bound)}', figure['trials'],
+        ))  # fmt: skip
+    return table(('figure', 'what', 'measured', '95 % interval', 'wanted', 'trials'), rows)
+
+
+def by_form(answers: list[Answer]) -> str:
+    """Return a row for each form that was hidden alone: what it was taken for."""
+    parts = scores.seen(answers, 'foreign') + scores.seen(answers, 'foreign_unknown')
+    rows = []
+    for name in sorted({a['names'][0] for a in parts}):
+        own = [a for a in parts if a['names'] == [name]]
+        good = sum(right_mechanism(a) or (not mechanism(name) and scores.placed(a)) for a in own)
+        told = ', '.join(scores.first_name(a) or a['verdict'] for a in own)
+        rows.append((
+            f'`{name}`', FORMS[name].balance, ', '.join(mechanism(name)) or '-',
+            f'{good} of {len(own)}', told, percent(median(cuts(own))),
+        ))  # fmt: skip
+    return table(('form', 'balance', 'mechanism', 'right', 'answered', 'cut'), rows)

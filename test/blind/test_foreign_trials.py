@@ -1,0 +1,186 @@
+"""Trials in a foreign world: drawn when asked for, judged by mechanism."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS
+
+from . import foreign_scores
+from .__main__ import chosen
+from .circumstances import (
+    AS_STATED,
+    PSI_BY_BAR,
+    WRONG,
+    as_it_is,
+    command_delay,
+    shown,
+    stamps,
+)
+from .foreign import FORMS, KNOWN, UNKNOWN, mechanism
+from .foreign_strengths import STRENGTHS
+from .foreign_trials import COUNTS, FOREIGN_PARTS, drawn_foreign, together
+from .fresh import FRESH, drawn
+from .make_trial import find
+from .places import balance_of
+from .settings import settings
+from .test_scores import answer
+from .trials import Trial
+
+
+def of(part: str) -> list[Trial]:
+    return drawn_foreign(19, (part,))
+
+
+@pytest.mark.parametrize('part', FOREIGN_PARTS)
+def test_each_part_has_its_trials_and_is_repeatable(part: str) -> None:
+    trials = of(part)
+    assert trials == of(part)
+    assert len(trials) == COUNTS[part] >= 60
+    assert len({trial.key for trial in trials}) == len(trials)
+    assert {trial.part for trial in trials} == {part}
+    assert {trial.cylinder for trial in trials} == set(CYLINDERS)
+    assert {trial.key for trial in trials} <= {trial.key for trial in drawn_foreign(19)}
+
+
+def test_they_are_drawn_only_when_named() -> None:
+    assert not {trial.part for trial in drawn(19)} & set(FOREIGN_PARTS)
+    assert not [t for t in chosen((FRESH,), 19, (), ()) if t.part in FOREIGN_PARTS]
+    assert {t.part for t in chosen(('foreign', 'triples'), 19, (), ())} == {'foreign', 'triples'}
+
+
+def test_every_form_is_hidden_and_the_right_kind_in_each_part() -> None:
+    assert {trial.names[0] for trial in of('foreign')} == set(KNOWN)
+    assert {trial.names[0] for trial in of('foreign_unknown')} == set(UNKNOWN)
+    assert {trial.names[0] for trial in of('conditions')} == set(WRONG)
+    assert all(not trial.names for trial in of('nuisance_none'))
+    causes = {trial.names[0] for trial in of('nuisance')}
+    assert causes & set(FORMS)
+    assert causes & set(EFFECTS)
+
+
+def test_strengths_are_within_their_ranges() -> None:
+    for trial in of('foreign') + of('foreign_unknown'):
+        (name,) = trial.names
+        low, high = STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
+        assert low <= trial.secret.effects[name]['strength'] <= high
+
+
+@pytest.mark.parametrize(('part', 'size'), [('foreign_pairs', 2), ('triples', 3)])
+def test_several_forms_are_of_different_mechanisms(part: str, size: int) -> None:
+    for trial in of(part):
+        assert len(trial.names) == size
+        assert together(trial.names)
+        words = [word for name in trial.names for word in mechanism(name)]
+        assert len(set(words)) == len(words)
+    counts = {len({balance_of(name) for name in trial.names}) for trial in of(part)}
+    assert counts >= {1, 2}
+
+
+@pytest.mark.parametrize('part', ['nuisance', 'nuisance_none'])
+def test_nuisances_are_weak_and_of_other_mechanisms(part: str) -> None:
+    for trial in of(part):
+        weak = [name for name in trial.secret.effects if name not in trial.names]
+        assert 3 <= len(weak) <= 5
+        for name in weak:
+            low = STRENGTHS[name][CYLINDERS.index(trial.cylinder)][0]
+            share = trial.secret.effects[name]['strength'] / low
+            assert 0.5 / 3.0 <= share <= 1.5 / 3.0
+            if trial.names:
+                assert not set(mechanism(name)) & set(mechanism(trial.names[0]))
+        assert 0.0 < abs(trial.circumstances.supply - 1.0) <= 0.02
+        assert 0.01 <= trial.circumstances.jitter <= 0.03
+        assert 288.0 < trial.secret.truth['gas.supply_temperature'] < 304.0
+
+
+def test_key_finds_its_trial() -> None:
+    trial = of('foreign')[3]
+    assert find(trial.key) == trial
+
+
+def test_conditions_are_off_as_drawn() -> None:
+    stated = settings('cylinder_1')
+    true = as_it_is(stated, AS_STATED._replace(supply=1.03, load=0.9, wear=0.01), 2)
+    assert true['operation']['supply_pressure'] == 1.03 * stated['operation']['supply_pressure']
+    assert true['operation']['load_mass'] == 0.9 * stated['operation']['load_mass']
+    assert true['friction']['coulomb_force'] == 1.02 * stated['friction']['coulomb_force']
+    assert as_it_is(stated, AS_STATED, 5) == stated
+
+
+def test_records_are_exchanged_in_another_unit_or_from_another_zero() -> None:
+    true = np.array([[0.1], [3e5], [2e5]])
+    assert np.array_equal(shown(true, AS_STATED, 1e5), true)
+    changed = AS_STATED._replace(exchanged=True, unit=PSI_BY_BAR, start=0.002)
+    x, p1, p2 = shown(true, changed, 1e5)[:, 0]
+    assert x == pytest.approx(0.102)
+    assert p1 == pytest.approx(1e5 + 6894.757)
+    assert p2 == pytest.approx(1e5 + 2.0 * 6894.757)
+
+
+def test_stamps_jitter_and_samples_are_lost() -> None:
+    assert stamps(100, 1_160_000, AS_STATED, 1) is None
+    made = stamps(20_000, 1_160_000, AS_STATED._replace(jitter=0.02, lost=0.01), 1)
+    assert made is not None
+    gaps = np.diff(made.times)
+    assert np.all(gaps > 0)
+    assert np.std(made.times - 1_160_000 * np.arange(20_000)) == pytest.approx(23_200, rel=0.05)
+    assert 0.005 < 1.0 - made.kept.mean() < 0.015
+
+
+@pytest.mark.parametrize('clock', [0.05, -0.05])
+def test_clock_that_is_ahead_or_behind_moves_one_of_the_two(clock: float) -> None:
+    made = stamps(10, 1_000_000, AS_STATED._replace(clock=clock), 1)
+    assert made is not None
+    delay = command_delay(AS_STATED._replace(clock=clock))
+    assert made.times[0] - delay == round(1e9 * clock)
+    assert min(made.times[0], delay) == 0
+
+
+ANSWERS = [
+    answer('foreign', ['woschni_heat'], 'effect', effects=['wall_heat_transfer'], cut=0.95),
+    answer('foreign', ['wider_dead_band'], 'parameter', parameters=['valve.intake_voltage'],
+           cut=0.8),
+    answer('foreign', ['bump_at_place'], 'effect', effects=['load_spring'], cut=None),
+    answer('foreign', ['bump_at_place'], 'unknown', visibility=1.0),
+    answer('foreign_unknown', ['detent'], 'unknown', balance='force', cut=0.9),
+    answer('foreign_unknown', ['compressor_pulsation'], 'unknown', balance='force', cut=0.2),
+    answer('foreign_unknown', ['churning'], 'effect', effects=['load_spring'], cut=0.1),
+    answer('nuisance', ['supply_droop'], 'effect', effects=['supply_droop']),
+    answer('nuisance_none', [], 'uncalibrated'),
+    answer('nuisance_none', [], 'parameter', parameters=['friction.coulomb_force']),
+    answer('conditions', ['supply_pressure'], 'conditions', conditions=['supply_pressure']),
+    answer('conditions', ['load_mass'], 'effect', effects=['inclination']),
+    answer('foreign_pairs', ['tapered_tube', 'linear_seal_leak'], 'effect',
+           effects=['chamber_leak', 'position_dependent_friction']),
+    answer('triples', ['tapered_tube', 'linear_seal_leak', 'small_tank'], 'effect',
+           effects=['chamber_leak', 'position_dependent_friction']),
+]  # fmt: skip
+EXPECTED = {
+    'foreign_mechanism': (2 / 3, 3), 'foreign_cut': (0.8, 3), 'foreign_unknown': (2 / 3, 3),
+    'foreign_balance': (0.5, 2), 'unknown_cut': (0.2, 3), 'unknown_least_cut': (0.1, 3),
+    'nuisance_cause': (1.0, 1), 'nuisance_alarm': (0.5, 2), 'conditions_named': (0.5, 2),
+    'foreign_pairs_both': (1.0, 1), 'triples_all': (0.0, 1),
+}  # fmt: skip
+
+
+def test_figures_are_those_of_the_answers() -> None:
+    figures = foreign_scores.figures(ANSWERS)
+    found = {name: (figure['value'], figure['trials']) for name, figure in figures.items()}
+    assert found == EXPECTED
+    assert set(foreign_scores.WANTED) == set(foreign_scores.MEANING) == set(figures)
+    assert foreign_scores.figures([])['unknown_least_cut']['value'] is None
+
+
+def test_tables_have_a_row_for_each_figure_and_form() -> None:
+    text = foreign_scores.headline(ANSWERS)
+    assert text.count('\n| `') == len(foreign_scores.WANTED)
+    rows = foreign_scores.by_form(ANSWERS)
+    assert '| `woschni_heat` | gas | wall_heat_transfer | 1 of 1 | wall_heat_transfer |' in rows
+    assert '| `detent` | force | - | 1 of 1 | unknown |' in rows
+    assert '| `compressor_pulsation` | gas | - | 0 of 1 | unknown |' in rows
+
+
+def test_nothing_of_a_foreign_form_is_in_the_package() -> None:
+    for name in ('foreign', 'foreign_gas', 'foreign_force', 'foreign_sensors', 'circumstances'):
+        assert 'pneu_rig_ros' not in Path(__file__).with_name(f'{name}.py').read_text()
