@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.workflow import diagnose
+from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 
 ROOT = Path(__file__).resolve().parents[2]
 SYSTEMS = ROOT / 'config' / 'systems'
@@ -74,3 +74,28 @@ def test_seals_lack_friction_that_grows_with_pressure(name: str, low: float, hig
     assert told['effects'][0]['name'] == 'pressure_dependent_friction'
     assert low < told['effects'][0]['parameters']['slope']['value'] < high
     assert told['gap']['cut'] > (0.5 if name == 'NAPN' else 0.25)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('first', [0, 1])
+def test_repeats_of_a_seal_are_consistent_within_its_repeatability(
+    first: int, tmp_path: Path
+) -> None:
+    """Nothing was changed between three sets of recordings but that the seal was put in again."""
+    folders = 'seal_friction', *['seal_friction_repeats'] * 2
+    names = 'O-ring257', 'O-ring257_rerun_1', 'O-ring257_rerun_2'
+    sets = [
+        [DATA / folder / f'{name}_{bar}bar.csv' for bar in (3, 5, 1, 7)]
+        for folder, name in zip(folders, names, strict=True)
+    ]
+    columns = SYSTEMS / 'seal_friction.map.yaml'
+
+    def judge(paths: list[Path], model: Path) -> Diagnosis:
+        return diagnose(paths[:2], model, paths[2:], mapping=columns)
+
+    diagnosis = judge(sets[first], SYSTEMS / 'seal_O-ring257.yaml')
+    improved = tmp_path / 'improved.yaml'
+    improved.write_text(diagnosis.improved_system.to_yaml(diagnosis.improved))
+    assert 0.5 < diagnosis.improved_system.repeatability['force'] < 2.0
+    for other in sets[:first] + sets[first + 1 :]:
+        assert judge(other, improved).verdict == 'consistent'
