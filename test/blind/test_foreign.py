@@ -17,7 +17,7 @@ CYLINDER = 'cylinder_2'
 PLANT = tuple(name for name, form in FORMS.items() if form.slot)
 SAMPLES, INTERVAL = 400, 1e-3
 ON_STOP = ('creeping_stop',)
-"""What acts where the piston is held: no rate and no contribution tells of it."""
+"""Effects that act where the piston is held, and contribute to no rate."""
 
 
 def hidden(name: str, strength: float) -> dict[str, float]:
