@@ -18,7 +18,7 @@ from pneu_rig_ros.diagnosis.nuisances import (
     clock_column,
     estimate_nuisances,
     temperature_columns,
-    without_delay,
+    without_nuisances,
 )
 from pneu_rig_ros.diagnosis.parallel import map_runs
 from pneu_rig_ros.diagnosis.replicates import Inflation, estimate_inflation, with_bias
@@ -66,7 +66,7 @@ class Dataset:
     ) -> Dataset:
         """Return the runs with the noise that they have if the hypothesis is true."""
         count = len(comparisons)
-        aligned = map_runs(partial(without_delay, hypothesis), comparisons, rng.spawn(count))
+        aligned = map_runs(partial(without_nuisances, hypothesis), comparisons, rng.spawn(count))
         runs = tuple(aligned)
         inflation = estimate_inflation(hypothesis, runs, rng)
         noises = map_runs(partial(noise_model, hypothesis), runs, rng.spawn(count))

@@ -188,14 +188,15 @@ def estimate_nuisances(
     return estimate
 
 
-def without_delay(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Comparison:
+def without_nuisances(
+    hypothesis: Hypothesis, comparison: Comparison, rng: Generator
+) -> Comparison:
     """
-    Return a run with its pressures shifted by their delay under a hypothesis.
+    Return a run corrected for its delay and initial temperatures under a hypothesis.
 
-    The residuals are linear in the delay that remains.
+    The residuals are linear in what remains of them.
     """
-    if comparison.run.clock_offset <= 0.0:
+    if not comparison.run.has_nuisances:
         return comparison
     noise = noise_model(hypothesis, comparison, rng)
-    delay = estimate_nuisances(hypothesis, comparison, noise).delay
-    return Comparison(comparison.run.with_delay(delay))
+    return Comparison(estimate_nuisances(hypothesis, comparison, noise).correct(comparison.run))

@@ -20,6 +20,7 @@ from pneu_rig_ros.model.dynamics import (
     FILM,
     FREE_ACCELERATION,
     GAS_MASS_1,
+    GAS_MASS_2,
     GROWN_STATIC,
     POSITION,
     PRESSURE_1,
@@ -107,31 +108,24 @@ def slide(
 
 
 @compiled
-def carry_gas(
-    interval: float,
-    before: Array,
-    after: Array,
-    carry: IntegratorState,
-    out: Array,
-    model: CompiledModel,
-) -> None:
+def measured_gains(
+    before: Array, after: Array, state: Array, model: CompiledModel
+) -> tuple[float, float]:
     """
-    Carry the gas masses on by the measured balance; changes the state.
+    Return what the gas of both chambers gained between two samples [kg]: mass, and heat as mass.
 
-    :param out: modelled rates; of the gas sources [kg/s] in it, what is heat is no mass
+    :param state: at the middle
     """
-    state, rate = carry.y1, carry.f1
     gas, cylinder = model.gas, model.cylinder
     k = gas.heat_capacity_ratio
     enthalpy = k * gas.gas_constant * gas.supply_temperature
     middle = chambers.volumes(state[POSITION], cylinder)
     first, last = chambers.volumes(before[0], cylinder), chambers.volumes(after[0], cylinder)
-    for i in range(2):
-        pressure, mass = PRESSURE_1 + i, GAS_MASS_1 + i
-        heat = out[SOURCE_1 + i] - rate[mass]
-        swept = k * state[pressure] * (last[i] - first[i])
-        gained = (middle[i] * (after[1 + i] - before[1 + i]) + swept) / enthalpy
-        state[mass] += gained - interval * heat
+    swept_1 = k * state[PRESSURE_1] * (last[0] - first[0])
+    swept_2 = k * state[PRESSURE_2] * (last[1] - first[1])
+    gained_1 = float((middle[0] * (after[1] - before[1]) + swept_1) / enthalpy)
+    gained_2 = float((middle[1] * (after[2] - before[2]) + swept_2) / enthalpy)
+    return gained_1, gained_2
 
 
 def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
@@ -202,13 +196,19 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
     ) -> None:
         start, state, rate, arrow, memory = carry.y0, carry.y1, carry.f1, carry.arrow, carry.memory
         cylinder, grown = model.cylinder, 0.0
+        heats = carry.f0  # at GAS_MASS_1 and _2: that of the walls in an interval, as mass [kg]
+        heats[GAS_MASS_1] = heats[GAS_MASS_2] = 0.0
         for i in range(len(contacts)):
             time, contact = (i + 0.5) * interval, contacts[i]
             before, after = measured[i], measured[i + 1]
             set_measured(state, before, after, velocity[i])
             switch(time, contact, state, memory, grown, model)
-            for j in range(STATE_SIZE, len(state)):  # to the middle, by the rate before it
-                start[j] = state[j]
+            copy(state, start)
+            gains = measured_gains(before, after, state, model)
+            for j in range(2):  # to the middle, by what was measured and the heat before it
+                state[GAS_MASS_1 + j] += 0.5 * (gains[j] - heats[GAS_MASS_1 + j])
+            state[FILM] += 0.5 * interval * rate[FILM]
+            for j in range(STATE_SIZE, len(state)):
                 state[j] += 0.5 * interval * rate[j]
             out[i, FORCE] = out[i, INERTIA] = out[i, LOADING] = np.nan
             if contact == RESTS:
@@ -228,8 +228,10 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
                 out[i, SOURCE_1 + j] = gas_source(
                     rate[PRESSURE_1 + j], swept, state[PRESSURE_1 + j], volumes[j], model
                 )
-            carry_gas(interval, before, after, carry, out[i], model)
-            state[FILM] += interval * rate[FILM]
+                mass = GAS_MASS_1 + j
+                heats[mass] = interval * (out[i, SOURCE_1 + j] - rate[mass])
+                state[mass] = start[mass] + gains[j] - heats[mass]
+            state[FILM] = start[FILM] + interval * rate[FILM]
             for j in range(STATE_SIZE, len(state)):
                 state[j] = start[j] + interval * rate[j]
 
