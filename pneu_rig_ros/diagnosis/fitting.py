@@ -37,6 +37,8 @@ LONG_STEPS = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)
 Such steps from a fit to simulations, internal units [-]: a local minimum that one slip makes is
 steep, and its standard deviations do not measure the length of the valley.
 """
+UNIFORM = 12.0
+"""Square of a range by the variance of a number that is anywhere in it [-]."""
 SIMPLEX_SIZE = 0.2
 """Of the search across local minima, internal units [-]."""
 SIMPLEX_STEPS = 100
@@ -151,8 +153,9 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
         xtol=1e-5,
         ftol=1e-5,
     )
-    curvature = solution.jac.T @ solution.jac
-    covariance: Floats = np.linalg.pinv(curvature, hermitian=True)
+    # before the data, a value is anywhere in its range
+    curvature = solution.jac.T @ solution.jac + np.diag(UNIFORM / (high - low) ** 2)
+    covariance: Floats = np.linalg.inv(curvature)
     return Fit(start.with_theta(solution.x), float(solution.cost), covariance)
 
 

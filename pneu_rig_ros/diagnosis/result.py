@@ -188,7 +188,8 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
     if diagnosis.best is None:
         return
     search, explanation = diagnosis.search, diagnosis.explanation
-    spans = iter(value_intervals(diagnosis.best.fit, diagnosis.given, search.training))
+    fit, errors = diagnosis.best.fit, diagnosis.errors
+    spans = iter(value_intervals(fit, diagnosis.given, search.training, errors))
     for part, values in zip(explanation.parts, explanation.values, strict=True):
         rows: dict[str, dict[str, Any]] = {
             c.name: {'value': value, 'interval': list(next(spans)), 'unit': c.quantity.unit}

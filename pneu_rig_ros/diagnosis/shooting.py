@@ -12,7 +12,7 @@ is wrong until the next restart.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -184,6 +184,31 @@ def bench_force(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     """Return the modelled force of the bench along the measured motion [N], shape (n - 1,)."""
     force: Floats = -comparison.rates(hypothesis)[:, along.FORCE]
     return force
+
+
+def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Comparison:
+    """
+    Return what the sensors would have read if a hypothesis were true.
+
+    A free piston is simulated, else what is open along the measured motion.
+    """
+    run = comparison.run
+    if comparison.free:
+        return Comparison(simulate_replicate(hypothesis, run, rng))
+    position, pressures, force = run.smooth[:, 0], run.pressures.copy(), run.force
+    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
+    if chambers:
+        simulated = np.vstack([run.smooth[:1, 1:], chamber_pressures(hypothesis, comparison)])
+        simulated += np.array(run.noise.pressures) * rng.standard_normal(simulated.shape)
+        clipped = np.clip(simulated, run.span.low, run.span.high)
+        pressures[:, chambers] = clipped[:, chambers]
+    if 'force' in run.balances and force is not None:
+        middles = bench_force(hypothesis, comparison)
+        samples = np.concatenate([middles[:1], 0.5 * (middles[1:] + middles[:-1]), middles[-1:]])
+        force = samples + run.noise.force * rng.standard_normal(samples.size)
+    position = position + run.noise.position * rng.standard_normal(run.size)
+    readings = replace(run, position=position, pressures=pressures, force=force)
+    return Comparison(replace(readings, original=None, delay=0.0))
 
 
 @dataclass(frozen=True)

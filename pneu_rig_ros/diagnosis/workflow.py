@@ -22,6 +22,7 @@ from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.empirical import Description, describe
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.pool import pool
@@ -29,6 +30,7 @@ from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
 from pneu_rig_ros.diagnosis.scoring import ScoredFit, remaining_share
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
+from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.diagnosis.windows import BREAKAWAY, Windows, windows_of
 from pneu_rig_ros.executor import Executor, SerialExecutor
 
@@ -58,6 +60,7 @@ class Diagnosis:
     :param where: its significant residuals
     :param best: the accepted explanation, None where nothing is missing
     :param unknown: empirical terms for what no cause explains
+    :param errors: of fits of the best explanation to replicates, shape (replicates, coordinates)
     :param seconds: duration of the diagnosis [s]
     """
 
@@ -69,6 +72,7 @@ class Diagnosis:
     where: Sequence[SignificantResidual]
     best: ScoredFit | None
     unknown: Description | None
+    errors: Floats
     next_experiment: NextExperiment | None
     seed: int
     seconds: float
@@ -190,7 +194,12 @@ def diagnose(
             unknown = _unknown(search, where)
     elif best is None:
         where = []
-    progress('designing the next experiment', 0.95)
+    best = best if unknown is None else search.calibrated
+    errors = np.zeros((1, 0))
+    if best is not None:
+        progress('finding the errors of the fitted values', 0.93)
+        errors = replicate_errors(best.explanation, given, search.training, rng, workers)
+    progress('designing the next experiment', 0.97)
     experiment = next_experiment(rivals(search), training, system)
     return Diagnosis(
         system,
@@ -199,8 +208,9 @@ def diagnose(
         search,
         windows,
         where,
-        best if unknown is None else search.calibrated,
+        best,
         unknown,
+        errors,
         experiment,
         seed,
         time.perf_counter() - begin,

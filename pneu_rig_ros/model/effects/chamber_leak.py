@@ -15,8 +15,8 @@ from pneu_rig_ros.model.valve import port_flow
 class Parameters(NamedTuple):
     """Effective areas of the leaks."""
 
-    area_1: Annotated[float, Quantity('m^2', 0.0, 1e-6, 'effective leak area of chamber 1')]
-    area_2: Annotated[float, Quantity('m^2', 0.0, 1e-6, 'effective leak area of chamber 2')]
+    area_1: Annotated[float, Quantity('m^2', 0.0, 1e-4, 'effective leak area of chamber 1')]
+    area_2: Annotated[float, Quantity('m^2', 0.0, 1e-4, 'effective leak area of chamber 2')]
 
 
 @compiled

@@ -15,7 +15,7 @@ from pneu_rig_ros.model.valve import port_flow
 class Parameters(NamedTuple):
     """Effective area of the leak."""
 
-    area: Annotated[float, Quantity('m^2', 0.0, 1e-6, 'effective leak area past the piston')]
+    area: Annotated[float, Quantity('m^2', 0.0, 1e-4, 'effective leak area past the piston')]
 
 
 @compiled
