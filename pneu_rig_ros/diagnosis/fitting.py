@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
+from scipy.stats.qmc import Sobol
 
 from pneu_rig_ros.diagnosis.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.dataset import OUTLIER, Dataset, loss
@@ -39,6 +40,12 @@ steep, and its standard deviations do not measure the length of the valley.
 """
 UNIFORM = 12.0
 """Square of a range by the variance of a number that is anywhere in it [-]."""
+SCATTERED = 64
+"""Points around a fit to simulations from which it is started again."""
+SCATTER = 40.0, 1.5
+"""Their distance from the fit at most [standard deviations, internal units]."""
+RESTARTS = 3
+"""Best of them, and of those along the valley, that are fitted."""
 SIMPLEX_SIZE = 0.2
 """Of the search across local minima, internal units [-]."""
 SIMPLEX_STEPS = 100
@@ -165,21 +172,57 @@ def multi_start(
     """
     Return the best fit of several starts where simulations have local minima, else of one.
 
-    Started also from the unfitted values of the last cause, continued along the valley of the best
-    fit, and finished by a simplex search, which steps across the minimum of a single slip.
+    Started also from the unfitted values of the last cause, then along the valley of the best fit
+    and around it, and finished by a simplex search, which steps across the minimum of a single
+    slip.
     """
     if dataset.cycles is None:
         return fit(explanation, given, dataset, FINAL_ROUNDS)
     kept = explanation.values[:-1]
     starts = [replace(explanation, values=(*kept, s)) for s in explanation.parts[-1].starts]
-    starts.sort(key=lambda start: loss(dataset.residual(start.apply(given))))
-    starts = [explanation, *starts[:FAR_STARTS]]
+    starts = [explanation, *best_starts(starts, given, dataset, executor)[:FAR_STARTS]]
     fits: Sequence[Fit] = map_tasks(executor, fit, starts, given, dataset, FINAL_ROUNDS)
     best = min(fits, key=lambda result: result.loss)
-    theta, (_, direction) = best.explanation.theta, best.widest
-    starts = [best.explanation.with_theta(theta + step * direction) for step in LONG_STEPS]
+    groups = along_valley(best), scattered(best)
+    starts = [
+        start
+        for group in groups
+        for start in best_starts(group, given, dataset, executor)[:RESTARTS]
+    ]
     fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
     best = min((best, *fits), key=lambda result: result.loss)
+    return simplex_search(best, given, dataset)
+
+
+def best_starts(
+    starts: Sequence[Explanation], given: Hypothesis, dataset: Dataset, executor: Executor
+) -> list[Explanation]:
+    """Return starts in the order of their losses."""
+    losses = map_tasks(executor, _loss, starts, given, dataset)
+    order = np.argsort(losses, kind='stable')
+    return [starts[index] for index in order]
+
+
+def _loss(start: Explanation, given: Hypothesis, dataset: Dataset) -> float:
+    return loss(dataset.residual(start.apply(given)))
+
+
+def along_valley(best: Fit) -> list[Explanation]:
+    """Return long steps from a fit in the direction that the data determine least."""
+    theta, (_, direction) = best.explanation.theta, best.widest
+    return [best.explanation.with_theta(theta + step * direction) for step in LONG_STEPS]
+
+
+def scattered(best: Fit) -> list[Explanation]:
+    """Return points around a fit, in a box of the shape of its uncertainty (Sobol's sequence)."""
+    theta, (deviations, most) = best.explanation.theta, SCATTER
+    size = np.minimum(deviations * np.sqrt(np.diag(best.covariance)), most)
+    points = 2.0 * Sobol(theta.size, seed=0).random(SCATTERED) - 1.0
+    return [best.explanation.with_theta(theta + size * point) for point in points]
+
+
+def simplex_search(best: Fit, given: Hypothesis, dataset: Dataset) -> Fit:
+    """Return a fit improved by a simplex search across local minima."""
     start = best.explanation
     low, high = np.array([c.bounds for c in start.coordinates]).T
     simplex = np.vstack([start.theta, start.theta + SIMPLEX_SIZE * np.eye(start.theta.size)])

@@ -17,7 +17,15 @@ from numpy.random import Generator
 from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.families import Family, families
-from pneu_rig_ros.diagnosis.fitting import ROUNDS, Fit, Screened, fit, multi_start, screen
+from pneu_rig_ros.diagnosis.fitting import (
+    FINAL_ROUNDS,
+    ROUNDS,
+    Fit,
+    Screened,
+    fit,
+    multi_start,
+    screen,
+)
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.scoring import (
@@ -311,9 +319,11 @@ class Search:
         """
         Return an explanation, fitted again with the noise that the data have if it is true.
 
-        Under it the piston moves otherwise than the given model predicts.
+        Under it the piston moves otherwise than the given model predicts. The noise under values
+        that are far off would hide the right ones: they are looked for before.
         """
-        hypothesis = chosen.explanation.apply(self.given)
+        explanation = self._fit_thoroughly(chosen.explanation).explanation
+        hypothesis = explanation.apply(self.given)
         renewed = []
         for before in (self.training, self.held_out):
             dataset = Dataset.of(hypothesis, before.comparisons, self.rng)
@@ -321,7 +331,8 @@ class Search:
                 dataset = dataset.with_cycles(hypothesis, self.rng)
             renewed.append(dataset)
         self.training, self.held_out = renewed
-        self.best = self._fit_thoroughly(chosen.explanation)
+        again = fit(explanation, self.given, self.training, FINAL_ROUNDS)
+        self.best = score(again, self.given, self.training, self.held_out)
         return self.best
 
     def _fit_thoroughly(self, explanation: Explanation) -> ScoredFit:

@@ -41,7 +41,9 @@ CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions
 PARAMETER, EFFECT, UNKNOWN = 'parameter', 'effect', 'unknown'
 """Verdicts."""
 MOST_LEFT = 0.2
-"""Largest share of the excess that a named cause may leave [-]."""
+"""Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
+MOST_LEFT_ALONE = 0.5
+"""The same where no formula does: a cause has to explain most of the excess [-]."""
 MUCH_BETTER = 0.5
 """Empirical terms take the place of a name that leaves more than their excess by this factor."""
 SEARCH_STEPS = 25.0
@@ -233,7 +235,8 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
     # on the data on which the description was judged, with their noise
     better = named.explanation.apply(search.given)
     share = remaining_share(search.held_out, search.hypothesis, better)
-    inadequate = share > MOST_LEFT and not discrepant
+    allowed = MOST_LEFT if description.gap_left < share else MOST_LEFT_ALONE
+    inadequate = share > allowed and not discrepant
     if inadequate or description.gap_left < MUCH_BETTER * share:
         return description
     search.best, (search.training, search.held_out) = named, data

@@ -46,6 +46,7 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(
         Parameters(2.0, 0.01, 2.0),
+        Parameters(5.0, 0.003, 1.0),
         Parameters(5.0, 0.01, 2.0),
         Parameters(12.0, 0.03, 1.0),
         Parameters(12.0, 0.01, 2.5),
