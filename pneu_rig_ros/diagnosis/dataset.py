@@ -120,9 +120,14 @@ class Dataset:
         pairs = zip(self.comparisons, self.noises, strict=True)
         return [self.inflation.factors(*pair) for pair in pairs]
 
+    @cached_property
+    def biases(self) -> list[Floats]:
+        """Mean force residual of a true model in each window of each run [N]."""
+        return [self.inflation.force_bias(comparison) for comparison in self.comparisons]
+
     def evaluate(self, hypothesis: Hypothesis) -> list[Evaluation]:
         """Return the residuals of each run with their noise, nuisance parameters marginalised."""
-        arguments = self.comparisons, self.noises, self.clocks, self.factors
+        arguments = self.comparisons, self.noises, self.clocks, self.factors, self.biases
         return map_runs(partial(_evaluate, hypothesis), *arguments)
 
     def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
@@ -159,8 +164,10 @@ def _evaluate(
     noise: NoiseModel,
     clock: Residuals,
     factors: Residuals,
+    bias: Floats,
 ) -> Evaluation:
     residuals = comparison.residuals(hypothesis)
+    residuals = residuals._replace(force=residuals.force - bias)
     if comparison.run.has_nuisances:
         noise = noise.with_shared(clock)
         noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))

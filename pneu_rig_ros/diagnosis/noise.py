@@ -17,7 +17,7 @@ from scipy.ndimage import uniform_filter1d
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals, chamber_volume, driving_force
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.weak_form import Floats
+from pneu_rig_ros.diagnosis.weak_form import Flags, Floats
 from pneu_rig_ros.diagnosis.whitening import Source, Whitener, whitener
 from pneu_rig_ros.model import along
 
@@ -30,6 +30,8 @@ SLOWEST_SLIDE = 0.003
 Slower motion is not used [m/s]: seven standard deviations of the velocity, whose error would be
 too large on the falling branch of the Stribeck curve.
 """
+FORGOTTEN = 10.0
+"""Travel after which the bristle has forgotten its start but for e^-10 [F_c/sigma_0]."""
 CUT_OFF = float(1.0 / np.sqrt(2.0 * np.pi))
 """Mean of the positive part of normal noise [standard deviations]."""
 SAME_BREAKAWAY = 0.15
@@ -88,6 +90,8 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
     kept &= 'force' in run.balances
     if run.force is None:
         kept &= np.abs(comparison.window_velocity) > SLOWEST_SLIDE
+    else:
+        kept &= motion.inside(bristle_is_known(hypothesis, comparison))
     sources = force_noise(hypothesis, comparison)
     variance = sources[0].variance + sources[1].variance
     excess = np.where(kept, excess_variance(errors.force, variance), 0.0)
@@ -95,9 +99,9 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
     differs = run.repeatability.get('force', 0.0)
     outward = comparison.window_velocity >= 0.0
     levels = differs * np.column_stack([outward, ~outward])
-    columns = [clipped_thrust(hypothesis, comparison), offset, levels]
-    if run.force is not None:  # noise of a slow motion lets go of the bristle: all windows alike
-        columns.append(np.nan_to_num(errors.force.mean(axis=0))[:, np.newaxis])
+    # what smoothing does to a slip, and noise to the bristle of a slow motion, is alike in all
+    smeared = np.nan_to_num(errors.force.mean(axis=0))[:, np.newaxis]
+    columns = [clipped_thrust(hypothesis, comparison), offset, levels, smeared]
     force = whitener(kept, sources, excess + differs**2).with_shared(np.hstack(columns))
     breakaway = breakaway_noise(hypothesis, comparison, errors.breakaway, residuals.breakaway)
     return NoiseModel(chambers[0], chambers[1], force, breakaway)
@@ -142,6 +146,19 @@ def force_noise(hypothesis: Hypothesis, comparison: Comparison) -> tuple[Source,
         Source(by_position, windows.correlation(windows.curvature)),
         Source(by_force, windows.correlation(windows.weights)),
     )
+
+
+def bristle_is_known(hypothesis: Hypothesis, comparison: Comparison) -> Flags:
+    """
+    Return the intervals before which a bench moved the seal far enough, shape (n - 1,).
+
+    By Eq. 10 it forgets its deflection over the travel g/sigma_0, about F_c/sigma_0.
+    """
+    run, friction = comparison.run, hypothesis.model.friction
+    length = friction.coulomb_force / sum(friction.element_stiffness)
+    travelled = np.cumsum(np.abs(run.velocity)) * run.interval
+    known: Flags = travelled > FORGOTTEN * length
+    return known
 
 
 def clipped_thrust(hypothesis: Hypothesis, comparison: Comparison) -> Floats:

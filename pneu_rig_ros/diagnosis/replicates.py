@@ -60,6 +60,11 @@ class Inflation(NamedTuple):
         )
         return Residuals(gas_1, gas_2, by_speed, breakaway)
 
+    def force_bias(self, comparison: Comparison) -> Floats:
+        """Return the mean force residual of a true model in each window of a run [N], (m,)."""
+        classes = speed_and_direction(comparison)
+        return np.array([self.bias.get(int(number), 0.0) for number in classes], dtype=np.float64)
+
 
 def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     """Return a run with the same commands and conditions, simulated freely."""
@@ -134,7 +139,11 @@ def speed_and_direction(comparison: Comparison) -> NDArray[np.intp]:
 
 
 def with_bias(noise: NoiseModel, comparison: Comparison, bias: Mapping[int, float]) -> NoiseModel:
-    """Return the noise with a force error that all windows of a class have in common."""
+    """
+    Return the noise with a force error that all windows of a class have in common.
+
+    A bias is known to about its size: it is that of another trajectory.
+    """
     classes = speed_and_direction(comparison)
     columns = [
         np.where(classes == number, bias.get(number, 0.0), 0.0)
