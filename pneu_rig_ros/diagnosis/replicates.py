@@ -16,7 +16,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.balances import FORCE_OVERLAP, Comparison, Residuals
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.parallel import map_runs
@@ -39,6 +39,7 @@ class Inflation(NamedTuple):
     :param gas_1, gas_2, breakaway: factors on the standard deviation [-]
     :param force: the same for each class of speed
     :param bias: class of speed and direction -> mean of the force residuals [N]
+    :param shift: the same, shrunk by as much as it is uncertain [N]
     """
 
     gas_1: float
@@ -46,6 +47,7 @@ class Inflation(NamedTuple):
     force: tuple[float, ...]
     breakaway: float
     bias: Mapping[int, float]
+    shift: Mapping[int, float]
 
     def factors(self, comparison: Comparison, noise: NoiseModel) -> Residuals:
         """Return the factor of each kept window of a run."""
@@ -63,7 +65,7 @@ class Inflation(NamedTuple):
     def force_bias(self, comparison: Comparison) -> Floats:
         """Return the mean force residual of a true model in each window of a run [N], (m,)."""
         classes = speed_and_direction(comparison)
-        return np.array([self.bias.get(int(number), 0.0) for number in classes], dtype=np.float64)
+        return np.array([self.shift.get(int(number), 0.0) for number in classes], dtype=np.float64)
 
 
 def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
@@ -95,19 +97,23 @@ def estimate_inflation(
     A piston that a bench moves has no replicate but its simulated readings: there is none.
     """
     if not all(comparison.free for comparison in comparisons):
-        return Inflation(1.0, 1.0, (1.0,) * SPEED_CLASSES, 1.0, {})
+        return Inflation(1.0, 1.0, (1.0,) * SPEED_CLASSES, 1.0, {}, {})
     seeds = rng.spawn(len(comparisons))
     triples = map_runs(partial(_replicate, hypothesis), comparisons, seeds)
     kept = [noise.force.kept for _, noise, _ in triples]
     classes = [speed_and_direction(triple[0]) for triple in triples]
     used = np.concatenate([each[flags] for each, flags in zip(classes, kept, strict=True)])
     force = np.concatenate([triple[2].force[k] for triple, k in zip(triples, kept, strict=True)])
-    bias = {int(number): float(force[used == number].mean()) for number in np.unique(used)}
+    by_class = {int(number): force[used == number] for number in np.unique(used)}
+    bias = {number: float(residuals.mean()) for number, residuals in by_class.items()}
+    shift = {number: shrunk_mean(residuals) for number, residuals in by_class.items()}
     rows = [with_bias(noise, run, bias).whiten(residuals) for run, noise, residuals in triples]
     gas_1, gas_2, force, breakaway = (np.concatenate(each) for each in zip(*rows, strict=True))
     speeds = used % SPEED_CLASSES
     by_speed = tuple(inflation(force[speeds == number]) for number in range(SPEED_CLASSES))
-    return Inflation(inflation(gas_1), inflation(gas_2), by_speed, inflation(breakaway), bias)
+    return Inflation(
+        inflation(gas_1), inflation(gas_2), by_speed, inflation(breakaway), bias, shift
+    )
 
 
 def _replicate(
@@ -125,6 +131,18 @@ def inflation(whitened: Floats) -> float:
         return 1.0
     clipped = np.clip(whitened, -LARGEST_RESIDUAL, LARGEST_RESIDUAL)
     return max(float(np.sqrt(np.mean(clipped**2))), 1.0)
+
+
+def shrunk_mean(residuals: Floats) -> float:
+    """
+    Return the mean of residuals of windows that overlap, shrunk by its uncertainty.
+
+    The estimator of W. James, C. Stein, 4th Berkeley Symp. Math. Stat. Prob. 1 (1961) 361, its
+    positive part.
+    """
+    mean = float(residuals.mean())
+    variance = float(residuals.var()) * FORCE_OVERLAP / residuals.size
+    return mean * max(1.0 - variance / mean**2, 0.0) if mean != 0.0 else 0.0
 
 
 def speed_classes(comparison: Comparison) -> NDArray[np.intp]:

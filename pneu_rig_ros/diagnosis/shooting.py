@@ -207,8 +207,10 @@ def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) ->
         samples = np.concatenate([middles[:1], 0.5 * (middles[1:] + middles[:-1]), middles[-1:]])
         force = samples + run.noise.force * rng.standard_normal(samples.size)
     position = position + run.noise.position * rng.standard_normal(run.size)
-    readings = replace(run, position=position, pressures=pressures, force=force)
-    return Comparison(replace(readings, original=None, delay=0.0))
+    readings = replace(
+        run, position=position, pressures=pressures, force=force, original=None, delay=0.0
+    )
+    return Comparison(readings.with_delay(0.0) if run.clock_offset > 0.0 else readings)
 
 
 @dataclass(frozen=True)
