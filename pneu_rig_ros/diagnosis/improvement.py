@@ -13,7 +13,8 @@ from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.shooting import MultipleShooting, bench_force, chamber_pressures
+from pneu_rig_ros.diagnosis.replicates import bench_force, chamber_pressures
+from pneu_rig_ros.diagnosis.shooting import MultipleShooting
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
 

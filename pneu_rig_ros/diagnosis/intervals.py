@@ -22,7 +22,7 @@ from pneu_rig_ros.diagnosis.candidates import Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.fitting import ROUNDS, Fit, fit
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.shooting import replicate
+from pneu_rig_ros.diagnosis.replicates import replicate
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.diagnosis.windows import Windows, windows_of
 from pneu_rig_ros.executor import Executor, map_tasks

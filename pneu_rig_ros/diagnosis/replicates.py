@@ -22,7 +22,11 @@ from pneu_rig_ros.diagnosis.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.parallel import map_runs
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.weak_form import Floats
+from pneu_rig_ros.model import along
+from pneu_rig_ros.model.imposed import Impose
 
+IMPOSED_TOLERANCE = 5e-5
+"""Of the gas along a measured motion, far below the noise: of full scale [-]."""
 SPEED_EDGES = (0.01, 0.03)
 """Edges of the classes of speed in which errors of the force are alike [m/s]."""
 SPEED_CLASSES = len(SPEED_EDGES) + 1
@@ -88,16 +92,58 @@ def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     )
 
 
+def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
+    """Return p1, p2 as read [Pa] along the measured motion, shape (n - 1, 2)."""
+    run = comparison.corrected(hypothesis)
+    plant = hypothesis.plant_of(run)
+    plant.tolerance, plant.longest_step = IMPOSED_TOLERANCE, run.interval
+    position = np.clip(run.smooth[:, 0], 0.0, run.stroke)
+    measured = np.zeros((run.size - 1, 4))
+    measured[:, 0], measured[:, 1] = position[:-1], np.diff(position) / run.interval
+    actions = np.full(run.size - 1, Impose.MOTION, dtype=np.int64)
+    states = plant.run_imposed(
+        run.voltages, run.interval, actions, measured, np.zeros(run.size - 1)
+    )
+    return np.column_stack([states.pressure_1_reading, states.pressure_2_reading])
+
+
+def bench_force(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
+    """Return the modelled force of the bench along the measured motion [N], shape (n - 1,)."""
+    force: Floats = -comparison.rates(hypothesis)[:, along.FORCE]
+    return force
+
+
+def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Comparison:
+    """
+    Return what the sensors would have read if a hypothesis were true.
+
+    A free piston is simulated, else what is open along the measured motion.
+    """
+    run = comparison.run
+    if comparison.free:
+        return Comparison(simulate_replicate(hypothesis, run, rng))
+    position, pressures, force = run.smooth[:, 0], run.pressures.copy(), run.force
+    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
+    if chambers:
+        simulated = np.vstack([run.smooth[:1, 1:], chamber_pressures(hypothesis, comparison)])
+        simulated += np.array(run.noise.pressures) * rng.standard_normal(simulated.shape)
+        clipped = np.clip(simulated, run.span.low, run.span.high)
+        pressures[:, chambers] = clipped[:, chambers]
+    if 'force' in run.balances and force is not None:
+        middles = bench_force(hypothesis, comparison)
+        samples = np.concatenate([middles[:1], 0.5 * (middles[1:] + middles[:-1]), middles[-1:]])
+        force = samples + run.noise.force * rng.standard_normal(samples.size)
+    position = position + run.noise.position * rng.standard_normal(run.size)
+    readings = replace(
+        run, position=position, pressures=pressures, force=force, original=None, delay=0.0
+    )
+    return Comparison(readings.with_delay(0.0) if run.clock_offset > 0.0 else readings)
+
+
 def estimate_inflation(
     hypothesis: Hypothesis, comparisons: tuple[Comparison, ...], rng: Generator
 ) -> Inflation:
-    """
-    Return the inflation of the noise over one replicate of each run.
-
-    A piston that a bench moves has no replicate but its simulated readings: there is none.
-    """
-    if not all(comparison.free for comparison in comparisons):
-        return Inflation(1.0, 1.0, (1.0,) * SPEED_CLASSES, 1.0, {}, {})
+    """Return the inflation of the noise over one replicate of each run."""
     seeds = rng.spawn(len(comparisons))
     triples = map_runs(partial(_replicate, hypothesis), comparisons, seeds)
     kept = [noise.force.kept for _, noise, _ in triples]
@@ -120,9 +166,9 @@ def _replicate(
     hypothesis: Hypothesis, comparison: Comparison, rng: Generator
 ) -> tuple[Comparison, NoiseModel, Residuals]:
     """Return a replicate of a run with its noise and its residuals."""
-    replicate = Comparison(simulate_replicate(hypothesis, comparison.run, rng))
-    noise = noise_model(hypothesis, replicate, rng)
-    return replicate, noise, replicate.residuals(hypothesis)
+    simulated = replicate(hypothesis, comparison, rng)
+    noise = noise_model(hypothesis, simulated, rng)
+    return simulated, noise, simulated.residuals(hypothesis)
 
 
 def inflation(whitened: Floats) -> float:

@@ -12,7 +12,7 @@ is wrong until the next restart.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
@@ -28,7 +28,6 @@ from pneu_rig_ros.diagnosis.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.run import Run, positive_mean
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import along
 from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Trajectory
 
@@ -40,8 +39,6 @@ BLOCK = 0.029
 """Length of the means that are compared [s]."""
 NEAR_ZERO = 2.0
 """A pressure this close to its sensor's zero may be any below it [standard deviations]."""
-TOLERANCE = 5e-5
-"""Local error of a simulation along a measured motion [-]: 15 Pa at 1.4 MPa."""
 DRAWS = 8
 """Simulations from other errors of the readings at the restarts."""
 NEIGHBOURS = 5
@@ -163,54 +160,6 @@ def within_span(readings: Floats, run: Run) -> Floats:
         below = high - noise * positive_mean((high - above) / noise)
     mean: Floats = np.where(np.isfinite(high), below, above)
     return mean
-
-
-def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
-    """Return p1, p2 as read [Pa] along the measured motion, shape (n - 1, 2)."""
-    run = comparison.corrected(hypothesis)
-    plant = hypothesis.plant_of(run)
-    plant.tolerance, plant.longest_step = TOLERANCE, run.interval
-    position = np.clip(run.smooth[:, 0], 0.0, run.stroke)
-    measured = np.zeros((run.size - 1, 4))
-    measured[:, 0], measured[:, 1] = position[:-1], np.diff(position) / run.interval
-    actions = np.full(run.size - 1, Impose.MOTION, dtype=np.int64)
-    states = plant.run_imposed(
-        run.voltages, run.interval, actions, measured, np.zeros(run.size - 1)
-    )
-    return np.column_stack([states.pressure_1_reading, states.pressure_2_reading])
-
-
-def bench_force(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
-    """Return the modelled force of the bench along the measured motion [N], shape (n - 1,)."""
-    force: Floats = -comparison.rates(hypothesis)[:, along.FORCE]
-    return force
-
-
-def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Comparison:
-    """
-    Return what the sensors would have read if a hypothesis were true.
-
-    A free piston is simulated, else what is open along the measured motion.
-    """
-    run = comparison.run
-    if comparison.free:
-        return Comparison(simulate_replicate(hypothesis, run, rng))
-    position, pressures, force = run.smooth[:, 0], run.pressures.copy(), run.force
-    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
-    if chambers:
-        simulated = np.vstack([run.smooth[:1, 1:], chamber_pressures(hypothesis, comparison)])
-        simulated += np.array(run.noise.pressures) * rng.standard_normal(simulated.shape)
-        clipped = np.clip(simulated, run.span.low, run.span.high)
-        pressures[:, chambers] = clipped[:, chambers]
-    if 'force' in run.balances and force is not None:
-        middles = bench_force(hypothesis, comparison)
-        samples = np.concatenate([middles[:1], 0.5 * (middles[1:] + middles[:-1]), middles[-1:]])
-        force = samples + run.noise.force * rng.standard_normal(samples.size)
-    position = position + run.noise.position * rng.standard_normal(run.size)
-    readings = replace(
-        run, position=position, pressures=pressures, force=force, original=None, delay=0.0
-    )
-    return Comparison(readings.with_delay(0.0) if run.clock_offset > 0.0 else readings)
 
 
 @dataclass(frozen=True)

@@ -56,13 +56,6 @@ class Whitener:
         both: Floats = whitened - directions @ along_shared
         return both
 
-    def coloured(self, whitened: Floats) -> Floats:
-        """Return residuals in their unit whose own noise was whitened, shape (kept,)."""
-        residual = np.zeros_like(whitened)
-        for lag, diagonal in enumerate(self.band):
-            residual[lag:] += diagonal[: whitened.size - lag] * whitened[: whitened.size - lag]
-        return residual
-
     @cached_property
     def _shared(self) -> tuple[Floats, Floats]:
         """Whitened directions of the shared errors, and by how much each is shrunk."""

@@ -59,11 +59,6 @@ class Windows:
         """Middles of the windows [s], shape (m,)."""
         return 0.5 * (self.start + self.end)
 
-    @property
-    def unshared(self) -> Floats:
-        """The residuals without what nuisance parameters may explain [unit], shape (m,)."""
-        return self.whiten.coloured(self.whitened * self.factor)
-
     def indicators(self, cells: Sequence[Flags]) -> Floats:
         """
         Return the whitened forms of residuals that are 1 in the windows of a cell, 0 elsewhere.

@@ -25,6 +25,7 @@ from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
+from pneu_rig_ros.diagnosis.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
 from pneu_rig_ros.diagnosis.scoring import ScoredFit, remaining_share
@@ -110,11 +111,16 @@ class Diagnosis:
             own = [g for g in groups if g.balance == balance and set(g.regime) != {BREAKAWAY}]
             if not own:
                 continue
-            squares = np.mean(np.concatenate([group.unshared**2 for group in own]))
+            squares = np.mean(np.concatenate([self._beyond_offset(group) ** 2 for group in own]))
             noise = np.mean(np.concatenate([group.deviation**2 for group in own]))
             before = repeatability.get(balance, 0.0)
             repeatability[balance] = float(np.sqrt(before**2 + max(squares - noise, 0.0)))
         return {balance: value for balance, value in repeatability.items() if value > 0.0}
+
+    def _beyond_offset(self, group: Windows) -> Floats:
+        """Return the residuals of a balance in a run without the unknown zero of a bench."""
+        unknown_zero = group.balance == 'force' and FORCE_OFFSET in self.system.each_recording
+        return group.residual - (group.residual.mean() if unknown_zero else 0.0)
 
     @property
     def missing(self) -> Mapping[str, str]:

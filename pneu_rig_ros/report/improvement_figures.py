@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.next_experiment import INTERVAL, NextExperiment, simulated_readings
+from pneu_rig_ros.diagnosis.replicates import bench_force, chamber_pressures
 from pneu_rig_ros.diagnosis.run import Run
-from pneu_rig_ros.diagnosis.shooting import MultipleShooting, bench_force, chamber_pressures
+from pneu_rig_ros.diagnosis.shooting import MultipleShooting
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.diagnosis_rows import display
 from pneu_rig_ros.report.figure import (
