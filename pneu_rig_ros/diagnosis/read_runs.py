@@ -28,6 +28,10 @@ SATURATED = 0.5
 """Largest share of a recording that a signal may be at the upper end of its span [-]."""
 LEAST_DURATION = 1.0
 """A shorter recording is refused [s]."""
+LONGEST_GAP = 0.025
+"""Samples that are missing for longer leave nothing of a slip: half its duration [s]."""
+LEAST_GAP = 5
+"""Samples of a slower signal that may be missing in succession."""
 SLOWEST_SAMPLING = 0.02
 """At a longer interval the breakaways of a free piston do not show [s]."""
 
@@ -178,6 +182,7 @@ def _check_signals(
             f'{path}: a sample every {1e3 * recording.interval:g} ms, at most '
             f'{1e3 * SLOWEST_SAMPLING:g} ms allowed to see the piston break away'
         )
+    _check_gaps(recording, path)
     for name in ('position', *PRESSURES, 'force'):
         if name in recording and np.ptp(recording[name]) == 0.0:
             raise RigError(
@@ -199,3 +204,18 @@ def _check_signals(
                     f"{path}: {name} is at the end of its sensor's span ({end:g}) for "
                     f'{share:.0%} of the time; record it within the span'
                 )
+
+
+def _check_gaps(recording: Recording, path: Path) -> None:
+    """Raise RigError where so many samples are missing in succession that none can be guessed."""
+    interval = recording.interval_ns
+    allowed = max(LEAST_GAP, round(1e9 * LONGEST_GAP / interval))
+    for name, stamps in recording.missing.items():
+        gaps = np.split(stamps, np.flatnonzero(np.diff(stamps) > interval) + 1)
+        longest = max(gaps, key=len)
+        if longest.size > allowed:
+            first, last = 1e-9 * (longest[[0, -1]] - recording.start_ns)
+            raise RigError(
+                f'{path}: {longest.size} samples of {name} are missing in succession, from '
+                f'{first:.2f} to {last:.2f} s, at most {allowed} allowed; cut the recording there'
+            )

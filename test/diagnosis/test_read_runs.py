@@ -117,6 +117,20 @@ def test_recording_that_is_too_short_is_refused() -> None:
     assert line == 'run.csv: 0.58 s, at least 1 s needed'
 
 
+@pytest.mark.parametrize('size', [21, 300])
+def test_gap_is_refused_where_no_sample_can_be_guessed(size: int) -> None:
+    stamps = 1_160_000 * np.arange(500, 500 + size)
+    run = Recording('run', 0, 1_160_000, rig_signals(), {'position': stamps})
+    if size <= 22:  # 25 ms
+        assert prepare_run(run, load_system('cylinder_1'), Path('run.csv')).size == run.size
+        return
+    line = refused(lambda: prepare_run(run, load_system('cylinder_1'), Path('run.csv')))
+    assert line == (
+        'run.csv: 300 samples of position are missing in succession, from 0.58 to 0.93 s, '
+        'at most 22 allowed; cut the recording there'
+    )
+
+
 def test_rig_sampled_too_slowly_is_refused() -> None:
     run = Recording('run', 0, 50_000_000, rig_signals())
     line = refused(lambda: prepare_run(run, load_system('cylinder_1'), Path('run.csv')))
