@@ -22,7 +22,7 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
     :param best: the fit of the answer, None where nothing is missing
     :param unknown: whether the answer is none of the causes
     """
-    rows: dict[tuple[str, ...], dict[str, Any]] = {}
+    rows: dict[frozenset[str], dict[str, Any]] = {}  # whatever the order in which causes came
     residuals = search.held_out.without_cycles
     before = excess(residuals, search.given)
 
@@ -34,8 +34,8 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
     if best is not None and search.causes(best.explanation):
         fits = [best, *fits]
     for fit in fits:
-        names = tuple(search.causes(fit.explanation))
-        if not names or names in rows or len(rows) == MOST_ROWS:
+        names = search.causes(fit.explanation)
+        if not names or frozenset(names) in rows or len(rows) == MOST_ROWS:
             continue
         parts = zip(fit.explanation.parts, fit.explanation.values, strict=True)
         values = {
@@ -44,8 +44,8 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
             for c, value in zip(part.coordinates, fitted, strict=True)
         }
         comparable = search.best is not None and search.best.losses.size == fit.losses.size
-        rows[names] = {
-            'names': list(names),
+        rows[frozenset(names)] = {
+            'names': names,
             'chosen': fit is best and not unknown,
             'stage': 'simulation' if fit.simulated else 'regression',
             'score': -fit.cost,
@@ -55,9 +55,9 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
         }
     for result in search.screened[: MOST_ROWS - len(rows)]:
         name = result.candidate.name
-        if (name,) not in rows:
+        if frozenset({name}) not in rows:
             alone = Explanation().with_part(result.candidate, result.values)
-            rows[name,] = {
+            rows[frozenset({name})] = {
                 'names': [name],
                 'chosen': False,
                 'stage': 'screened',
@@ -74,13 +74,13 @@ def indistinguishable(search: Search, best: ScoredFit | None) -> list[list[str]]
     if best is None or not search.causes(best.explanation):
         return []
     size = len(best.explanation.parts)
-    equivalent = {'+'.join(search.causes(best.explanation)): None}
+    equivalent = {frozenset(search.causes(best.explanation)): search.causes(best.explanation)}
     for fit in search.ranking:
         causes = search.causes(fit.explanation)
         same = len(fit.explanation.parts) == size and fit.losses.size == best.losses.size
         if same and causes and as_good_as(fit, best):
-            equivalent['+'.join(causes)] = None
-    return [list(equivalent)] if len(equivalent) > 1 else []
+            equivalent.setdefault(frozenset(causes), causes)
+    return [['+'.join(causes) for causes in equivalent.values()]] if len(equivalent) > 1 else []
 
 
 def rivals(search: Search) -> dict[str, Hypothesis]:
@@ -88,9 +88,10 @@ def rivals(search: Search) -> dict[str, Hypothesis]:
     if search.best is None:
         return {}
     size = len(search.best.explanation.parts)
-    hypotheses: dict[str, Hypothesis] = {}
+    found: dict[frozenset[str], Explanation] = {}
     for fit in sorted(search.ranking, key=lambda fit: fit.cost):
         causes = search.causes(fit.explanation)
         if len(fit.explanation.parts) == size and causes:
-            hypotheses.setdefault(' + '.join(causes), fit.explanation.apply(search.given))
-    return dict(list(hypotheses.items())[:RIVALS])
+            found.setdefault(frozenset(causes), fit.explanation)
+    first = list(found.values())[:RIVALS]
+    return {' + '.join(search.causes(each)): each.apply(search.given) for each in first}

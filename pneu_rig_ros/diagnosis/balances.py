@@ -169,9 +169,9 @@ class Comparison:
         with np.errstate(invalid='ignore'):  # a trial error of x may put it beyond the ends
             volume_k, middle_k = volume**k, middle ** (k - 1.0)
             typical = self.gas.averages(middle) ** (k - 1.0)
-        stored = self.gas.rates(run.pressures[:, chamber - 1] * volume_k)
-        source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle_k)
-        return (stored / enthalpy - source) / typical
+            stored = self.gas.rates(run.pressures[:, chamber - 1] * volume_k)
+            source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle_k)
+            return (stored / enthalpy - source) / typical
 
     def _force(self, run: Run, rates: Floats) -> Floats:
         inertia = self.motion.averages(rates[:, along.INERTIA])

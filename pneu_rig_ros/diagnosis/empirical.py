@@ -25,7 +25,7 @@ from pneu_rig_ros.diagnosis.selection import Search
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.executor import map_tasks
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
+from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance
 
 MOST_TERMS = 4
 """Steps of the matching pursuit at most."""
@@ -113,11 +113,13 @@ def describe(search: Search, residual: SignificantResidual) -> Description:
 def terms_for(balance: str, search: Search) -> list[Term]:
     """Return the terms that act on a balance, or on the sensors."""
     used = {part.name for part in search.best.explanation.parts} if search.best else set()
+    fixed = search.training.comparisons[0].run.noise.position <= 0.0
     terms = []
     for name in library.names():
         effect = library.load(name)
         on_gas = effect.balance in GAS_BALANCES
         acts = effect.balance in READING_BALANCES or on_gas == balance.startswith('gas')
+        acts &= not (fixed and effect.balance is Balance.MOTION_READING)
         if effect.describes and acts and name not in used:
             candidate = effect_candidate(name)
             terms += [Term(candidate, coordinate) for coordinate in candidate.coordinates]

@@ -132,7 +132,9 @@ def _parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]
         section, key = name.split('.')
         given = key in system.given.get(section, ())
         shows = group in groups and CHAMBER_OF.get(name, '') in {'', *balances}
-        if given and shows and not (section == 'valve' and system.shut):
+        # of sealed gas in a constant volume only what it gains for each volume shows
+        constant = key.endswith('dead_volume') and system.constant_volume
+        if given and shows and not (constant or (section == 'valve' and system.shut)):
             candidate = _parameter(model, name, group)
             coordinate = candidate.coordinates[0]
             if coordinate.low < coordinate.high:  # no factor changes a parameter that is zero

@@ -122,6 +122,11 @@ class System:
     repeatability: Mapping[str, float] = field(default_factory=dict)
     rig: RigConfiguration | None = None
 
+    @property
+    def constant_volume(self) -> bool:
+        """Whether gas is sealed in chambers of constant volume."""
+        return self.shut and 'position' in self.fixed
+
     def missing(self, recording: Recording) -> dict[str, str]:
         """Return balance -> what a file or recording lacks for it, '' where it is open."""
         return {
@@ -246,6 +251,14 @@ def _read(data: dict[str, Any], origin: str) -> System:
     if sensors is not None:
         sensors = cast(Sensors, read_section(Sensors, sensors, f'{origin}: sensors'))
     fixed = _parsed({} if data.get('fixed') is None else data['fixed'], FIXED, f'{origin}: fixed')
+    vessel = shut and 'position' in fixed
+    refit = _refit(data.get('refit'), model, origin)
+    volume = next((name for name in refit if name.endswith('dead_volume')), '')
+    if vessel and volume:
+        raise RigError(
+            f'{origin}: refit.{volume}: cannot be found where position is fixed and the valves '
+            'are shut; state any volume, to which leak and heat transfer are in proportion'
+        )
     return System(
         str(data.get('name', Path(origin).stem)),
         Hypothesis(model, _effects(data.get('effects'), origin)),
@@ -253,10 +266,8 @@ def _read(data: dict[str, Any], origin: str) -> System:
         sensors,
         shut,
         fixed,
-        _each_recording(
-            data.get('each_recording'), shut and 'position' in fixed, f'{origin}: each_recording'
-        ),
-        _refit(data.get('refit'), model, origin),
+        _each_recording(data.get('each_recording'), vessel, f'{origin}: each_recording'),
+        refit,
         _parsed(data.get('repeatability') or {}, REPEATABILITY, f'{origin}: repeatability'),
     )
 

@@ -2,7 +2,8 @@
 Reads the signals of text tables - CSV and its relatives - whose columns a mapping names.
 
 Encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), separator, decimal
-sign and header are detected if the mapping omits them. An error names row and column in the file.
+sign and header are detected if the mapping omits them, and points or commas between thousands are
+left out. An error names row and column in the file.
 """
 
 from __future__ import annotations
@@ -87,18 +88,23 @@ class Cells:
     def values(self, index: int) -> Floats:
         """Return a column as numbers, shape (n,); RigError with row and column of other text."""
         texts = [row[index] for row in self.rows]
-        if self.decimal == ',':
-            # A point is then no number: it would separate thousands.
-            texts = [text.replace('.', '#').replace(',', '.') for text in texts]
         try:
-            values = np.array(texts, dtype=np.float64)
+            values = np.array(self._with_point(texts), dtype=np.float64)
         except ValueError:
-            values = np.array([_number(text) for text in texts])
+            cleaned = self._with_point(without_thousands(texts))
+            values = np.array([_number(text) for text in cleaned])
         bad = ~np.isfinite(values)
         if bad.any():
             k = int(bad.argmax())
             raise self.complaint(k, index, self._reason(self.rows[k][index], k))
         return values
+
+    def _with_point(self, texts: list[str]) -> list[str]:
+        """Return cells with a point as decimal sign."""
+        if self.decimal != ',':
+            return texts
+        # a single point is then no number: it may be a decimal sign or separate thousands
+        return [text.replace('.', '#').replace(',', '.') for text in texts]
 
     def complaint(self, row: int, index: int, reason: str) -> RigError:
         """Return an error that names row and column of a cell."""
@@ -115,6 +121,24 @@ class Cells:
         if row == 0 and self.names and not any(map(str.isdigit, text)):
             return f'{reason}; a line of units? Add to the mapping: skip_after_header: 1'
         return reason
+
+
+def without_thousands(texts: list[str]) -> list[str]:
+    """
+    Return the cells of a column without the sign that separates thousands, if it has one.
+
+    That is a point or comma that a number has more than once, or before the other sign, if it
+    stands before three digits in every cell: in 1.075.000 and in 1.075,5.
+    """
+    several = next((text for text in texts if sum(map(text.count, '.,')) > 1), '')
+    if not several:
+        return texts
+    sign = next(character for character in several if character in '.,')
+    other = ',' if sign == '.' else '.'
+    grouped = re.compile(rf'\s*[-+]?\d{{1,3}}(\{sign}\d{{3}})*(\{other}\d*)?\s*')
+    if not all(map(grouped.fullmatch, texts)):
+        return texts
+    return [text.replace(sign, '') for text in texts]
 
 
 def read_columns(path: Path, mapping: TableMapping, zero: float) -> Columns:

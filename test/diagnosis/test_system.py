@@ -168,6 +168,7 @@ def test_exhaust_opens_from_its_edge_unless_the_file_says_otherwise(
         ('cylinder.cap_dead_volume:', 'cylinder.cap_volume:', 'refit'),
         ('valve: shut', 'valve: shut\nfixed: {speed: 0 m}', 'allowed: position'),
         ('valve: shut', 'valve: shut\nfixed: {position: 1 Pa}', 'fixed.position'),
+        ('valve: shut', 'valve: shut\nfixed: {position: 1 m}', 'cap_dead_volume: cannot be found'),
         ('valve: shut', 'valve: shut\neffects: {wall_heat: {}}', 'wall_heat_transfer'),
         ('valve: shut', 'valve: closed', 'valve: expected a mapping'),
         ('valve: shut', 'valve: shut\neach_recording: force_offset', 'expected a list'),

@@ -9,6 +9,8 @@ import pytest
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
+from pneu_rig_ros.records.mapping import Layout
+from pneu_rig_ros.records.text_table import read_cells
 
 COUNT = 200
 TIME = np.arange(COUNT) * 1.16e-3
@@ -277,3 +279,30 @@ def test_signal_that_is_not_there(write: Writer) -> None:
     assert 'pressure_2' not in table
     with pytest.raises(RigError, match='export: no pressure_2 in it; it has position, pressure_1'):
         table['pressure_2']
+
+
+@pytest.mark.parametrize(
+    ('texts', 'decimal', 'values'),
+    [
+        (['0.000', '975.000', '1.075.000'], '.', [0.0, 975e3, 1075e3]),
+        (['1.075,5', '3,25'], ',', [1075.5, 3.25]),
+        (['1,234.5', '-1,000,000.25'], '.', [1234.5, -1000000.25]),
+        (['975.000', '1.075'], '.', [975.0, 1.075]),
+    ],
+)
+def test_signs_between_thousands_are_left_out(
+    write: Writer, texts: list[str], decimal: str, values: list[float]
+) -> None:
+    cells = read_cells(
+        write([['x'], *([text] for text in texts)], ';'), Layout(separator=';', decimal=decimal)
+    )
+    np.testing.assert_allclose(cells.values(0), values)
+
+
+@pytest.mark.parametrize('texts', [['1.2.3', '4'], ['1.000.000', '12.34'], ['1.00.000', '1']])
+def test_other_signs_in_a_number_are_refused(write: Writer, texts: list[str]) -> None:
+    cells = read_cells(
+        write([['x'], *([text] for text in texts)], ';'), Layout(separator=';', decimal='.')
+    )
+    with pytest.raises(RigError, match='is not a finite number'):
+        cells.values(0)
