@@ -214,7 +214,13 @@ class Search:
 
     def _grown(self, beam: Sequence[Explanation], size: int) -> tuple[list[ScoredFit], ScoredFit]:
         """Return the fits of explanations with one more cause, and the best one without it."""
-        fits = [fit for base in beam for fit in self._forward_step(base, size)]
+        fits: list[ScoredFit] = []
+        for base in beam:
+            before = self.training.cycles
+            step = self._forward_step(base, size)
+            if fits and self.training.cycles is not before:  # cycles have joined: the same data
+                fits = self._fits([each.explanation for each in fits])
+            fits += step
         without_cause = Fit(self.base, 0.0, np.zeros((0, 0)))
         return self._with_discrepancy(fits, without_cause if self.best is None else self.best.fit)
 
