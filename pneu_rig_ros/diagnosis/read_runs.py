@@ -32,6 +32,8 @@ LONGEST_GAP = 0.025
 """Samples that are missing for longer leave nothing of a slip: half its duration [s]."""
 LEAST_GAP = 5
 """Samples of a slower signal that may be missing in succession."""
+ESTIMATED = ('velocity', 'friction')
+"""Signals that are not used: the estimator of the rig, e.g., begins later."""
 SLOWEST_SAMPLING = 0.02
 """At a longer interval the breakaways of a free piston do not show [s]."""
 
@@ -210,7 +212,8 @@ def _check_gaps(recording: Recording, path: Path) -> None:
     """Raise RigError where so many samples are missing in succession that none can be guessed."""
     interval = recording.interval_ns
     allowed = max(LEAST_GAP, round(1e9 * LONGEST_GAP / interval))
-    for name, stamps in recording.missing.items():
+    used = {name: at for name, at in recording.missing.items() if name not in ESTIMATED}
+    for name, stamps in used.items():
         gaps = np.split(stamps, np.flatnonzero(np.diff(stamps) > interval) + 1)
         longest = max(gaps, key=len)
         if longest.size > allowed:

@@ -3,7 +3,7 @@ Reads the signals of text tables - CSV and its relatives - whose columns a mappi
 
 Encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), separator, decimal
 sign and header are detected if the mapping omits them, and points or commas between thousands are
-left out. An error names row and column in the file.
+ignored. An error names row and column in the file.
 """
 
 from __future__ import annotations

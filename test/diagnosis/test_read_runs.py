@@ -120,7 +120,8 @@ def test_recording_that_is_too_short_is_refused() -> None:
 @pytest.mark.parametrize('size', [21, 300])
 def test_gap_is_refused_where_no_sample_can_be_guessed(size: int) -> None:
     stamps = 1_160_000 * np.arange(500, 500 + size)
-    run = Recording('run', 0, 1_160_000, rig_signals(), {'position': stamps})
+    missing = {'position': stamps, 'friction': 1_160_000 * np.arange(1000)}
+    run = Recording('run', 0, 1_160_000, rig_signals(), missing)
     if size <= 22:  # 25 ms
         assert prepare_run(run, load_system('cylinder_1'), Path('run.csv')).size == run.size
         return
