@@ -109,8 +109,8 @@ class Comparison:
 
     def residuals(self, hypothesis: Hypothesis) -> Residuals:
         """Return the residuals of all windows, NaN where a balance cannot be evaluated."""
-        run = self.corrected(hypothesis)
-        rates, _ = self._along(hypothesis, run)
+        run, velocity = self._corrected(hypothesis)
+        rates, _ = self._along(hypothesis, run, velocity)
         return Residuals(
             self._gas(hypothesis, run, rates, 1),
             self._gas(hypothesis, run, rates, 2),
@@ -120,37 +120,47 @@ class Comparison:
 
     def rates(self, hypothesis: Hypothesis) -> Floats:
         """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
-        return self._along(hypothesis, self.corrected(hypothesis))[0]
+        return self._along(hypothesis, *self._corrected(hypothesis))[0]
 
     def inertia(self, hypothesis: Hypothesis) -> Floats:
         """Return the accelerated mass in each window of the motion [kg], NaN at rest."""
-        rates, _ = self._along(hypothesis, self.run)
+        rates, _ = self._along(hypothesis, self.run, self.run.velocity)
         return self.motion.averages(rates[:, along.INERTIA])
 
     def corrected(self, hypothesis: Hypothesis) -> Run:
         """Return the run without the errors that the sensors have under a hypothesis."""
+        return self._corrected(hypothesis)[0]
+
+    def _corrected(self, hypothesis: Hypothesis) -> tuple[Run, Floats]:
+        """
+        Return the run without the errors that the sensors have, and its velocity [m/s], (n - 1,).
+
+        The velocity is that of the readings, corrected: that of a corrected run would change the
+        rests.
+        """
         if self.readings is not None:
-            return self.readings
-        run = self.run
+            return self.readings, self.run.velocity
+        run, velocity = self.run, self.run.velocity
         if hypothesis.gains != CALIBRATED:
             x, p1, p2 = hypothesis.gains
             zero = run.atmospheric_pressure
             pressures = zero + (run.pressures - zero) / np.array([p1, p2])
-            run = run.with_readings(run.position / x, pressures)
+            run, velocity = run.with_readings(run.position / x, pressures), velocity / x
         if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
-            bias = np.nan_to_num(self._along(hypothesis, run)[1])
+            bias = np.nan_to_num(self._along(hypothesis, run, velocity)[1])
             at_samples = np.vstack([bias[:1], 0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
             pressures = run.pressures - at_samples[:, 1:]
             run = run.with_readings(run.position - at_samples[:, 0], pressures)
-        return run
+            drift = np.gradient(bias[:, 0], run.interval)
+            velocity = np.where(velocity != 0.0, velocity - drift, 0.0)
+        return run, velocity
 
-    def _along(self, hypothesis: Hypothesis, run: Run) -> tuple[Floats, Floats]:
+    def _along(self, hypothesis: Hypothesis, run: Run, velocity: Floats) -> tuple[Floats, Floats]:
         """Return modelled rates and errors of the sensors along a run, shape (n - 1, k) each."""
         parts = substeps(hypothesis, run.interval)
-        # velocity and contacts are those of the readings: a corrected run would change the rests
         rates, bias = hypothesis.plant_of(run).along(
             interpolated(run.smooth, parts),
-            np.repeat(self.run.velocity / hypothesis.gains[0], parts),
+            np.repeat(velocity, parts),
             np.repeat(self.run.contacts, parts),
             np.repeat(run.voltages, parts, axis=0),
             run.interval / parts,

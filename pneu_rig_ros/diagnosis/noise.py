@@ -86,7 +86,9 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
         differs = run.repeatability.get(f'gas_{chamber}', 0.0)
         common = np.full((gas.starts.size, 1), differs)
         chambers.append(whitener(kept, [source], excess + differs**2).with_shared(common))
-    kept = motion.inside(run.sliding & run.position_valid) & np.isfinite(residuals.force)
+    kept = motion.inside(run.sliding & run.position_valid & ~run.vacuum) & np.isfinite(
+        residuals.force
+    )
     kept &= 'force' in run.balances
     if run.force is None:
         kept &= np.abs(comparison.window_velocity) > SLOWEST_SLIDE
@@ -188,7 +190,7 @@ def breakaway_noise(
     creep = slopes / (stiffness * along.FASTEST_CREEP)
     onset = (ONSET * slopes) ** 2 + (CREEP_ERROR * creep * drive[ends]) ** 2
     squares = np.nanmean(np.vstack([errors**2, np.zeros(onset.size)]), axis=0)
-    kept = np.isfinite(residual) & ('force' in run.balances)
+    kept = np.isfinite(residual) & ('force' in run.balances) & ~run.vacuum[ends]
     variance = onset + squares + HOLDING_VARIANCE + run.repeatability.get('force', 0.0) ** 2
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 

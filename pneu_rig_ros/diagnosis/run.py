@@ -223,6 +223,25 @@ class Run:
         return both
 
     @cached_property
+    def vacuum(self) -> Flags:
+        """
+        Intervals in which a pressure may be any below its sensor's zero, shape (n - 1,).
+
+        That is from when a chamber expands there until its pressure is read again. A bench says
+        what moves the piston.
+        """
+        flags = np.zeros(self.size - 1, dtype=np.bool_)
+        if self.force is not None:
+            return flags
+        for chamber, expanding in ((1, self.velocity > 0.0), (2, self.velocity < 0.0)):
+            unread = ~self.pressure_valid(chamber)
+            unread &= self.smooth[1:, chamber] < self.span.high / 2.0
+            count = np.cumsum(unread & expanding)
+            before = np.maximum.accumulate(np.where(unread, 0, count))
+            flags |= unread & (count > before)
+        return flags
+
+    @cached_property
     def sliding(self) -> Flags:
         """Intervals in which the piston moves, and not onto an end stop, shape (n - 1,)."""
         moves: Flags = np.equal(self.contacts, along.MOVES)

@@ -1,0 +1,51 @@
+"""What is made of readings that are wrong, or end where a sensor ends."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.model import effects as library
+
+from .runs import configured, measured, system_of
+
+
+def test_position_scale_corrects_the_velocity_too(tmp_path: Path) -> None:
+    """Readings 2 % too large, corrected by 2 %, are those of a true sensor; so is the drag."""
+    rig = configured('cylinder_2', {}, initial_position=0.04)
+    system = system_of(tmp_path, rig)
+    true = measured(system, 'true', rig, 3 * ((1.2, 1.5), (-1.2, 1.5)))
+    wrong = replace(true, position=1.02 * true.position, stroke=1.02 * true.stroke)
+    scale = library.load('position_scale').parameters(0.02)
+    corrected = system.hypothesis.with_effect('position_scale', scale)
+    expected = Comparison(true).residuals(system.hypothesis).force
+    fast = np.abs(Comparison(true).window_velocity) > 0.03
+    found = Comparison(wrong).residuals(corrected).force
+    uncorrected = Comparison(wrong).residuals(system.hypothesis).force
+    use = fast & np.isfinite(expected) & np.isfinite(found)
+    assert use.sum() > 10
+    # 2 % of a drag of 210 N s/m at 0.03 to 0.05 m/s
+    before, after = (float(np.median(np.abs(f - expected)[use])) for f in (uncorrected, found))
+    assert before > 0.12
+    assert after < 0.2 * before
+
+
+def test_pressure_is_unknown_once_a_chamber_expands_below_its_sensors_zero(
+    tmp_path: Path,
+) -> None:
+    rig = configured('cylinder_3')
+    system = system_of(tmp_path, rig)
+    run = measured(system, 'run', rig)
+    count, low = 2000, run.span.low
+    x = 0.05 + np.concatenate([np.zeros(500), -1e-5 * np.arange(500), np.full(1000, -5e-3)])
+    pressures = np.full((count, 2), low)
+    pressures[:, 0] = 2.0 * low
+    pressures[1500:, 1] = 1.5 * low
+    changed = replace(run, position=x, pressures=pressures, voltages=np.full((count - 1, 2), 2.5))
+    vacuum = changed.vacuum
+    assert not vacuum[:480].any()  # an open chamber is at the atmosphere
+    assert vacuum[520:1490].all()
+    assert not vacuum[1510:].any()
+    back = replace(changed, position=0.1 - x)
+    assert not back.vacuum[:1490].any()  # chamber 2 shrinks
