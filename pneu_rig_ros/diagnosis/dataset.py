@@ -62,13 +62,21 @@ class Dataset:
 
     @classmethod
     def of(
-        cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
+        cls,
+        hypothesis: Hypothesis,
+        comparisons: Sequence[Comparison],
+        rng: Generator,
+        inflation: Inflation | None = None,
     ) -> Dataset:
-        """Return the runs with the noise that they have if the hypothesis is true."""
+        """
+        Return the runs with the noise that they have if the hypothesis is true.
+
+        :param inflation: where it is known for the hypothesis
+        """
         count = len(comparisons)
         aligned = map_runs(partial(without_nuisances, hypothesis), comparisons, rng.spawn(count))
         runs = tuple(aligned)
-        inflation = estimate_inflation(hypothesis, runs, rng)
+        inflation = inflation or estimate_inflation(hypothesis, runs, rng)
         noises = map_runs(partial(noise_model, hypothesis), runs, rng.spawn(count))
         biased = tuple(with_bias(*pair, inflation.bias) for pair in zip(noises, runs, strict=True))
         clocks = map_runs(partial(clock_column, hypothesis), runs)

@@ -138,15 +138,21 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
     low, high = np.array([c.bounds for c in start.coordinates]).T
     delta = STEP if dataset.cycles is None else SIMULATED_STEP
 
+    latest: list[tuple[bytes, Floats]] = [(b'', np.zeros(0))]
+
     def residual(theta: Floats) -> Floats:
-        return dataset.residual(start.with_theta(theta).apply(given))
+        key = theta.tobytes()
+        if latest[0][0] != key:  # the solver asks for the Jacobian where it was last
+            latest[0] = key, dataset.residual(start.with_theta(theta).apply(given))
+        return latest[0][1]
 
     def jacobian(theta: Floats) -> Floats:
         base, columns = residual(theta), []
         for index in range(theta.size):
             shifted = theta.copy()
             shifted[index] += delta if theta[index] + delta < high[index] else -delta
-            columns.append((residual(shifted) - base) / (shifted[index] - theta[index]))
+            changed = dataset.residual(start.with_theta(shifted).apply(given))
+            columns.append((changed - base) / (shifted[index] - theta[index]))
         return np.column_stack(columns)
 
     solution = least_squares(

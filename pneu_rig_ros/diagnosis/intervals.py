@@ -62,7 +62,7 @@ def _replicate_error(
 ) -> Floats:
     hypothesis = explanation.apply(given)
     runs = [replicate(hypothesis, comparison, rng) for comparison in dataset.comparisons]
-    data = Dataset.of(hypothesis, runs, rng)
+    data = Dataset.of(hypothesis, runs, rng, dataset.inflation)
     if dataset.cycles is not None:
         data = data.with_cycles(hypothesis, rng)
     error: Floats = fit(explanation, given, data, ROUNDS).explanation.theta - explanation.theta

@@ -86,9 +86,8 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
         differs = run.repeatability.get(f'gas_{chamber}', 0.0)
         common = np.full((gas.starts.size, 1), differs)
         chambers.append(whitener(kept, [source], excess + differs**2).with_shared(common))
-    kept = motion.inside(run.sliding & run.position_valid & ~run.vacuum) & np.isfinite(
-        residuals.force
-    )
+    known = run.sliding & run.position_valid & ~run.vacuum
+    kept = motion.inside(known) & np.isfinite(residuals.force)
     kept &= 'force' in run.balances
     if run.force is None:
         kept &= np.abs(comparison.window_velocity) > SLOWEST_SLIDE

@@ -49,9 +49,9 @@ MOST_FITTED = 6
 BEAM = 2
 """Explanations of one size that grow further."""
 FIRST_ROUNDS = 4
-"""Evaluations of the solver in the first fits to simulations."""
+"""Evaluations of the solver in the first fits, which choose the finalists."""
 FINALISTS = 3
-"""Explanations that are fitted to simulations further: each costs seconds."""
+"""Explanations that are fitted further."""
 DISCREPANT = 3.0
 """RMS residual of the best explanation from which on it is taken for noise of any model [-]."""
 ANOTHER_CAUSE_LEAVES = 0.7
@@ -112,13 +112,16 @@ class Search:
             if not self._needs_a_cause():
                 break
             fits, before = self._grown(beam, size)
-            if size == 1 and not improves(preferred(fits), before) and self._can_simulate():
-                self._add_cycles()  # too little evidence in the residuals: simulation may decide
+            if not improves(preferred(fits), before) and self._simulation_may_decide(size):
+                self._add_cycles()
                 fits, before = self._grown(beam, size)
             chosen = preferred(fits)
-            if not improves(chosen, before) or (size > 1 and not self._closes_the_gap(chosen)):
+            if not improves(chosen, before):
                 break
-            own = self._accept(chosen).explanation
+            accepted = self._accept(chosen, size)
+            if accepted is None:
+                break
+            own = accepted.explanation
             self.ranking += [chosen, *fits]
             others = [each.explanation for each in sorted(fits, key=lambda fit: fit.cost)]
             beam = [own, *(each for each in others if each.name != own.name)][:BEAM]
@@ -179,12 +182,12 @@ class Search:
         ]
         return bool(balances[0] & balances[1])
 
-    def leaves_much(self, residuals: Sequence[SignificantResidual]) -> bool:
-        """Return whether so much remains that the best explanation may be wrong."""
+    def leaves_something(self, residuals: Sequence[SignificantResidual]) -> bool:
+        """Return whether something remains, so that the best explanation may be wrong."""
         simulated = self.training.cycles is not None
         if self.best is None or self.best is self.calibrated:
             return bool(residuals) or simulated
-        if residuals and self.remaining(simulated=False) > NEGLIGIBLE:
+        if residuals:
             return True
         return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
 
@@ -200,8 +203,7 @@ class Search:
     def _needs_a_cause(self) -> bool:
         """Return whether significant residuals or cycles are left; adds cycles where needed."""
         self.progress('testing the residuals that are left')
-        explained = self.best is not None and self.remaining(simulated=False) < NEGLIGIBLE
-        if not explained and self.significant():
+        if self.significant():
             return True
         if self.training.cycles is None:
             if not self.cycles_differ():
@@ -214,13 +216,18 @@ class Search:
 
     def _grown(self, beam: Sequence[Explanation], size: int) -> tuple[list[ScoredFit], ScoredFit]:
         """Return the fits of explanations with one more cause, and the best one without it."""
-        fits: list[ScoredFit] = []
-        for base in beam:
-            before = self.training.cycles
-            step = self._forward_step(base, size)
-            if fits and self.training.cycles is not before:  # cycles have joined: the same data
-                fits = self._fits([each.explanation for each in fits])
-            fits += step
+        screened = [(base, result) for base in beam for result in self._screened(base, size)]
+        screened.sort(key=lambda pair: pair[1].loss)
+        starts = [
+            base.with_part(result.candidate, values)
+            for base, result in screened[:MOST_FITTED]
+            for values in (result.values, *result.alternatives)
+        ]
+        fits = best_of_each(self._fits(starts))
+        found = self.best is None or improves(preferred(fits), self.best)
+        if found and self._can_simulate() and ambiguous(fits):
+            self._add_cycles()
+            fits = self._fits([each.explanation for each in fits])
         without_cause = Fit(self.base, 0.0, np.zeros((0, 0)))
         return self._with_discrepancy(fits, without_cause if self.best is None else self.best.fit)
 
@@ -228,6 +235,10 @@ class Search:
         """Return whether simulated cycles may join the data."""
         free = all(comparison.free for comparison in self.training.comparisons)
         return free and self.training.cycles is None
+
+    def _simulation_may_decide(self, size: int) -> bool:
+        """Return whether cycles may show a cause for which the residuals have no evidence."""
+        return self._can_simulate() and (size == 1 or self.cycles_differ())
 
     def _add_cycles(self) -> None:
         """Add simulated cycles to the data, and fit the best explanation to them."""
@@ -237,9 +248,22 @@ class Search:
         if self.best is not None and self.best.explanation.parts:
             self.best = self._fit_thoroughly(self.best.explanation)
 
-    def _forward_step(self, base: Explanation, size: int) -> list[ScoredFit]:
-        """Return the fits of an explanation with one more cause."""
-        # the other forms of its effects: a mechanism may be right and its formula not
+    def _screened(self, base: Explanation, size: int) -> list[Screened]:
+        """Return the candidates for one more cause of an explanation, the best first."""
+        candidates = self._candidates(base)
+        self.progress(f'screening {len(candidates)} candidates')
+        hypothesis = base.apply(self.given)
+        residual = self.training.residual(hypothesis)
+        screened = map_tasks(
+            self.executor, screen, candidates, hypothesis, self.training, residual
+        )
+        screened.sort(key=lambda result: result.loss)
+        if size == 1 and not self.screened:
+            self.screened = screened
+        return screened
+
+    def _candidates(self, base: Explanation) -> list[Candidate]:
+        """Return what may join an explanation, other forms of its effects among them."""
         shaped = {part.effect for part in base.parts if isinstance(part, Family)}
         runs = [comparison.run for comparison in self.training.comparisons]
         temperature = self.given.model.gas.supply_temperature
@@ -255,37 +279,17 @@ class Search:
         if self.training.cycles is not None:
             groups.add(FORCE)
         names = {part.name for part in base.parts}
-        candidates = [
+        return [
             candidate
             for candidate in (*self.pool, *forms)
             if candidate.name not in names and candidate.group in groups
         ]
-        self.progress(f'screening {len(candidates)} candidates')
-        hypothesis = base.apply(self.given)
-        residual = self.training.residual(hypothesis)
-        screened = map_tasks(
-            self.executor, screen, candidates, hypothesis, self.training, residual
-        )
-        screened.sort(key=lambda result: result.loss)
-        if size == 1 and not self.screened:
-            self.screened = screened
-        starts = [
-            base.with_part(result.candidate, values)
-            for result in screened[:MOST_FITTED]
-            for values in (result.values, *result.alternatives)
-        ]
-        fits = best_of_each(self._fits(starts))
-        if self._can_simulate() and ambiguous(fits):
-            self._add_cycles()
-            fits = self._fits([each.explanation for each in fits])
-        return fits
 
     def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
-        """Return explanations fitted from several starts; to simulations only the finalists."""
-        if self.training.cycles is not None:
-            ahead = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
-            starts = [each.explanation for each in ahead[:FINALISTS]]
-        return self._fit_all(starts, ROUNDS)
+        """Return explanations fitted from several starts; thoroughly only the finalists."""
+        ahead = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
+        finalists = [each.explanation for each in ahead[:FINALISTS]]
+        return [*self._fit_all(finalists, ROUNDS), *ahead[FINALISTS:]]
 
     def _fit_all(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
         self.progress('fitting ' + ', '.join(start.name for start in starts))
@@ -313,21 +317,39 @@ class Search:
         self.training, self.held_out = data
         return refitted, before
 
-    def _closes_the_gap(self, chosen: ScoredFit) -> bool:
-        """Return whether one more cause leaves much less on the held-out data."""
-        better = chosen.explanation.apply(self.given)
-        return any(
-            excess(dataset, better) < ANOTHER_CAUSE_LEAVES * excess(dataset, self.hypothesis)
-            for dataset in (self.held_out.without_cycles, self.held_out)
-        )
-
-    def _accept(self, chosen: ScoredFit) -> ScoredFit:
+    def _accept(self, chosen: ScoredFit, size: int) -> ScoredFit | None:
         """
-        Return an explanation, fitted again with the noise that the data have if it is true.
+        Accept an explanation and return it; None if its last cause explains too little.
 
-        Under it the piston moves otherwise than the given model predicts. The noise under values
-        that are far off would hide the right ones: they are looked for before.
+        It is fitted again with the noise that the data have if it is true: under it the piston
+        moves otherwise than the given model predicts. The noise under values that are far off
+        would hide the right ones: they are looked for before.
         """
+        smaller, before = self.hypothesis, (self.best, self.training, self.held_out)
+        accepted = self._renewed(chosen)
+        if size > 1 and not self._closes_the_gap(smaller, accepted):
+            self.best, self.training, self.held_out = before
+            return None
+        return accepted
+
+    def _closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit) -> bool:
+        """
+        Return whether one more cause leaves much less on the held-out data.
+
+        What is significant there is no measure of a cause where hardly anything is: of such
+        causes the likelihood has told already.
+        """
+        better = accepted.explanation.apply(self.given)
+        for dataset in (self.held_out.without_cycles, self.held_out):
+            left = excess(dataset, smaller)
+            if left < NEGLIGIBLE * excess(dataset, self.given):
+                return True
+            if excess(dataset, better) < ANOTHER_CAUSE_LEAVES * left:
+                return True
+        return False
+
+    def _renewed(self, chosen: ScoredFit) -> ScoredFit:
+        """Return an explanation fitted with the noise that the data have if it is true."""
         explanation = self._fit_thoroughly(chosen.explanation).explanation
         hypothesis = explanation.apply(self.given)
         renewed = []

@@ -21,6 +21,7 @@ from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.empirical import Description, describe
+from pneu_rig_ros.diagnosis.fitting import Fit
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
@@ -28,7 +29,7 @@ from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experime
 from pneu_rig_ros.diagnosis.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
-from pneu_rig_ros.diagnosis.scoring import ScoredFit, remaining_share
+from pneu_rig_ros.diagnosis.scoring import ScoredFit, improves, remaining_share, score
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.weak_form import Floats
@@ -197,7 +198,7 @@ def diagnose(
     remaining = search.significant()
     unknown = None
     if search.reproduced():
-        if search.leaves_much(remaining):
+        if search.leaves_something(remaining):
             progress('describing the unknown cause', 0.88)
             unknown = _unknown(search, where)
     elif best is None:
@@ -245,5 +246,25 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
     inadequate = share > allowed and not discrepant
     if inadequate or description.gap_left < MUCH_BETTER * share:
         return description
+    hypotheses = search.hypothesis, search.given
+    if not discrepant and _simpler_and_better(description.explanation, named, *hypotheses, data):
+        return description
     search.best, (search.training, search.held_out) = named, data
     return None
+
+
+def _simpler_and_better(
+    terms: Explanation,
+    named: ScoredFit,
+    without: Hypothesis,
+    given: Hypothesis,
+    data: tuple[Dataset, Dataset],
+) -> bool:
+    """Return whether a formula with as few numbers as a named cause is decisively likelier."""
+    if not terms.parts or len(terms.coordinates) > len(named.explanation.coordinates):
+        return False
+    formula, cause = (
+        score(Fit(explanation, 0.0, np.zeros((0, 0))), hypothesis, *data)
+        for explanation, hypothesis in ((terms, without), (named.explanation, given))
+    )
+    return improves(formula, cause)
