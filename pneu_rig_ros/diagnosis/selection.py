@@ -59,7 +59,7 @@ ANOTHER_CAUSE_LEAVES = 0.7
 CYCLES_EXPLAINED = 0.1
 """Share of the excess of the cycles below which no further cause is searched [-]."""
 NEGLIGIBLE = 0.03
-"""Share of the excess of the residuals that needs no explanation [-]."""
+"""Share of the excess so small that its significance is no measure of a cause [-]."""
 
 
 @dataclass
@@ -336,8 +336,8 @@ class Search:
         """
         Return whether one more cause leaves much less on the held-out data.
 
-        What is significant there is no measure of a cause where hardly anything is: of such
-        causes the likelihood has told already.
+        Where hardly anything is significant there, that is no measure of a cause: the likelihood,
+        by which it was chosen, has to do.
         """
         better = accepted.explanation.apply(self.given)
         for dataset in (self.held_out.without_cycles, self.held_out):
