@@ -73,7 +73,7 @@ def test_the_chain_moves_the_piston_to_its_reference_and_back(start, context, by
     for reference in (0.15, 0.06):
         settled, deadline = [], time.monotonic() + PATIENCE
 
-        def step(reference=reference, settled=settled):
+        def step(reference=reference, settled=settled, deadline=deadline):
             twin.read()
             if math.isnan(twin.position):
                 twin.write(velocity=math.nan)
