@@ -280,7 +280,8 @@ def smoothed_velocity(position: Floats, interval: float) -> Floats:
     warped = np.tan(np.pi * VELOCITY_CUTOFF * interval)
     pole = (1.0 - warped) / (1.0 + warped)
     drive = 0.5 * (1.0 - pole) * (slope + np.concatenate([[0.0], slope[:-1]]))
-    return np.array(list(itertools.accumulate(drive.tolist(), lambda v, d: pole * v + d)))
+    steps = itertools.accumulate(memoryview(drive), lambda v, d: pole * v + d)
+    return np.fromiter(steps, np.float64, drive.size)
 
 
 def voltages_of(u: Floats) -> tuple[Floats, Floats]:

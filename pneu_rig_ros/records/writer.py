@@ -19,10 +19,11 @@ import struct
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from zlib import crc32
 
+import numpy as np
 import yaml
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -41,12 +42,14 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import typestore
 from pneu_rig_ros.records.mcap_file import MAGIC, encode, index_bytes, scan_chunks
+from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.rosbag2_metadata import (
     TYPE_HASH,
     format_metadata,
     offered_qos,
     write_metadata,
 )
+from pneu_rig_ros.records.rows import TopicRows, chunk_of
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
@@ -225,6 +228,27 @@ class BagWriter:
         if len(self._content) > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
             self.flush()
 
+    def write_rows(self, rows: Sequence[TopicRows], log_times: Stamps) -> None:
+        """
+        Append the messages of many instants as a chunk of their own.
+
+        :param rows: of each topic, named without its '/'
+        :param log_times: of the instants [ns]
+        """
+        self.flush()
+        rows = [row for row in rows if row.present.any()]
+        if not rows:
+            return
+        for row in rows:
+            self.add_topic(f'/{row.topic}', row.type)
+        channels = [self._channel_ids[f'/{row.topic}'] for row in rows]
+        content, index = chunk_of(rows, channels, log_times, len(self._content))
+        there = log_times[np.logical_or.reduce([row.present for row in rows])]
+        with deferred_interrupts():
+            schemas, self._content = bytes(self._content), bytearray()
+            self._append(schemas + content, int(there[0]), int(there[-1]), index)
+        self.message_count += int(sum(row.present.sum() for row in rows))
+
     def flush(self) -> None:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
         self._flushed = time.monotonic()
@@ -237,19 +261,21 @@ class BagWriter:
         content, entries = bytes(self._content), self._entries
         self._content, self._entries = bytearray(), defaultdict(list)
         times = [time_ns for records in entries.values() for time_ns, _ in records]
+        filled = (MessageIndex(channel, found) for channel, found in entries.items() if found)
+        self._append(content, min(times), max(times), encode(*filled))
+
+    def _append(self, content: bytes, first_ns: int, last_ns: int, index: bytes) -> None:
+        """Write a chunk and the records of its index."""
         chunk = Chunk(
             compression='',
             data=content,
-            message_end_time=max(times),
-            message_start_time=min(times),
+            message_end_time=last_ns,
+            message_start_time=first_ns,
             uncompressed_crc=crc32(content),
             uncompressed_size=len(content),
         )
-        indexes = (
-            MessageIndex(channel, records) for channel, records in entries.items() if records
-        )
         with self._one_line_errors():
-            self._file.append(encode(chunk, *indexes))
+            self._file.append(encode(chunk) + index)
 
     def close(self, metadata: Mapping[str, str]) -> None:
         """
