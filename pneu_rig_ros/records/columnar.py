@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Union
 
@@ -56,3 +57,9 @@ def as_numbers(column: ChunkedArray, decimal: str) -> Floats | None:
         return np.asarray(compute.cast(texts, pyarrow.float64()), dtype=np.float64)
     except pyarrow.ArrowInvalid:
         return None
+
+
+def release_memory() -> None:
+    """Return the memory of tables that are gone to the system; pyarrow would keep it."""
+    if pyarrow := sys.modules.get('pyarrow'):
+        pyarrow.default_memory_pool().release_unused()

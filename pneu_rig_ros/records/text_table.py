@@ -12,6 +12,7 @@ import numpy as np
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cells import Cells, read_cells
+from pneu_rig_ros.records.columnar import release_memory
 from pneu_rig_ros.records.grid import Columns
 from pneu_rig_ros.records.mapping import DATETIME, Source, TableMapping, in_si, unit_of
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats
@@ -39,6 +40,8 @@ def read_columns(path: Path, mapping: TableMapping, zero: float) -> Columns:
         lowest = signals[name].min()
         if name in PRESSURES and lowest < LIKELY_GAUGE:
             notes.append(f'{name} goes down to {lowest:.4g} Pa absolute: is it gauge?')
+    del cells
+    release_memory()
     return Columns(time, signals, epoch_ns, any_gauge, tuple(notes))
 
 
