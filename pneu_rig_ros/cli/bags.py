@@ -242,7 +242,7 @@ def import_(
     known = read_conditions(conditions) if conditions else {}
     configuration = options.load(cylinder, {}) if cylinder else None
     with options.directory(out.parent), output.stage_bar(quiet) as progress:
-        progress(f'reading {source}', 0.0)
+        progress('reading', 0.0)
         recording = read_recording(source, mapping, known.get('atmospheric_pressure'))
         writing, size = f'writing {recording.size} samples', recording.size
         write_bag(
