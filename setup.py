@@ -13,6 +13,7 @@ node_names = [
     'rig',
     'excitation',
     'position_controller',
+    'joint_command',
     'replay',
     'shadow',
 ]

@@ -34,6 +34,7 @@ NODES = {
     'recorder': 'RecorderNode',
     'excitation': 'ExcitationNode',
     'position_controller': 'PositionControllerNode',
+    'joint_command': 'JointCommandNode',
     'replay': 'ReplayNode',
     'shadow': 'ShadowNode',
 }

@@ -21,8 +21,9 @@ def texts(tree: ast.AST) -> set[str]:
     }
 
 
-def test_the_four_are_there() -> None:
-    assert {'rig', 'closed_loop', 'shadow', 'replay'} == {p.name.split('.')[0] for p in FILES}
+def test_all_are_there() -> None:
+    names = {path.name.split('.')[0] for path in FILES}
+    assert names == {'rig', 'closed_loop', 'shadow', 'replay', 'ros2_control'}
 
 
 @pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
@@ -36,6 +37,8 @@ def test_executables_and_included_files_exist(path: Path) -> None:
             assert executable.value in EXECUTABLES
         if getattr(call.func, 'id', '') == 'rig_node':
             assert ast.literal_eval(call.args[0]) in EXECUTABLES
+        if getattr(call.func, 'id', '') == 'node' and ast.unparse(call.args[0]) == 'PACKAGE':
+            assert ast.literal_eval(call.args[1]) in EXECUTABLES
     assert {text for text in texts(described(path)) if text.endswith('.launch.py')} <= OURS
 
 

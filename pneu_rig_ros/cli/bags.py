@@ -10,6 +10,9 @@ import click
 from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.errors import RigError
 
+READING = 0.4
+"""Share of an import that the reading of a table takes [-]."""
+
 
 @click.command(
     epilog=options.examples(
@@ -238,10 +241,17 @@ def import_(
     read_conditions = known_conditions.read_conditions
     known = read_conditions(conditions) if conditions else {}
     configuration = options.load(cylinder, {}) if cylinder else None
-    recording = read_recording(source, mapping, known.get('atmospheric_pressure'))
-    bar = output.progress_bar('samples', recording.size, quiet=quiet)
-    with options.directory(out.parent), bar as progress:
-        write_bag(recording, out, known, configuration, progress)
+    with options.directory(out.parent), output.stage_bar(quiet) as progress:
+        progress('reading', 0.0)
+        recording = read_recording(source, mapping, known.get('atmospheric_pressure'))
+        writing, size = f'writing {recording.size} samples', recording.size
+        write_bag(
+            recording,
+            out,
+            known,
+            configuration,
+            lambda done: progress(writing, READING + (1.0 - READING) * done / size),
+        )
     missing = max((stamps.size for stamps in recording.missing.values()), default=0)
     samples = recording.size - missing
     written = out / known_conditions.FILE_NAME

@@ -234,9 +234,9 @@ class _Reader:
         self._at = end
 
     def string(self) -> str:
-        start = self._at
+        start = self._at + -self._at % 4 + _COUNT.size
         self.skip_string()
-        return str(self._cdr[start + _COUNT.size : self._at - 1], 'utf-8')
+        return str(self._cdr[start : self._at - 1], 'utf-8')
 
     def doubles(self, count: int) -> tuple[float, ...]:
         # An empty sequence is not followed by padding for the elements that it does not have.
@@ -306,6 +306,24 @@ def unpack_joint_state(cdr: bytes) -> JointReading:
     fields = [reader.doubles(reader.count()) for _ in range(3)]
     reader.end()
     position, velocity, effort = (field[0] if field else math.nan for field in fields)
+    return JointReading(stamp_ns, position, velocity, effort)
+
+
+@_decoder
+def unpack_joint_command(cdr: bytes) -> JointReading:
+    """Decode stamp and joint `piston` of a JointState of any joints. RigError without it."""
+    reader = _Reader(cdr)
+    stamp_ns = reader.stamp()
+    reader.skip_string()
+    names = [reader.string() for _ in range(reader.count())]
+    fields = [reader.doubles(reader.count()) for _ in range(3)]
+    reader.end()
+    if PISTON not in names:
+        raise RigError(f'no joint {PISTON!r} among {names[:3]}')
+    if any(len(field) not in (0, len(names)) for field in fields):
+        raise RigError(f'values of {[*map(len, fields)]} joints for {len(names)} names')
+    index = names.index(PISTON)
+    position, velocity, effort = (field[index] if field else math.nan for field in fields)
     return JointReading(stamp_ns, position, velocity, effort)
 
 

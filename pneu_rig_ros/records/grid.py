@@ -77,11 +77,16 @@ class Grid(NamedTuple):
     @property
     def missing(self) -> Stamps:
         """Stamps of the grid without a recorded sample [ns]."""
-        numbers = np.setdiff1d(np.arange(self.size), self.sample, assume_unique=True)
-        return np.asarray(self.start_ns + self.interval_ns * numbers, dtype=np.int64)
+        absent = np.ones(self.size, dtype=np.bool_)
+        absent[self.sample] = False
+        return np.asarray(
+            self.start_ns + self.interval_ns * np.flatnonzero(absent), dtype=np.int64
+        )
 
     def filled(self) -> dict[str, Floats]:
         """Return the signals without gaps, shape (size,) each."""
+        if self.sample.size == self.size:
+            return dict(self.signals)
         wanted, known = np.arange(self.size, dtype=np.float64), self.sample.astype(np.float64)
         return {name: resample(wanted, known, v, name) for name, v in self.signals.items()}
 
@@ -154,16 +159,19 @@ def _fit(time: Floats, steps: Floats) -> tuple[NDArray[np.int64] | None, float, 
     if (counts < 1).any():
         return None, typical, np.inf
     index = np.concatenate([[0], np.cumsum(counts)])
-    slope, start = np.polyfit(index.astype(np.float64), time - time[0], 1)
-    off = float(np.abs(time - time[0] - start - slope * index).max())
-    return index, float(slope), off
+    # By the centred sums: np.polyfit takes ten arrays of this size.
+    numbers, since = index - index.mean(), time - time.mean()
+    slope = float(numbers @ since / (numbers @ numbers))
+    since -= slope * numbers
+    return index, slope, float(np.abs(since).max())
 
 
 def _resolution(time: Floats) -> float:
     """Return the last decimal place [s] that the stamps make use of, 1e-9 at the finest."""
+    parts = np.array_split(time, time.size // 10_000 + 1)  # the first one rules most out
     for digits in range(9):
-        scaled = time * 10.0**digits
-        if np.allclose(scaled, np.round(scaled), rtol=0.0, atol=1e-6):
+        scaled = (part * 10.0**digits for part in parts)
+        if all(np.allclose(part, np.round(part), rtol=0.0, atol=1e-6) for part in scaled):
             return float(10.0**-digits)
     return 1e-9
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import (
+    NANOSECONDS,
     FrictionMessage,
     PlantMessages,
     pack_float64,
@@ -36,7 +37,8 @@ from pneu_rig_ros.records.description import (
     git_revision,
     package_version,
 )
-from pneu_rig_ros.records.recording import Recording
+from pneu_rig_ros.records.recording import Floats, Recording, Stamps
+from pneu_rig_ros.records.rows import MessageRows, TopicRows
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.writer import BagWriter
 from pneu_rig_ros.rig import RigConfiguration, Sample
@@ -45,11 +47,14 @@ from pneu_rig_ros.rig.urdf import robot_description
 Progress = Callable[[int], None]
 """Callback with the number of samples written."""
 
-REPORT_EVERY = 512
-"""Samples between two calls of the progress function."""
+BLOCK = 3000
+"""Samples whose messages are made and written together: a chunk of about 1 MB."""
 
 LEAST_INTERVAL, MOST_INTERVAL = 100_000, 1_000_000_000
 """Between two samples [ns]."""
+
+END_OF_STAMPS = 2**31
+"""First second since 1970 that the stamp of a message cannot hold."""
 
 SOURCES = {
     'joint_states': ('position',),
@@ -63,6 +68,19 @@ SOURCES = {
 
 FORCE = 'force'
 """Topic and signal of a measured force; a JointState whose effort it is."""
+
+NUMBERS = {
+    'u': ('u',),
+    'valve_voltages': ('voltage_1', 'voltage_2'),
+    'joint_states': ('position', 'velocity'),
+    'position': ('position',),
+    'velocity': ('velocity',),
+    'chamber_1/pressure': ('pressure_1',),
+    'chamber_2/pressure': ('pressure_2',),
+    FORCE: ('force',),
+    'friction': ('friction',),
+}
+"""Topic -> signals in its messages, in the order in which the topics of a sample are written."""
 
 
 def write_bag(
@@ -100,6 +118,8 @@ def write_bag(
             f'{source}: a sample every {recording.interval_ns * 1e-6:g} ms, allowed '
             'are 0.1 to 1000 ms; is the time in another unit?'
         )
+    if int(recording.stamps[-1]) >= END_OF_STAMPS * NANOSECONDS:
+        raise RigError(f'{source}: stamps after January 2038, which a message cannot hold')
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         # On the same file system, so that the bag can be moved in one step.
@@ -131,72 +151,84 @@ def _write(
             del metadata['friction_model'], metadata['seed']
             _put(writer, 'rig_description', start_ns, pack_string(description))
             _put(writer, 'robot_description', start_ns, pack_string(robot_description(sampled)))
-        for count, (topic, stamp_ns, cdr) in enumerate(_messages(recording)):
-            _put(writer, topic, stamp_ns, cdr)
-            if count % REPORT_EVERY == 0:
-                progress((stamp_ns - start_ns) // recording.interval_ns)
+        for number, (stamps, rows) in enumerate(_blocks(recording)):
+            progress(number * BLOCK)
+            writer.write_rows(rows, stamps)
         writer.close(metadata)
     progress(recording.size)
 
 
 def _put(writer: BagWriter, topic: str, stamp_ns: int, cdr: bytes) -> None:
-    kind = TOPICS['friction' if topic == FORCE else topic].type
-    writer.write(f'/{topic}', kind, stamp_ns, cdr)
+    writer.write(f'/{topic}', TOPICS[topic].type, stamp_ns, cdr)
 
 
-def _messages(recording: Recording) -> Iterator[tuple[str, int, bytes]]:
+def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
     """
-    Yield topic, stamp [ns] and message of everything, in the order of time.
+    Yield stamps [ns] and messages of every few thousand samples.
 
     Commands come before the sample that finds them in force.
     """
     if ('voltage_1' in recording) != ('voltage_2' in recording):
         given = 'voltage_1' if 'voltage_1' in recording else 'voltage_2'
         raise RigError(f'{given} without the other valve; map voltage_1 and voltage_2, or u')
-    moving = 'position' in recording
-    recorded = {
-        'u': 'u' in recording,
-        'valve_voltages': recording.driven,
-        'joint_states': moving,
-        'position': moving,
-        'velocity': moving,
-        'chamber_1/pressure': 'pressure_1' in recording,
-        'chamber_2/pressure': 'pressure_2' in recording,
-        FORCE: FORCE in recording,
-        'friction': 'friction' in recording,
-    }
-    topics = [topic for topic, wanted in recorded.items() if wanted]
-    present = {topic: _present(recording, topic).tolist() for topic in topics}
-    nothing = np.full(recording.size, np.nan)
-    names = ('position', 'pressure_1', 'pressure_2', 'u', FORCE, 'friction')
-    position, pressure_1, pressure_2, u, force, friction = (
-        recording.signals.get(name, nothing).tolist() for name in names
-    )
-    velocity = (recording.velocity if moving else nothing).tolist()
-    voltages = [nothing.tolist()] * 2
+    signals = dict(recording.signals)
+    if 'position' in recording:
+        signals['velocity'] = recording.velocity
     if recording.driven:
-        voltages = [recording.voltage_1.tolist(), recording.voltage_2.tolist()]
+        signals |= {'voltage_1': recording.voltage_1, 'voltage_2': recording.voltage_2}
+    encoders = {
+        topic: MessageRows(_packer(topic), names)
+        for topic, names in NUMBERS.items()
+        if all(name in signals for name in names)
+        and ('position' in recording or topic != 'velocity')
+    }
+    stamps = recording.stamps
+    for first in range(0, recording.size, BLOCK):
+        part = slice(first, first + BLOCK)
+        values = {name: signal[part] for name, signal in signals.items()}
+        yield (
+            stamps[part],
+            [
+                TopicRows(
+                    topic,
+                    TOPICS['friction' if topic == FORCE else topic].type,
+                    encoder.pack(stamps[part], values),
+                    _present(recording, topic, stamps[part], values),
+                )
+                for topic, encoder in encoders.items()
+            ],
+        )
+
+
+def _packer(topic: str) -> Callable[..., bytes]:
+    """Return the encoder of a topic's message from its stamp [ns] and its numbers."""
+    force = FrictionMessage()
     plant = PlantMessages(pressure_variance=0.0)  # 0 is "not known", as sensor_msgs says
-    encoder = FrictionMessage()
-    for k, stamp_ns in enumerate(recording.stamps.tolist()):
-        plant.pack(Sample(k, position[k], velocity[k], pressure_1[k], pressure_2[k]), stamp_ns)
-        messages = {
-            'u': pack_float64(u[k]),
-            'valve_voltages': pack_valve_voltages(voltages[0][k], voltages[1][k]),
-            **plant.by_topic(simulated_time=False),
-            FORCE: encoder.pack(force[k], stamp_ns),
-            'friction': encoder.pack(friction[k], stamp_ns),
-        }
-        for topic in topics:
-            if present[topic][k]:
-                yield topic, stamp_ns, messages[topic]
+
+    def of_plant(stamp_ns: int, *numbers: float) -> bytes:
+        values = dict.fromkeys(('position', 'velocity', 'pressure_1', 'pressure_2'), 0.0)
+        values |= zip(NUMBERS[topic], numbers, strict=True)
+        plant.pack(Sample(0, **values), stamp_ns)
+        return plant.by_topic(simulated_time=False)[topic]
+
+    others: dict[str, Callable[..., bytes]] = {
+        'u': lambda _, u: pack_float64(u),
+        'valve_voltages': lambda _, *voltages: pack_valve_voltages(*voltages),
+        FORCE: lambda stamp_ns, value: force.pack(value, stamp_ns),
+        'friction': lambda stamp_ns, value: force.pack(value, stamp_ns),
+    }
+    return others.get(topic, of_plant)
 
 
-def _present(recording: Recording, topic: str) -> NDArray[np.bool_]:
-    """Return which samples of a topic are not missing, shape (n,)."""
-    present = np.ones(recording.size, dtype=np.bool_)
+def _present(
+    recording: Recording, topic: str, stamps: Stamps, values: Mapping[str, Floats]
+) -> NDArray[np.bool_]:
+    """Return which samples of a block are not missing on a topic, shape (n,)."""
+    present = np.ones(stamps.size, dtype=np.bool_)
     if topic == 'friction':
-        present = np.isfinite(recording.friction)
+        present = np.isfinite(values['friction'])
     for source in (topic, *SOURCES.get(topic, ())):
-        present &= ~np.isin(recording.stamps, recording.missing.get(source, ()))
+        missing = np.asarray(recording.missing.get(source, ()), dtype=np.int64)
+        near = missing[slice(*np.searchsorted(missing, stamps[[0, -1]] + [0, 1]))]
+        present &= ~np.isin(stamps, near)
     return present

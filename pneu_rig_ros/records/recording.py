@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
 from pneu_rig_ros.records.noise import noise_of, smallest_step
 from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
 Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -280,11 +281,15 @@ def smoothed_velocity(position: Floats, interval: float) -> Floats:
     warped = np.tan(np.pi * VELOCITY_CUTOFF * interval)
     pole = (1.0 - warped) / (1.0 + warped)
     drive = 0.5 * (1.0 - pole) * (slope + np.concatenate([[0.0], slope[:-1]]))
-    return np.array(list(itertools.accumulate(drive.tolist(), lambda v, d: pole * v + d)))
+    steps = itertools.accumulate(memoryview(drive), lambda v, d: pole * v + d)
+    return np.fromiter(steps, np.float64, drive.size)
 
 
 def voltages_of(u: Floats) -> tuple[Floats, Floats]:
     """Return the voltages of valve 1 and 2 [V] by Eq. 1 for commands u [V], shape (n,) each."""
-    levels, where = np.unique(u, return_inverse=True)
-    pairs = np.array([valve_voltages(float(level)) for level in levels])[where]
-    return pairs[:, 0].copy(), pairs[:, 1].copy()
+
+    def quantised(voltages: Floats) -> Floats:
+        steps = np.round(np.clip(voltages, 0.0, FULL_VOLTAGE) / DAC_STEP)
+        return np.asarray(steps * DAC_STEP, dtype=np.float64)
+
+    return quantised(CENTRE_VOLTAGE + u), quantised(CENTRE_VOLTAGE - u)

@@ -60,6 +60,8 @@ def _rig_topics() -> Iterator[Topic]:
     yield Topic('robot_description', STRING, urdf, ONCE, latched=True, extra=True)
     reference = 'position reference [m], for position_controller'
     yield Topic('reference', FLOAT64, reference, EACH_SAMPLE, extra=True)
+    commands = 'joint `piston`: velocity [m/s] or effort [N], from ros2_control, for joint_command'
+    yield Topic('joint_commands', JOINT, commands, EACH_COMMAND, extra=True)
 
 
 def _shadow_topics() -> Iterator[Topic]:

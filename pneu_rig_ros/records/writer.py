@@ -13,23 +13,19 @@ of each chunk, and counts chunks in its index that the disk had no room for.
 from __future__ import annotations
 
 import contextlib
-import os
-import signal
 import struct
-import threading
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from zlib import crc32
 
+import numpy as np
 import yaml
 from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
     Chunk,
-    DataEnd,
-    Footer,
     Header,
     MessageIndex,
     Metadata,
@@ -40,13 +36,16 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import typestore
+from pneu_rig_ros.records.growing_file import GrowingFile, deferred_interrupts
 from pneu_rig_ros.records.mcap_file import MAGIC, encode, index_bytes, scan_chunks
+from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.rosbag2_metadata import (
     TYPE_HASH,
     format_metadata,
     offered_qos,
     write_metadata,
 )
+from pneu_rig_ros.records.rows import TopicRows, chunk_of
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
@@ -59,72 +58,6 @@ _MESSAGE = struct.Struct('<BQHIQQ')
 
 _MESSAGE_HEAD = 22
 """Bytes of a message record between its length and its data."""
-
-
-_ENDING = encode(DataEnd(0), Footer(0, 0, 0)) + MAGIC
-"""End of the data section, footer without a summary, magic."""
-
-
-class GrowingFile:
-    """
-    An MCAP file that is complete at every moment while it grows.
-
-    After each piece stands the end of an MCAP file without an index, and the next piece overwrites
-    it in one call. A file that is still being recorded, or whose recorder was killed, is therefore
-    read by every MCAP reader.
-
-    :param path: the file to create
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
-        self._size = 0
-        self.closed = False
-
-    def append(self, piece: bytes, ending: bytes = _ENDING) -> None:
-        """
-        Hand data to the operating system: they survive the end of this process.
-
-        :param ending: what follows them until the next call
-        :raises OSError: e.g. when the disk is full; the file is then as before
-        """
-        data = piece + ending
-        try:
-            done = 0
-            while done < len(data):
-                done += os.pwrite(self._descriptor, data[done:], self._size + done)
-        except OSError:
-            # The blocks of the previous ending are still allocated, so this needs no space.
-            os.ftruncate(self._descriptor, self._size + len(_ENDING))
-            os.pwrite(self._descriptor, _ENDING, self._size)
-            raise
-        self._size += len(piece)
-
-    def close(self) -> None:
-        """Close the file."""
-        if not self.closed:
-            self.closed = True
-            os.close(self._descriptor)
-
-
-@contextlib.contextmanager
-def deferred_interrupts() -> Iterator[None]:
-    """Let SIGINT and SIGTERM wait until a chunk is whole; their Python handlers run at the end."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # Python runs handlers in the main thread alone
-        return
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    pending: list[int] = []
-    ours = [number for number, handler in handlers.items() if callable(handler)]
-    for number in ours:
-        signal.signal(number, lambda received, _: pending.append(received))
-    try:
-        yield
-    finally:
-        for number in ours:
-            signal.signal(number, handlers[number])
-        if pending:
-            signal.raise_signal(pending[0])
 
 
 class BagWriter:
@@ -225,6 +158,27 @@ class BagWriter:
         if len(self._content) > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
             self.flush()
 
+    def write_rows(self, rows: Sequence[TopicRows], log_times: Stamps) -> None:
+        """
+        Append the messages of many instants as a chunk of their own.
+
+        :param rows: of each topic, named without its '/'
+        :param log_times: of the instants [ns]
+        """
+        self.flush()
+        rows = [row for row in rows if row.present.any()]
+        if not rows:
+            return
+        for row in rows:
+            self.add_topic(f'/{row.topic}', row.type)
+        channels = [self._channel_ids[f'/{row.topic}'] for row in rows]
+        content, index = chunk_of(rows, channels, log_times, len(self._content))
+        there = log_times[np.logical_or.reduce([row.present for row in rows])]
+        with deferred_interrupts():
+            schemas, self._content = bytes(self._content), bytearray()
+            self._append(schemas + content, int(there[0]), int(there[-1]), index)
+        self.message_count += int(sum(row.present.sum() for row in rows))
+
     def flush(self) -> None:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
         self._flushed = time.monotonic()
@@ -237,19 +191,21 @@ class BagWriter:
         content, entries = bytes(self._content), self._entries
         self._content, self._entries = bytearray(), defaultdict(list)
         times = [time_ns for records in entries.values() for time_ns, _ in records]
+        filled = (MessageIndex(channel, found) for channel, found in entries.items() if found)
+        self._append(content, min(times), max(times), encode(*filled))
+
+    def _append(self, content: bytes, first_ns: int, last_ns: int, index: bytes) -> None:
+        """Write a chunk and the records of its index."""
         chunk = Chunk(
             compression='',
             data=content,
-            message_end_time=max(times),
-            message_start_time=min(times),
+            message_end_time=last_ns,
+            message_start_time=first_ns,
             uncompressed_crc=crc32(content),
             uncompressed_size=len(content),
         )
-        indexes = (
-            MessageIndex(channel, records) for channel, records in entries.items() if records
-        )
         with self._one_line_errors():
-            self._file.append(encode(chunk, *indexes))
+            self._file.append(encode(chunk) + index)
 
     def close(self, metadata: Mapping[str, str]) -> None:
         """

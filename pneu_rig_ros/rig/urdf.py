@@ -30,6 +30,18 @@ def robot_description(configuration: RigConfiguration) -> str:
     return Template(template).substitute(_values(configuration))
 
 
+def controlled_description(configuration: RigConfiguration, namespace: str) -> str:
+    """
+    Return the URDF with the `<ros2_control>` tag of `config/ros2_control.urdf.xml`.
+
+    :param namespace: of the rig, '' for none
+    """
+    template = (configuration_folder() / 'ros2_control.urdf.xml').read_text(encoding='utf-8')
+    name = escape(namespace.strip('/'))
+    tag = Template(template).substitute(prefix=f'/{name}' if name else '')
+    return robot_description(configuration).replace('</robot>', f'{tag}</robot>')
+
+
 def _values(configuration: RigConfiguration) -> dict[str, str]:
     cylinder, operation = configuration.model.cylinder, configuration.model.operation
     bore = cylinder.bore

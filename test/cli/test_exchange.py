@@ -1,12 +1,15 @@
 """`pneu-rig import` and `pneu-rig export`."""
 
+import contextlib
 import json
 import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.records import BagWriter
+from pneu_rig_ros.cli import output
+from pneu_rig_ros.records import BagWriter, importing
 
 from .conftest import Terminal
 
@@ -97,6 +100,25 @@ def test_import_as_data_and_silent(terminal: Terminal) -> None:
     assert data['notes'] == []
     assert terminal.run(*command, '--out', 'b', '--quiet') == (0, '', '')
     assert '--out a exists' in terminal.run(*command, '--out', 'a').err
+
+
+def test_import_shows_that_it_reads_and_how_far_it_has_written(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepare(terminal)
+    shown: list[tuple[str, float]] = []
+
+    @contextlib.contextmanager
+    def bar(quiet: bool) -> Iterator[Callable[[str, float], None]]:
+        yield lambda stage, share: shown.append((stage, share))
+
+    monkeypatch.setattr(output, 'stage_bar', bar)
+    monkeypatch.setattr(importing, 'BLOCK', 100)
+    terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--out', 'a')
+    stages, shares = zip(*shown, strict=True)
+    assert stages == ('reading', *['writing 430 samples'] * 6)
+    assert list(shares) == sorted(set(shares) | {0.0})
+    assert shares[-1] == 1.0
 
 
 def test_unknown_cylinder_and_missing_mapping(terminal: Terminal) -> None:

@@ -239,8 +239,12 @@ def test_parameters_of_node_exist(words: list[str]) -> None:
 @pytest.mark.parametrize('words', words_of('ros2', 'topic', 'pub'), ids=' '.join)
 def test_published_topic_exists(words: list[str]) -> None:
     name, kind, message = words[-3:]
+    content = yaml.safe_load(message)
+    if name.split('/')[1] in yaml.safe_load((ROOT / 'config' / 'ros2_control.yaml').read_text()):
+        assert isinstance(content, dict)  # a topic of a stock controller
+        return
     assert TOPICS[name.strip('/')].type == kind
-    assert set(yaml.safe_load(message)) == {'data'}
+    assert set(content) == {'data'}
 
 
 def typed(text: str) -> object:

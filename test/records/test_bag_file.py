@@ -1,5 +1,6 @@
 """A bag while it is being written, and when it cannot be: readable by all, losing nothing."""
 
+import gc
 import resource
 import tracemalloc
 from collections.abc import Iterator
@@ -139,6 +140,7 @@ def test_memory_of_a_writer_does_not_grow_with_its_bag(tmp_path: Path) -> None:
         tracemalloc.start()
         for k in range(1, 500):
             write(writer, '/a', range(k, k + 1))
+        gc.collect()
         growth, _ = tracemalloc.get_traced_memory()
         tracemalloc.stop()
     assert growth < 20_000

@@ -98,6 +98,17 @@ def test_joint_states_of_others_are_read(frame_id, names):
     assert cdr.unpack_stamp(message) == 5
 
 
+@pytest.mark.parametrize('other', ['x', 'xy', 'xyz', 'elbow'])
+def test_a_command_is_that_of_the_piston(other):
+    message = joint_state(5, [], [1.0, 2.0], [], '', (other, 'piston'))
+    assert cdr.unpack_joint_command(message)[::2] == (5, 2.0)
+    for wrong in (
+        joint_state(5, [], [1.0], [], '', names) for names in ((other, 'piston'), (other,))
+    ):
+        with pytest.raises(RigError, match=r'joint'):
+            cdr.unpack_joint_command(wrong)
+
+
 @pytest.mark.parametrize('frame_id', ['', 'a', 'ab', 'abc', 'abcd', 'abcdefgh'])
 def test_pressures_of_others_are_read(frame_id):
     fields = {'header': header(6, frame_id), 'fluid_pressure': 1.0, 'variance': 2.0}

@@ -203,7 +203,7 @@ def test_nothing_half_written_is_left(tmp_path: Path, monkeypatch: pytest.Monkey
     def interrupted(_: int) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(importing, 'REPORT_EVERY', 10)
+    monkeypatch.setattr(importing, 'BLOCK', 10)
     with pytest.raises(KeyboardInterrupt):
         write_bag(part('position'), tmp_path / 'no', progress=interrupted)
     assert os.listdir(tmp_path) == []

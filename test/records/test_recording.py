@@ -12,11 +12,11 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, Recording, read_recording
 from pneu_rig_ros.records.bag import last_text, open_bag
 from pneu_rig_ros.records.cdr import PlantMessages, pack_valve_voltages
-from pneu_rig_ros.records.recording import WHOLE
+from pneu_rig_ros.records.recording import WHOLE, voltages_of
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Rig, Sample, load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig.valve_drive import DAC_STEP, valve_voltages
 
 STEP = 1_160_000
 
@@ -165,6 +165,12 @@ def ramp() -> Recording:
 def test_unequal_lengths_are_refused(name: str) -> None:
     with pytest.raises(RigError, match=rf'{name} has shape \(9,\), position has \(10,\)'):
         ramp().with_signals(**{name: np.zeros(9)})
+
+
+def test_voltages_of_many_commands_are_those_of_each() -> None:
+    u = np.concatenate([np.linspace(-3.0, 3.0, 5001), np.arange(-2048, 2049) * 0.5 * DAC_STEP])
+    expected = [valve_voltages(command) for command in u.tolist()]
+    np.testing.assert_array_equal(np.stack(voltages_of(u), axis=1), expected)
 
 
 def test_arrivals_are_as_many_as_the_samples_and_else_their_stamps() -> None:

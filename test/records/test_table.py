@@ -1,6 +1,7 @@
 """Tables of laboratories: every way to write the same numbers, and what is wrong with a file."""
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,8 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Recording, read_recording
+from pneu_rig_ros.records import Recording, cells, read_recording
 from pneu_rig_ros.records.mapping import Layout
-from pneu_rig_ros.records.text_table import read_cells
 
 COUNT = 200
 TIME = np.arange(COUNT) * 1.16e-3
@@ -35,6 +35,13 @@ def rows(decimal: str = '.') -> list[list[str]]:
 
 
 Writer = Callable[..., Path]
+
+
+@pytest.fixture(params=['row by row', 'by columns'], autouse=True)
+def _way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read tables that are longer than a few kB as those are that are longer than some 100 kB."""
+    if request.param == 'by columns':
+        monkeypatch.setattr(cells, 'HEAD', 2500)
 
 
 @pytest.fixture
@@ -293,16 +300,73 @@ def test_signal_that_is_not_there(write: Writer) -> None:
 def test_signs_between_thousands_are_left_out(
     write: Writer, texts: list[str], decimal: str, values: list[float]
 ) -> None:
-    cells = read_cells(
+    table = cells.read_cells(
         write([['x'], *([text] for text in texts)], ';'), Layout(separator=';', decimal=decimal)
     )
-    np.testing.assert_allclose(cells.values(0), values)
+    np.testing.assert_allclose(table.values(0), values)
 
 
 @pytest.mark.parametrize('texts', [['1.2.3', '4'], ['1.000.000', '12.34'], ['1.00.000', '1']])
 def test_other_signs_in_a_number_are_refused(write: Writer, texts: list[str]) -> None:
-    cells = read_cells(
+    table = cells.read_cells(
         write([['x'], *([text] for text in texts)], ';'), Layout(separator=';', decimal='.')
     )
     with pytest.raises(RigError, match='is not a finite number'):
-        cells.values(0)
+        table.values(0)
+
+
+def long_table(rows: list[str]) -> str:
+    """Return a table of which a regular beginning shows the form."""
+    return '\n'.join(['x;y', *('1.5;2.5' for _ in range(400)), *rows, ''])
+
+
+@pytest.mark.parametrize(
+    ('rows', 'by_columns'),
+    [
+        (['1;2'], True),
+        (['', ' 1.5 ;"2"', ''], True),
+        (['# a remark', '1;2'], False),
+        (['  ', '1;2'], False),
+    ],
+)
+def test_a_long_regular_table_is_read_by_columns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rows: list[str], by_columns: bool
+) -> None:
+    pytest.importorskip('pyarrow')
+    path = tmp_path / 'long.csv'
+    path.write_text(long_table(rows))
+    both = []
+    for head in (2500, 10**9):
+        monkeypatch.setattr(cells, 'HEAD', head)
+        table = cells.read_cells(path, Layout())
+        assert isinstance(table.columns[0], Sequence) == (head > 2500 or not by_columns)
+        both.append([table.values(index) for index in range(2)])
+    np.testing.assert_array_equal(*both)
+
+
+@pytest.mark.parametrize(
+    ('rows', 'message'),
+    [
+        (['', '1.5;abc'], "row 403, column 'y': 'abc' is not a finite number"),
+        (['1.5;'], "row 402, column 'y': the cell is empty"),
+        (['1.5;inf'], "row 402, column 'y': 'inf' is not a finite number"),
+        (['1.5'], 'row 402 has 1 cells, row 2 has 2'),
+        (['1.5;2;3'], 'row 402 has 3 cells, row 2 has 2'),
+    ],
+)
+def test_an_error_far_down_a_long_table_has_its_row(
+    tmp_path: Path, rows: list[str], message: str
+) -> None:
+    path = tmp_path / 'long.csv'
+    path.write_text(long_table(rows))
+    with pytest.raises(RigError, match=message):
+        cells.read_cells(path, Layout()).values(1)
+
+
+def test_without_pyarrow_a_long_table_is_read_row_by_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, 'pyarrow', None)
+    path = tmp_path / 'long.csv'
+    path.write_text(long_table(['1;2']))
+    assert cells.read_cells(path, Layout()).values(1)[-1] == 2.0

@@ -11,6 +11,7 @@ from rclpy._rclpy_pybind11 import RCLError
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
+from pneu_rig_ros.nodes.joint_command import JointCommandNode
 from pneu_rig_ros.nodes.live import LiveNode
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
@@ -38,6 +39,7 @@ NODES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     'friction_estimator': (FrictionEstimatorNode, {'cylinder': 'cylinder_1'}),
     'shadow': (ShadowNode, {'model': 'cylinder_1'}),
     'live': (LiveNode, {}),
+    'joint_command': (JointCommandNode, {}),
     'position_controller': (PositionControllerNode, {}),
     'excitation': (ExcitationNode, {'profile': 'step', 'trigger': 'sample'}),
     'recorder': (RecorderNode, {'output': 'bag'}),
@@ -61,6 +63,7 @@ def bad_messages(topic: str) -> list[bytes]:
             10**9 + k * 1_160_000, (value, value, value), (value, value)
         )['chamber_1/pressure'],
     }
+    made['joint_commands'] = made['joint_states']
     wild = [made[topic](value, k) for k, value in enumerate(WILD)]
     torn = [message[:cut] for message in wild[:1] for cut in range(0, len(message), 3)]
     return [*wild, *torn, *BAD_BYTES]
@@ -82,6 +85,7 @@ def test_node_goes_on_after_bad_messages(
                 'valve_voltages',
                 'rig_description',
                 'joint_states',
+                'joint_commands',
                 'chamber_1/pressure',
             ):
                 continue

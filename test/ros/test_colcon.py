@@ -30,6 +30,7 @@ EXECUTABLES = {
     'rig',
     'excitation',
     'position_controller',
+    'joint_command',
     'replay',
     'shadow',
     'pneu-rig',

@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from pneu_rig_ros.nodes.excitation import ExcitationNode
+from pneu_rig_ros.nodes.joint_command import JointCommandNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.shadow import ShadowNode
@@ -16,7 +17,9 @@ FILE = Path(__file__).resolve().parents[2] / 'config' / 'nodes.yaml'
 OF_CYLINDER = {'supply_pressure', 'load_mass', 'initial_position', 'rest_time'}
 
 
-@pytest.mark.parametrize('kind', [*NODES, ExcitationNode, PositionControllerNode, ShadowNode])
+@pytest.mark.parametrize(
+    'kind', [*NODES, ExcitationNode, JointCommandNode, PositionControllerNode, ShadowNode]
+)
 def test_file_gives_every_parameter_its_default(kind, context, new_context, tmp_path):
     def node_of(context, name):
         overrides = {'output': str(tmp_path / name)} if kind is NODES[-1] else {}

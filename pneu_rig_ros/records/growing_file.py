@@ -1,0 +1,79 @@
+"""An MCAP file that is complete while it grows, and interrupts that wait until it is."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+from mcap.records import DataEnd, Footer
+
+from pneu_rig_ros.records.mcap_file import MAGIC, encode
+
+_ENDING = encode(DataEnd(0), Footer(0, 0, 0)) + MAGIC
+"""End of the data section, footer without a summary, magic."""
+
+
+class GrowingFile:
+    """
+    An MCAP file that is complete at every moment while it grows.
+
+    After each piece stands the end of an MCAP file without an index, and the next piece overwrites
+    it in one call. A file that is still being recorded, or whose recorder was killed, is therefore
+    read by every MCAP reader.
+
+    :param path: the file to create
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+        self._size = 0
+        self.closed = False
+
+    def append(self, piece: bytes, ending: bytes = _ENDING) -> None:
+        """
+        Hand data to the operating system: they survive the end of this process.
+
+        :param ending: what follows them until the next call
+        :raises OSError: e.g. when the disk is full; the file is then as before
+        """
+        data = piece + ending
+        try:
+            done = 0
+            while done < len(data):
+                done += os.pwrite(self._descriptor, data[done:], self._size + done)
+        except OSError:
+            # The blocks of the previous ending are still allocated, so this needs no space.
+            os.ftruncate(self._descriptor, self._size + len(_ENDING))
+            os.pwrite(self._descriptor, _ENDING, self._size)
+            raise
+        self._size += len(piece)
+
+    def close(self) -> None:
+        """Close the file."""
+        if not self.closed:
+            self.closed = True
+            os.close(self._descriptor)
+
+
+@contextlib.contextmanager
+def deferred_interrupts() -> Iterator[None]:
+    """Let SIGINT and SIGTERM wait until a chunk is whole; their Python handlers run at the end."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Python runs handlers in the main thread alone
+        return
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    pending: list[int] = []
+    ours = [number for number, handler in handlers.items() if callable(handler)]
+    for number in ours:
+        signal.signal(number, lambda received, _: pending.append(received))
+    try:
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, handlers[number])
+        if pending:
+            signal.raise_signal(pending[0])

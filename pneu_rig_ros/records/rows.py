@@ -1,0 +1,125 @@
+"""
+Many messages at once: rows of bytes that differ in their stamps and numbers alone.
+
+A message of the rig has a fixed size, so that those of n samples are an array of bytes. They are
+those that the encoders of `records.cdr` make one by one, in a tenth of the time.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from pneu_rig_ros.records.cdr import NANOSECONDS
+from pneu_rig_ros.records.recording import Floats, Stamps
+
+Bytes = NDArray[np.uint8]
+
+_MARKS = (1.2345678e-101, 2.3456789e-102)
+"""Numbers whose bytes occur nowhere else in a message."""
+_STAMP = slice(4, 12)
+"""Bytes of the stamp in a message that has one, after the encapsulation."""
+_HEAD = np.dtype(
+    [
+        ('opcode', '<u1'),
+        ('length', '<u8'),
+        ('channel', '<u2'),
+        ('sequence', '<u4'),
+        ('log_time', '<u8'),
+        ('publish_time', '<u8'),
+    ]
+)
+"""What precedes the data of a message in an MCAP file."""
+_UNCOUNTED = 9
+"""Bytes of it that the length of the record does not count: opcode and length."""
+_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
+
+
+class MessageRows:
+    """
+    Encodes many messages of one topic.
+
+    :param pack: encodes one from its stamp [ns] and its numbers
+    :param signals: names of its numbers, in the order of `pack`
+    """
+
+    def __init__(self, pack: Callable[..., bytes], signals: Sequence[str]) -> None:
+        marks = _MARKS[: len(signals)]
+        plain = pack(0, *marks)
+        self._template = np.frombuffer(plain, dtype=np.uint8)
+        self._offsets = {
+            name: plain.index(struct.pack('<d', mark))
+            for name, mark in zip(signals, marks, strict=True)
+        }
+        self._stamped = pack(NANOSECONDS + 1, *marks) != plain
+
+    def pack(self, stamps: Stamps, signals: Mapping[str, Floats]) -> Bytes:
+        """Return the messages of n stamps [ns], shape (n, size of a message)."""
+        rows = np.tile(self._template, (stamps.size, 1))
+        if self._stamped:
+            seconds, nanoseconds = np.divmod(stamps, NANOSECONDS)
+            parts = np.stack([seconds, nanoseconds], axis=1).astype('<u4')
+            rows[:, _STAMP] = parts.view(np.uint8)
+        for name, offset in self._offsets.items():
+            values = np.ascontiguousarray(signals[name], dtype='<f8')
+            rows[:, offset : offset + 8] = values.view(np.uint8).reshape(-1, 8)
+        return rows
+
+
+class TopicRows(NamedTuple):
+    """The messages of one topic, shape (n, size), and which of them there are, shape (n,)."""
+
+    topic: str
+    type: str
+    messages: Bytes
+    present: NDArray[np.bool_]
+
+
+def chunk_of(
+    rows: Sequence[TopicRows], channels: Sequence[int], log_times: Stamps, start: int
+) -> tuple[bytes, bytes]:
+    """
+    Return the message records of n instants, topic by topic at each, and their index records.
+
+    :param channels: number of each topic's channel
+    :param log_times: of the instants [ns], shape (n,)
+    :param start: offset of the first record in its chunk [byte]
+    """
+    records = [
+        np.hstack([_heads(row.messages, channel, log_times), row.messages])
+        for row, channel in zip(rows, channels, strict=True)
+    ]
+    sizes = np.array([record.shape[1] for record in records])
+    present = np.stack([row.present for row in rows], axis=1)
+    together = np.hstack(records)
+    content = (
+        together if present.all() else together[np.repeat(present, sizes, axis=1)]
+    ).tobytes()
+    ends = np.cumsum(present * sizes).reshape(present.shape)
+    index = b''.join(
+        _index(channel, log_times[there], start + end[there] - size)
+        for channel, there, end, size in zip(channels, present.T, ends.T, sizes, strict=True)
+        if there.any()
+    )
+    return content, index
+
+
+def _heads(messages: Bytes, channel: int, log_times: Stamps) -> Bytes:
+    heads = np.zeros(log_times.size, dtype=_HEAD)
+    heads['opcode'] = Opcode.MESSAGE
+    heads['length'] = _HEAD.itemsize - _UNCOUNTED + messages.shape[1]
+    heads['channel'] = channel
+    heads['log_time'] = heads['publish_time'] = log_times
+    return heads.view(np.uint8).reshape(-1, _HEAD.itemsize)
+
+
+def _index(channel: int, log_times: Stamps, offsets: Stamps) -> bytes:
+    entries = np.empty(log_times.size, dtype=_ENTRY)
+    entries['log_time'], entries['offset'] = log_times, offsets
+    head = struct.pack('<BQHI', Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes)
+    return head + entries.tobytes()

@@ -1,0 +1,141 @@
+"""
+Detects the form of a text table, as far as the mapping omits it.
+
+Encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), header, separator
+and decimal sign.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.mapping import Layout
+
+DETECTION_LINES = 50
+"""Lines of data from which the separator is detected."""
+
+_MARKS = (
+    (codecs.BOM_UTF8, 'utf-8-sig'),
+    (codecs.BOM_UTF16_LE, 'utf-16'),
+    (codecs.BOM_UTF16_BE, 'utf-16'),
+)
+DECIMAL_COMMA = re.compile(r'\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*')
+_CANDIDATES = ('\t', ';', ',', ' ')
+
+Line = tuple[int, str]
+"""A line of the file that is not blank, and its number counted from 1."""
+
+
+class Form(NamedTuple):
+    """What the beginning of a table shows: its first lines of data, and how to read all."""
+
+    lines: list[Line]
+    separator: str
+    names: tuple[str, ...]
+    width: int
+    decimal: str
+    hint: str
+
+
+def read_utf8(path: Path) -> bytes:
+    """Return the content of a text file, in UTF-8 without a byte order mark."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RigError(f'{path}: cannot be read: {error.strerror}') from None
+    if data.isascii():
+        content = data  # without a copy: tables are large
+    else:
+        encoding = next((name for mark, name in _MARKS if data.startswith(mark)), 'utf-8')
+        try:
+            content = data.decode(encoding).encode()
+        except UnicodeDecodeError:
+            content = data.decode('cp1252', errors='replace').encode()
+    if b'\0' in content:
+        raise RigError(f'{path}: is not a text file; export it as CSV')
+    return content
+
+
+def detect(path: Path, data: bytes, layout: Layout) -> Form:
+    """Return the form of a table, or of its beginning."""
+    lines, comments = _lines(data, layout)
+    if not lines:
+        raise RigError(f'{path}: no line of data')
+    separator = layout.separator or _separator(lines, layout)
+    first = split(lines[0][1], separator)
+    head: list[str] = []
+    # Without a number in it, the first row is a header.
+    is_data = any(not math.isnan(as_number(cell.replace(',', '.'))) for cell in first)
+    if layout.header or (layout.header is None and not is_data):
+        head, lines = first, lines[1:]
+    lines = lines[layout.skip_after_header :]
+    if not lines:
+        raise RigError(f'{path}: no line of data after the header')
+    row = split(lines[0][1], separator)
+    shown = {'\t': 'tab', ' ': 'blank'}.get(separator, separator)
+    hint = f'; separator taken: {shown!r}; the mapping can say another'
+    if not head and layout.header is None and comments:
+        # The last comment before the data may name the columns.
+        splits = (split(comments[-1].strip(), sign) for sign in (separator, *_CANDIDATES))
+        head = next((names for names in splits if len(names) == len(row)), [])
+    if head and len(head) != len(row):
+        raise RigError(
+            f'{path}: row {lines[0][0]} has {len(row)} cells, the header has {len(head)}{hint}'
+        )
+    comma = separator != ',' and any(DECIMAL_COMMA.fullmatch(cell) for cell in row)
+    decimal = layout.decimal or (',' if comma else '.')
+    names = tuple(name.strip() for name in head)
+    return Form(lines, separator, names, len(row), decimal, hint)
+
+
+def _lines(data: bytes, layout: Layout) -> tuple[list[Line], list[str]]:
+    """Return the lines that are not blank, and the comments before the first of them."""
+    lines: list[Line] = []
+    comments: list[str] = []
+    numbered = enumerate(data.decode().splitlines(), start=1)
+    for number, text in itertools.islice(numbered, layout.skip_rows, None):
+        if layout.comment and text.lstrip().startswith(layout.comment):
+            if not lines:
+                comments.append(text.lstrip().removeprefix(layout.comment))
+        elif text.strip():
+            lines.append((number, text))
+    return lines, comments
+
+
+def _separator(lines: Sequence[Line], layout: Layout) -> str:
+    """Return the separator that cuts all of the first lines of data into equally many cells."""
+    sample = [text for _, text in lines[1 : DETECTION_LINES + 1] or lines]
+    for candidate in _CANDIDATES:
+        if candidate == ',' == layout.decimal:
+            continue
+        counts = {len(split(text, candidate)) for text in sample}
+        if len(counts) == 1 and counts.pop() > 1:
+            return candidate
+    # A single column, or rows of different lengths, which are reported later.
+    return max(_CANDIDATES[:3], key=lambda sign: sum(text.count(sign) for text in sample))
+
+
+def split(text: str, separator: str) -> list[str]:
+    """Return the cells of a line."""
+    if separator == ' ':
+        return text.split()
+    try:
+        return next(csv.reader([text], delimiter=separator))
+    except csv.Error as error:
+        raise RigError(f'{error}, in a row that begins with {text[:40]!r}') from None
+
+
+def as_number(text: str) -> float:
+    """Return a number, NaN if a text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
