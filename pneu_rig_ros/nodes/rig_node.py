@@ -124,6 +124,12 @@ class RigNode(Node):
         return bool(self.get_parameter(name).value)
 
     @property
+    def frame_prefix(self) -> str:
+        """Prefix of the frames in headers, that of the launch files: the namespace of the rig."""
+        namespace = self.get_namespace().strip('/')
+        return f'{namespace}/' if namespace else ''
+
+    @property
     def simulated_time(self) -> bool:
         """Whether time is simulated, i.e. `use_sim_time`."""
         return self.flag('use_sim_time')

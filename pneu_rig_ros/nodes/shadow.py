@@ -51,7 +51,10 @@ class ShadowNode(RigNode):
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('shadow', context, overrides)
-        self._messages = [SampleMessages('predicted/', True), SampleMessages('residual/', False)]
+        self._messages = [
+            SampleMessages(f'{prefix}/', effort, self.frame_prefix)
+            for prefix, effort in (('predicted', True), ('residual', False))
+        ]
         self._publish = {
             topic: self.advertise(topic).publish
             for prefix in ('predicted', 'residual')

@@ -7,6 +7,8 @@ CLOCK = '/clock'
 DIAGNOSTICS = '/diagnostics'
 PISTON = 'piston'
 """Name of the only joint in `joint_states` and `friction`."""
+BASE, TUBE = 'base', 'cylinder'
+"""Links of `robot_description` that headers name: of the joint, of the pressure sensors."""
 
 DEPTH = 20_000
 """Queue [messages]: 23 s at 862 Hz, so that a reader that paused loses nothing."""
