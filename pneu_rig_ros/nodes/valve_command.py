@@ -11,7 +11,7 @@ from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.records.cdr import pack_valve_voltages, unpack_float64, unpack_stamp
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
 LEAST_INTERVAL_NS = 500_000
 """Between two updates [ns]: half a sampling interval, at any rate of commands."""
@@ -26,7 +26,7 @@ class ValveCommandNode(RigNode):
     """
     Answers each command `u` [V] with `valve_voltages` [V].
 
-    A command that is not finite is rejected and the last valid one stays. Without a command for
+    A command that is not finite or beyond 1000 V is rejected and the last valid one stays. Without a command for
     `command_timeout` u is set to 0, also after a start, because the valves may still be open. Of
     several waiting commands the newest is answered, from any publisher. With trigger `sample` the
     node answers each sample from the first command on, and the timeout is in the time of the
@@ -86,9 +86,7 @@ class ValveCommandNode(RigNode):
             self._conflict.add(message.sequence_number)
             self._command_rate.count += 1
             with self.skip_invalid(self._commands, f'keeping {self._u or 0.0:g} V'):
-                u = unpack_float64(message.cdr)
-                valve_voltages(u)  # raises ValueError unless u is finite
-                self._u = u
+                self._u = checked_command(unpack_float64(message.cdr))
                 self._command_ns = self._now_ns
                 valid = True
         return valid
