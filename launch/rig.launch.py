@@ -48,7 +48,7 @@ ARGUMENTS = {
 
 
 def ended(event: ProcessExited, context: LaunchContext) -> list[Shutdown]:
-    """Shut down when a node has ended, unless it was killed and is restarted, or all are ending."""
+    """Shut down when a node has ended, unless it was killed and is restarted, or all end."""
     if event.returncode < 0 or context.is_shutdown:
         return []
     return [Shutdown(reason=f'{event.process_name} has ended')]

@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
@@ -110,8 +111,9 @@ def main(factories: Sequence[Factory]) -> int:
     """
     Run nodes as a process until SIGINT or SIGTERM; return the exit code.
 
-    Signals only set a flag: ROS stays up until the nodes have finished, so that the recorder can
-    take the waiting messages, and a second Ctrl-C cannot interrupt the shutdown.
+    While the nodes load, which may compile for long, signals end the process at once. Then they
+    only set a flag: ROS stays up until the nodes have finished, so that the recorder can take the
+    waiting messages, and a second Ctrl-C cannot interrupt the shutdown.
     """
     context = Context()
     try:
@@ -124,16 +126,44 @@ def main(factories: Sequence[Factory]) -> int:
     except KeyboardInterrupt:
         return 0
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
+        _handle_signals(signal.SIG_IGN)
         context.try_shutdown()
+
+
+def _handle_signals(handler: Callable[[int, object], None] | signal.Handlers) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
+
+
+def _load(factories: Sequence[Factory], context: Context, stop: list[int]) -> list[RigNode]:
+    """Create the nodes; a signal is appended to `stop` and ends this by KeyboardInterrupt."""
+
+    def interrupt(received: int, _: object) -> None:
+        stop.append(received)
+        raise KeyboardInterrupt
+
+    def report(unraisable: Any) -> None:
+        # Callbacks of the compiler swallow the exception with a traceback; `stop` has the signal.
+        if not isinstance(unraisable.exc_value, KeyboardInterrupt):
+            sys.__unraisablehook__(unraisable)
+
+    sys.unraisablehook = report
+    _handle_signals(interrupt)
+    nodes: list[RigNode] = []
+    try:
+        for factory in factories:
+            nodes.append(factory(context))  # noqa: PERF401 - those made so far are undone
+    except KeyboardInterrupt:
+        for node in nodes:
+            node.abort()
+        raise
+    _handle_signals(lambda received, _: stop.append(received))
+    return nodes
 
 
 def _run(factories: Sequence[Factory], context: Context) -> int:
     stop: list[int] = []
-    runner = Runner([factory(context) for factory in factories])
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _: stop.append(received))
+    runner = Runner(_load(factories, context, stop))
     priority = max(int(node.number('realtime_priority')) for node in runner.nodes)
     if refusal := claim_realtime_priority(priority):
         runner.nodes[0].get_logger().warning(refusal)

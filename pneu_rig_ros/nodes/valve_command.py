@@ -26,11 +26,11 @@ class ValveCommandNode(RigNode):
     """
     Answers each command `u` [V] with `valve_voltages` [V].
 
-    A command that is not finite or beyond 1000 V is rejected and the last valid one stays. Without a command for
-    `command_timeout` u is set to 0, also after a start, because the valves may still be open. Of
-    several waiting commands the newest is answered, from any publisher. With trigger `sample` the
-    node answers each sample from the first command on, and the timeout is in the time of the
-    samples: lock step without a controller in the loop.
+    A command that is not finite or beyond 1000 V is rejected and the last valid one stays. Without
+    a command for `command_timeout` u is set to 0, also after a start, because the valves may still
+    be open. Of several waiting commands the newest is answered, from any publisher. With trigger
+    `sample` the node answers each sample from the first command on, and the timeout is in the time
+    of the samples: lock step without a controller in the loop.
     """
 
     PARAMETERS = (

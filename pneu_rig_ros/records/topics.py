@@ -44,7 +44,8 @@ DERIVED = ('predicted/', 'residual/')
 
 
 def _rig_topics() -> Iterator[Topic]:
-    yield Topic('u', FLOAT64, 'command of Eq. 1 [V], from any controller, -1000 to 1000', EACH_COMMAND)
+    command = 'command of Eq. 1 [V], from any controller, -1000 to 1000'
+    yield Topic('u', FLOAT64, command, EACH_COMMAND)
     voltages = 'u1, u2 [V] after DAC quantisation and saturation 0-5 V, labelled layout'
     yield Topic('valve_voltages', VOLTAGES, voltages, EACH_COMMAND)
     joint = 'joint `piston`: position [m], velocity [m/s], stamped'

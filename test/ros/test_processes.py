@@ -151,6 +151,52 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(start, node, parameter, t
     assert 'Traceback' not in errors
 
 
+IN_A_CALLBACK = """
+import ctypes, signal, sys
+from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.rig_node import RigNode
+
+class Compiling(RigNode):
+    def __init__(self, context):
+        super().__init__('compiling', context, None)
+        signal.raise_signal(signal.{signal}) if {outside} else None
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.{signal}))()
+
+    def update(self):
+        raise AssertionError('it was told to end')
+
+sys.exit(runner.main([Compiling]))
+"""
+
+
+@pytest.mark.parametrize('outside', [True, False])
+@pytest.mark.parametrize('name', ['SIGINT', 'SIGTERM'])
+def test_signal_while_a_node_loads_ends_it_without_a_word(name: str, outside: bool) -> None:
+    """A callback of the compiler swallows the exception that a signal raises in it."""
+    code = IN_A_CALLBACK.format(signal=name, outside=outside)
+    done = subprocess.run(
+        [sys.executable, '-c', code],
+        env=dict(os.environ),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, '', '')
+
+
+def test_ctrl_c_while_a_node_imports_ends_it_without_a_word() -> None:
+    code = 'import pneu_rig_ros.nodes, signal; signal.raise_signal(signal.SIGINT)'
+    done = subprocess.run(
+        [sys.executable, '-c', code],
+        env=dict(os.environ),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, '')
+
+
 def test_node_ends_with_the_process_that_owns_it(start, monkeypatch, bystander):
     monkeypatch.setenv(OWNER, '1')  # not this process, as if the owner had been killed
     plant = start('plant')
