@@ -21,7 +21,7 @@ from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.repair import CUT_SUFFIX
-from pneu_rig_ros.records.topics import CLOCK, TOPICS
+from pneu_rig_ros.records.topics import CLOCK, RECORDER_DEPTH, TOPICS
 
 SAMPLES = 'joint_states'
 DESCRIPTION = 'rig_description'
@@ -57,7 +57,7 @@ class RecorderNode(RigNode):
         self._waiting: list[ReceivedMessage] = []
         self._losses = LossCounter()
         for topic in TOPICS.values():
-            subscription = self.subscribe(topic.name)
+            subscription = self.subscribe(topic.name, RECORDER_DEPTH)
             if not topic.extra:
                 self._writer.add_topic(subscription.name, topic.type)
         self.get_logger().info(f'recording to {self._writer.path.resolve()}')

@@ -74,9 +74,9 @@ class RigNode(Node):
             self._volatile_publishers.append(publisher)
         return publisher
 
-    def subscribe(self, topic_name: str) -> PolledSubscription:
-        """Create a polled subscription to a topic in `records.topics`."""
-        subscription = PolledSubscription(self, topic_name, self._qos_monitor)
+    def subscribe(self, topic_name: str, depth: int = 0) -> PolledSubscription:
+        """Create a polled subscription to a topic in `records.topics`; depth 0: as published."""
+        subscription = PolledSubscription(self, topic_name, self._qos_monitor, depth)
         self.polled_subscriptions.append(subscription)
         return subscription
 

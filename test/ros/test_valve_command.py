@@ -4,10 +4,7 @@ import math
 import time
 
 import pytest
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Float64, Float64MultiArray
 
-from pneu_rig_ros.nodes.qos import qos_profile
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr import (
@@ -15,7 +12,6 @@ from pneu_rig_ros.records.cdr import (
     pack_float64,
     unpack_valve_voltages,
 )
-from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import gather, until
@@ -56,23 +52,6 @@ def test_each_command_is_answered_and_a_wrong_one_leaves_the_last(start, bystand
             assert answers(runner, voltages, 1) == [valve_voltages(u)]
     assert runner.nodes[0].refused == 2
     assert voltages.take() is None
-
-
-def test_incompatible_qos_is_reported_while_it_is_there(start, bystander):
-    runner = start()
-    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-    publisher = bystander.create_publisher(Float64, 'u', best_effort)
-    latched = qos_profile(TOPICS['rig_description'])
-    bystander.create_subscription(Float64MultiArray, 'valve_voltages', print, latched)
-
-    def warnings():
-        runner.spin_once()
-        message = runner.nodes[0].full_status().message
-        return [text for text in ('publisher of /u', 'to /valve_voltages') if text in message]
-
-    until(lambda: len(warnings()) == 2)
-    bystander.destroy_publisher(publisher)
-    until(lambda: warnings() == ['to /valve_voltages'])
 
 
 def test_of_commands_that_wait_the_newest_is_answered(start, bystander):
