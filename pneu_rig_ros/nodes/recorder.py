@@ -12,9 +12,10 @@ from rclpy.context import Context
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
-from pneu_rig_ros.nodes.diagnostics import LossCounter, NodeStatus
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.sequence_numbers import LossCounter
 from pneu_rig_ros.nodes.topics import ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
@@ -153,6 +154,7 @@ class RecorderNode(RigNode):
         values: dict[str, object] = {
             'messages': self.rate.count,
             'lost': self._losses.total,
+            'recording': self._failure is None,
             'bag': self._writer.path.resolve(),
         }
         lost = self._losses.total

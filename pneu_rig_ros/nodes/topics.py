@@ -10,6 +10,7 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from pneu_rig_ros.nodes.qos import QosMonitor, qos_profile
+from pneu_rig_ros.nodes.sequence_numbers import PublisherConflict
 from pneu_rig_ros.records.topics import STREAM_DEPTH, TOPICS
 
 
@@ -80,6 +81,7 @@ class PolledSubscription:
         self._monitor = monitor
         self._depth = depth
         self._taken: dict[tuple[int, int], None] = {}
+        self.conflict = PublisherConflict()
         self.handles: list[Any] = []
         """Of its one or two subscriptions."""
         self.name: str = self._subscribe(reliable=True).topic_name
@@ -111,6 +113,7 @@ class PolledSubscription:
         for handle in self.handles:
             while (taken := handle.take_message(self._class, True)) is not None:
                 if len(self.handles) == 1 or self._first_time(taken[1]):
+                    self.conflict.add(taken[1]['publication_sequence_number'])
                     return taken  # type: ignore[no-any-return]
         return None
 

@@ -6,7 +6,7 @@ from functools import partial
 from rclpy.context import Context
 
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.diagnostics import NodeStatus, PublisherConflict, RateCounter
+from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
@@ -53,7 +53,6 @@ class ValveCommandNode(RigNode):
         by_sample = self.text('trigger') == ON_SAMPLE
         self._samples = self.subscribe('joint_states') if by_sample else None
         self._u: float | None = None
-        self._conflict = PublisherConflict()
         self._command_ns = time.monotonic_ns()
         self._now_ns = 0
         self._command_rate = RateCounter()
@@ -83,7 +82,6 @@ class ValveCommandNode(RigNode):
         """Take the newest valid command; return whether there was one."""
         valid = False
         for message in self._commands.take_all_with_info():
-            self._conflict.add(message.sequence_number)
             self._command_rate.count += 1
             with self.skip_invalid(self._commands, f'keeping {self._u or 0.0:g} V'):
                 self._u = checked_command(unpack_float64(message.cdr))
@@ -120,7 +118,7 @@ class ValveCommandNode(RigNode):
         several = f'u comes from several publishers, {newest}'
         too_many = f'u comes {rate:.0f} times a second, {newest}'
         warnings = (
-            several if self._conflict.detected else None,
+            several if self._commands.conflict.detected else None,
             too_many if rate > HIGHEST_RATE else None,
         )
         return NodeStatus('waiting' if self._u is None else 'running', values, warnings)

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.qos import qos_profile_sensor_data
 from rosbags.rosbag2 import Reader
 from sensor_msgs.msg import JointState
@@ -54,9 +53,9 @@ def test_valves_follow_a_best_effort_controller_without_a_warning(
         timer.wait()
         until(lambda: runner.spin_once() or heard.extend(voltages.take_all()) or heard)
         assert unpack_valve_voltages(heard.pop()) == valve_voltages(u)
-    status = runner.nodes[0].full_status()
+    message = runner.nodes[0].full_status().message
     runner.close()
-    assert status.level == DiagnosticStatus.OK, status.message
+    assert 'QoS' not in message
 
 
 def test_recorder_keeps_each_command_once_whoever_sends_it(
