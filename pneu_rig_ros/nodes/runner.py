@@ -19,11 +19,15 @@ from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import DiagnosticsPublisher
 from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
+from pneu_rig_ros.nodes.exit_timer import exit_after
 from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
+
+DESTRUCTION_TIMEOUT = 3
+"""Longest time that the destruction of the nodes takes [s]; it is some 0.1 s."""
 
 Factory = Callable[[Context], RigNode]
 
@@ -76,10 +80,12 @@ class Runner:
         for diagnostics in self._diagnostics:
             diagnostics.publish_if_due(now)
 
-    def close(self) -> None:
+    def close(self, own_process: bool = False) -> None:
         """
         Close each node, publish its last diagnostics, wait for delivery; then destroy them all.
 
+        :param own_process: whether the process ends with its nodes, even if they cannot be
+            destroyed
         :raises RigError: when a node could not complete its task
         """
         failures: list[RigError] = []
@@ -90,14 +96,18 @@ class Runner:
                 failures.append(error)
             diagnostics.publish()
             node.wait_for_all_acked()
+        if own_process:
+            exit_after(DESTRUCTION_TIMEOUT, 2 if failures else 0)
         self._destroy()
         if failures:
             raise failures[0]
 
-    def abort(self) -> None:
-        """Undo the start of the nodes and destroy them."""
+    def abort(self, own_process: bool = False) -> None:
+        """Undo the start of the nodes and destroy them; `own_process` as of `close`."""
         for node in self.nodes:
             node.abort()
+        if own_process:
+            exit_after(DESTRUCTION_TIMEOUT, 2)
         self._destroy()
 
     def _destroy(self) -> None:
@@ -179,10 +189,10 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
     try:
         runner.duplicates.check(keep_running)
     except RigError:
-        runner.abort()
+        runner.abort(own_process=True)
         raise
     try:
         runner.run(keep_running)
     finally:
-        runner.close()
+        runner.close(own_process=True)
     return 0

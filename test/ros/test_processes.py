@@ -244,6 +244,19 @@ def test_signal_while_a_node_loads_ends_it_without_a_word(name: str, outside: bo
     assert (done.returncode, done.stdout, done.stderr) == (0, '', '')
 
 
+@pytest.mark.parametrize('code', [0, 2])
+def test_process_whose_nodes_cannot_be_destroyed_ends_with_its_code(code: int) -> None:
+    """Fast DDS may hang at that, and rclpy holds the interpreter lock meanwhile."""
+    hang = f"""
+import ctypes
+from pneu_rig_ros.nodes.exit_timer import exit_after
+exit_after(1, {code})
+ctypes.PyDLL(None).sleep(60)
+"""
+    done = subprocess.run([sys.executable, '-c', hang], env=dict(os.environ), timeout=30)
+    assert done.returncode == code
+
+
 def test_ctrl_c_while_a_node_imports_ends_it_without_a_word() -> None:
     code = 'import pneu_rig_ros.nodes, signal; signal.raise_signal(signal.SIGINT)'
     done = subprocess.run(
