@@ -125,19 +125,21 @@ def main(factories: Sequence[Factory]) -> int:
     only set a flag: ROS stays up until the nodes have finished, so that the recorder can take the
     waiting messages, and a second Ctrl-C cannot interrupt the shutdown.
     """
-    context = Context()
+    context, code = Context(), 0
     try:
         rclpy.init(args=sys.argv, context=context, signal_handler_options=SignalHandlerOptions.NO)
-        return _run(factories, context)
+        _run(factories, context)
     except (RigError, RCLError, UnknownROSArgsError) as error:
         # ROS rejects its arguments, or a missing keystore where security is required.
         print(f'Error: {one_line(str(error), LONGEST_LINE)}', file=sys.stderr)
-        return 2
+        code = 2
     except KeyboardInterrupt:
-        return 0
+        pass  # while the nodes load
     finally:
         _handle_signals(signal.SIG_IGN)
+        exit_after(DESTRUCTION_TIMEOUT, code)
         context.try_shutdown()
+    return code
 
 
 def _handle_signals(handler: Callable[[int, object], None] | signal.Handlers) -> None:
@@ -171,7 +173,7 @@ def _load(factories: Sequence[Factory], context: Context, stop: list[int]) -> li
     return nodes
 
 
-def _run(factories: Sequence[Factory], context: Context) -> int:
+def _run(factories: Sequence[Factory], context: Context) -> None:
     stop: list[int] = []
     runner = Runner(_load(factories, context, stop))
     priority = max(int(node.number('realtime_priority')) for node in runner.nodes)
@@ -195,4 +197,3 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
         runner.run(keep_running)
     finally:
         runner.close(own_process=True)
-    return 0
