@@ -91,7 +91,7 @@ soak: $(READY)  ## run the rig live for an hour on a busy machine (ARGS='--minut
 
 .PHONY: faults
 faults: $(READY)  ## kill, stop, flood and starve the live rig (ARGS='--kills=3')
-	@$(LONG_TESTS) test/long/test_faults.py $(ARGS)
+	@$(LONG_TESTS) test/long/test_faults.py test/long/test_memory.py $(ARGS)
 
 .PHONY: docs
 docs: $(READY)  ## build the documentation into build/docs (reference made from the code)

@@ -58,7 +58,8 @@ def topics() -> Lines:
     """Yield the page of the topics."""
     yield from ('# Topics', '', 'Names are relative to the namespace of the rig, but for those')
     yield 'that begin with `/`. Every rig has the first table; the second comes from nodes that'
-    yield 'are started beside it. All are reliable; *kept* ones are transient local.'
+    yield 'are started beside it. All are reliable; *kept* ones are transient local. Publishers of'
+    yield 'others may be best effort. [Why some have no stamp](../design.md#messages).'
     for extra in (False, True):
         rows = [
             (f'`{t.name}`', f'`{t.type}`', t.content, t.when)

@@ -1,6 +1,9 @@
 """A controller of your own: listen to `joint_states`, publish `u` [V]."""
 
+from contextlib import suppress
+
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
@@ -18,4 +21,5 @@ def control(sample: JointState) -> None:
 
 
 node.create_subscription(JointState, 'joint_states', control, 10)
-rclpy.spin(node)
+with suppress(KeyboardInterrupt, ExternalShutdownException):  # Ctrl-C
+    rclpy.spin(node)

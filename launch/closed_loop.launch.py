@@ -32,9 +32,9 @@ ARGUMENTS = {
 TYPES = {'law': str, 'compensation': bool, 'profile': str, 'setpoint': float, 'use_sim_time': bool}
 
 
-def ended(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
+def ended(event: ProcessExited, context: LaunchContext) -> list[Shutdown]:
     """Shut down when the controller has ended, unless it was killed and is restarted."""
-    return [Shutdown()] if event.returncode >= 0 else []
+    return [] if event.returncode < 0 or context.is_shutdown else [Shutdown()]
 
 
 def generate_launch_description() -> LaunchDescription:

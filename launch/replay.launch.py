@@ -13,6 +13,7 @@ from launch.actions import (
     Shutdown,
 )
 from launch.conditions import IfCondition
+from launch.events.process import ProcessExited
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -69,6 +70,11 @@ def transforms(context: LaunchContext) -> list[Node]:
     ]
 
 
+def ended(_: ProcessExited, context: LaunchContext) -> list[Shutdown]:
+    """Shut down at the end of the bag."""
+    return [] if context.is_shutdown else [Shutdown()]
+
+
 def generate_launch_description() -> LaunchDescription:
     """Return the player and the estimator."""
     parameters = {
@@ -88,7 +94,7 @@ def generate_launch_description() -> LaunchDescription:
                 name='replay',
                 parameters=[parameters],
                 output='screen',
-                on_exit=Shutdown(),
+                on_exit=ended,
                 **common,
             ),
             OpaqueFunction(

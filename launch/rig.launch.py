@@ -47,9 +47,9 @@ ARGUMENTS = {
 }
 
 
-def ended(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
-    """Shut down when a node has ended, unless it was killed and is restarted."""
-    if event.returncode < 0:
+def ended(event: ProcessExited, context: LaunchContext) -> list[Shutdown]:
+    """Shut down when a node has ended, unless it was killed and is restarted, or all end."""
+    if event.returncode < 0 or context.is_shutdown:
         return []
     return [Shutdown(reason=f'{event.process_name} has ended')]
 

@@ -1,6 +1,7 @@
 """The launch files: what they start exists, with the parameters that they give."""
 
 import ast
+import runpy
 from pathlib import Path
 
 import pytest
@@ -63,3 +64,20 @@ def test_a_full_ros_2_reads_them(path: Path) -> None:
     description = text.try_get_launch_description_without_context()
     assert description is not None
     assert description.get_launch_arguments()
+
+
+@pytest.mark.parametrize('name', ['rig', 'closed_loop', 'replay'])
+def test_an_end_ends_all_but_says_nothing_after_ctrl_c(name: str) -> None:
+    """An action Shutdown logs that a process was required, even if all are ending already."""
+    pytest.importorskip('launch_ros', reason='no ROS 2 launch')
+    from launch import LaunchContext
+    from launch.events.process import ProcessExited
+
+    ended = runpy.run_path(str(ROOT / 'launch' / f'{name}.launch.py'))['ended']
+    event = ProcessExited(
+        action=None, name='plant', cmd=[], cwd=None, env=None, pid=1, returncode=0
+    )
+    context = LaunchContext()
+    assert len(ended(event, context)) == 1
+    context._set_is_shutdown(True)
+    assert ended(event, context) == []

@@ -3,8 +3,7 @@
 import os
 import sys
 from pathlib import Path
-
-from pneu_rig_ros.rig.configuration import configuration_folder
+from types import TracebackType
 
 OWNER = 'PNEU_RIG_OWNER'
 """Environment variable: number of the parent process, with which a node ends."""
@@ -29,6 +28,23 @@ def _check_middleware() -> None:
         raise SystemExit(2)
 
 
+def _quiet_interrupt(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """Report an exception, but not Ctrl-C while a node still imports its modules."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
+
+
+def _set_profiles() -> None:
+    """Make Fast DDS read its profiles, unless the environment names others."""
+    from pneu_rig_ros.rig.configuration import configuration_folder
+
+    if not any(name in os.environ for name in PROFILES):
+        os.environ |= dict.fromkeys(PROFILES, str(configuration_folder() / 'fastdds.xml'))
+
+
+if sys.excepthook is sys.__excepthook__:
+    sys.excepthook = _quiet_interrupt  # first, as all else imports for a second
 _check_middleware()
-if not any(name in os.environ for name in PROFILES):
-    os.environ |= dict.fromkeys(PROFILES, str(configuration_folder() / 'fastdds.xml'))
+_set_profiles()

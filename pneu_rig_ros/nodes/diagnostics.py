@@ -3,7 +3,6 @@
 import os
 import socket
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -18,16 +17,15 @@ PERIOD_NS = 1_000_000_000
 PROCESS_KEY = 'process'
 """Key on `/diagnostics` under which a node states its process."""
 
-SHARED_TOPICS = frozenset({'u', '/diagnostics'})
-"""Topics with several publishers, whose sequence numbers interleave."""
-
-ALTERNATION_TIME = 5.0
-"""Two decreases of the sequence number within this time show several publishers [s]."""
-
 
 def process_id() -> str:
     """Return a name that no other process has: its number and host."""
     return f'{os.getpid()}@{socket.gethostname()}'
+
+
+def hardware_id(namespace: str) -> str:
+    """Return the name of the rig, one for all nodes in a namespace: 'pneu_rig/left'."""
+    return f'pneu_rig{namespace.rstrip("/")}'
 
 
 class NodeStatus(NamedTuple):
@@ -83,6 +81,7 @@ class DiagnosticsPublisher:
         status = DiagnosticStatus(
             level=present.level,
             name=self._node.get_fully_qualified_name(),
+            hardware_id=hardware_id(self._node.get_namespace()),
             message=present.message,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
@@ -108,43 +107,3 @@ class RateCounter:
         self.per_second = (self.count - self._last_count) / elapsed if elapsed > 0 else 0.0
         self._last_ns, self._last_count = now, self.count
         return self.per_second
-
-
-class LossCounter:
-    """Counts lost messages by gaps in the sequence numbers of topics with one publisher."""
-
-    def __init__(self) -> None:
-        self.total = 0
-        self._last: dict[str, int] = {}
-
-    def add(self, topic_name: str, sequence_number: int) -> None:
-        """Add the next message of a topic; a restarted publisher counts from the beginning."""
-        last = self._last.get(topic_name, sequence_number)
-        if sequence_number > last + 1 and topic_name not in SHARED_TOPICS:
-            self.total += sequence_number - last - 1
-        self._last[topic_name] = sequence_number
-
-
-class PublisherConflict:
-    """
-    Detects several publishers of one topic by their sequence numbers.
-
-    Each publisher counts upwards. A decrease is another publisher, or the same one after a
-    restart; two decreases within a few seconds are publishers that alternate.
-    """
-
-    def __init__(self) -> None:
-        self._last = 0
-        self._decreases: deque[float] = deque(maxlen=2)
-
-    def add(self, sequence_number: int) -> None:
-        """Add the next message of the topic."""
-        if sequence_number <= self._last:
-            self._decreases.append(time.monotonic())
-        self._last = sequence_number
-
-    @property
-    def detected(self) -> bool:
-        """Whether several publishers have alternated within the last seconds."""
-        decreases = self._decreases
-        return len(decreases) == 2 and time.monotonic() - decreases[0] < ALTERNATION_TIME

@@ -35,7 +35,7 @@ class FrictionEstimatorNode(RigNode):
         self._publish = self.advertise('friction').publish
         self._descriptions = self.subscribe('rig_description')
         self._samples = SampleSubscription(self)
-        self._message = FrictionMessage()
+        self._message = FrictionMessage(self.frame_prefix)
         self._filter: CausalFriction | None = None
         self._interval_ns = 0
         self._last_ns = 0

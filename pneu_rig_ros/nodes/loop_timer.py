@@ -89,17 +89,24 @@ class MessageWaitSet:
     ) -> None:
         self._gap_ns = gap_ns
         self._cycle_ns = 0
-        self._handles = [subscription.handle for subscription in subscriptions]
-        assert context.handle is not None
-        with context.handle:
-            self._set = rclpy_implementation.WaitSet(
-                len(subscriptions), 0, 0, 0, 0, 0, context.handle
-            )
+        self._subscriptions = subscriptions
+        self._context = context
+        self._size = -1
+
+    def _make(self, size: int) -> None:
+        """Make a wait set of another size."""
+        assert self._context.handle is not None
+        with self._context.handle:
+            self._set = rclpy_implementation.WaitSet(size, 0, 0, 0, 0, 0, self._context.handle)
+        self._size = size
 
     def wait(self) -> None:
         """Return when there is a message to take, or after 20 ms."""
+        handles = [handle for one in self._subscriptions for handle in one.handles]
+        if len(handles) != self._size:
+            self._make(len(handles))
         self._set.clear_entities()
-        for handle in self._handles:
+        for handle in handles:
             self._set.add_subscription(handle)
         self._set.wait(self._TIMEOUT_NS)
         if self._gap_ns:

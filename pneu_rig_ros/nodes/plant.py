@@ -61,7 +61,7 @@ class PlantNode(RigNode):
         self._paused = self.flag('paused')
         self._description = self.advertise('rig_description')
         self._robot = self.advertise('robot_description')
-        self._messages = PlantMessages(self._rig.pressure_variance)
+        self._messages = PlantMessages(self._rig.pressure_variance, self.frame_prefix)
         self._messages.pack(self._rig.measure(), 0)
         topics = self._messages.by_topic(self.simulated_time)
         self._publish = {topic: self.advertise(topic).publish for topic in topics}

@@ -1,27 +1,36 @@
 """QoS of every topic, and detection of endpoints that are incompatible with it."""
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy,
     QoSCompatibility,
+    QoSPolicyKind,
     QoSProfile,
     ReliabilityPolicy,
     qos_check_compatible,
 )
 
-from pneu_rig_ros.records.topics import DEPTH, Topic
+from pneu_rig_ros.records.topics import Topic
 
 
-def qos_profile(topic: Topic) -> QoSProfile:
-    """Return a reliable, deep and volatile profile; latched: depth 1 and transient local."""
-    reliable = ReliabilityPolicy.RELIABLE
-    if topic.latched:
-        durability = DurabilityPolicy.TRANSIENT_LOCAL
-        return QoSProfile(depth=1, reliability=reliable, durability=durability)
-    return QoSProfile(depth=DEPTH, reliability=reliable, durability=DurabilityPolicy.VOLATILE)
+def qos_profile(topic: Topic, depth: int = 0, reliable: bool = True) -> QoSProfile:
+    """
+    Return the profile of a topic: volatile, or transient local if it is latched.
+
+    :param depth: of a subscription [messages]; 0: that of the publishers
+    :param reliable: False for publishers that are best effort
+    """
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
+    reliability = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+    return QoSProfile(
+        depth=1 if topic.latched else depth or topic.depth,
+        reliability=reliability,
+        durability=durability,
+    )
 
 
 class QosMonitor:
@@ -38,18 +47,31 @@ class QosMonitor:
         self._node = node
         self._incompatible: dict[str, Callable[[], bool]] = {}
 
-    def subscription_callbacks(self, topic: Topic) -> SubscriptionEventCallbacks:
-        """Return the event callbacks for a new subscription."""
+    def subscription_callbacks(
+        self, topic: Topic, accept_best_effort: Callable[[], None]
+    ) -> SubscriptionEventCallbacks:
+        """
+        Return the event callbacks for a new subscription.
+
+        :param accept_best_effort: called when there is a publisher that is best effort
+        """
+        requested = qos_profile(topic, reliable=False)
 
         def incompatible() -> bool:
             others = self._node.get_publishers_info_by_topic(topic.name)
-            return not _all_compatible((o.qos_profile, qos_profile(topic)) for o in others)
+            return not _all_compatible((o.qos_profile, requested) for o in others)
 
-        text = (
-            f'a publisher of {self._node.resolve_topic_name(topic.name)} offers incompatible QoS'
-        )
-        callback = self._callback(f'{text}: its messages are not received', incompatible)
-        return SubscriptionEventCallbacks(incompatible_qos=callback)
+        name = self._node.resolve_topic_name(topic.name)
+        text = f'a publisher of {name} offers incompatible QoS: its messages are not received'
+        warn = self._callback(text, incompatible)
+
+        def on_incompatible_qos(event: Any) -> None:
+            if event.last_policy_kind == QoSPolicyKind.RELIABILITY:
+                accept_best_effort()
+            else:
+                warn(event)
+
+        return SubscriptionEventCallbacks(incompatible_qos=on_incompatible_qos)
 
     def publisher_callbacks(self, topic: Topic) -> PublisherEventCallbacks:
         """Return the event callbacks for a new publisher."""

@@ -12,16 +12,17 @@ from rclpy.context import Context
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
-from pneu_rig_ros.nodes.diagnostics import LossCounter, NodeStatus
+from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.sequence_numbers import LossCounter
 from pneu_rig_ros.nodes.topics import ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.repair import CUT_SUFFIX
-from pneu_rig_ros.records.topics import CLOCK, TOPICS
+from pneu_rig_ros.records.topics import CLOCK, RECORDER_DEPTH, TOPICS
 
 SAMPLES = 'joint_states'
 DESCRIPTION = 'rig_description'
@@ -57,7 +58,7 @@ class RecorderNode(RigNode):
         self._waiting: list[ReceivedMessage] = []
         self._losses = LossCounter()
         for topic in TOPICS.values():
-            subscription = self.subscribe(topic.name)
+            subscription = self.subscribe(topic.name, RECORDER_DEPTH)
             if not topic.extra:
                 self._writer.add_topic(subscription.name, topic.type)
         self.get_logger().info(f'recording to {self._writer.path.resolve()}')
@@ -153,6 +154,7 @@ class RecorderNode(RigNode):
         values: dict[str, object] = {
             'messages': self.rate.count,
             'lost': self._losses.total,
+            'recording': self._failure is None,
             'bag': self._writer.path.resolve(),
         }
         lost = self._losses.total

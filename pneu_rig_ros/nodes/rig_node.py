@@ -16,6 +16,7 @@ from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer
 from pneu_rig_ros.nodes.parameters import Parameter, declare
 from pneu_rig_ros.nodes.qos import QosMonitor
+from pneu_rig_ros.nodes.sequence_numbers import SHARED_TOPICS
 from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
 from pneu_rig_ros.records.cdr import unpack_string
 from pneu_rig_ros.records.topics import TOPICS
@@ -74,9 +75,9 @@ class RigNode(Node):
             self._volatile_publishers.append(publisher)
         return publisher
 
-    def subscribe(self, topic_name: str) -> PolledSubscription:
-        """Create a polled subscription to a topic in `records.topics`."""
-        subscription = PolledSubscription(self, topic_name, self._qos_monitor)
+    def subscribe(self, topic_name: str, depth: int = 0) -> PolledSubscription:
+        """Create a polled subscription to a topic in `records.topics`; depth 0: as published."""
+        subscription = PolledSubscription(self, topic_name, self._qos_monitor, depth)
         self.polled_subscriptions.append(subscription)
         return subscription
 
@@ -124,6 +125,12 @@ class RigNode(Node):
         return bool(self.get_parameter(name).value)
 
     @property
+    def frame_prefix(self) -> str:
+        """Prefix of the frames in headers, that of the launch files: the namespace of the rig."""
+        namespace = self.get_namespace().strip('/')
+        return f'{namespace}/' if namespace else ''
+
+    @property
     def simulated_time(self) -> bool:
         """Whether time is simulated, i.e. `use_sim_time`."""
         return self.flag('use_sim_time')
@@ -168,9 +175,17 @@ class RigNode(Node):
         return NodeStatus(
             status.state,
             {'rate [Hz]': f'{rate:.2f}', **status.values, 'refused messages': self.refused},
-            (*status.warnings, *self._qos_monitor.warnings()),
+            (*status.warnings, *self._qos_monitor.warnings(), *self._conflicts()),
             (*status.errors, duplicate if self.has_duplicate else None),
         )
+
+    def _conflicts(self) -> list[str]:
+        """Return a warning for each topic whose publishers disturb each other."""
+        return [
+            f'{subscription.name} comes from several publishers'
+            for subscription in self.polled_subscriptions
+            if subscription.topic.name not in SHARED_TOPICS and subscription.conflict.detected
+        ]
 
     def close(self) -> None:
         """Finish while ROS is still up: take the waiting messages, write what is unwritten."""

@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
@@ -18,11 +19,15 @@ from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import DiagnosticsPublisher
 from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
+from pneu_rig_ros.nodes.exit_timer import exit_after
 from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
+
+DESTRUCTION_TIMEOUT = 3
+"""Longest time that the destruction of the nodes takes [s]; it is some 0.1 s."""
 
 Factory = Callable[[Context], RigNode]
 
@@ -75,10 +80,12 @@ class Runner:
         for diagnostics in self._diagnostics:
             diagnostics.publish_if_due(now)
 
-    def close(self) -> None:
+    def close(self, own_process: bool = False) -> None:
         """
         Close each node, publish its last diagnostics, wait for delivery; then destroy them all.
 
+        :param own_process: whether the process ends with its nodes, even if they cannot be
+            destroyed
         :raises RigError: when a node could not complete its task
         """
         failures: list[RigError] = []
@@ -89,14 +96,18 @@ class Runner:
                 failures.append(error)
             diagnostics.publish()
             node.wait_for_all_acked()
+        if own_process:
+            exit_after(DESTRUCTION_TIMEOUT, 2 if failures else 0)
         self._destroy()
         if failures:
             raise failures[0]
 
-    def abort(self) -> None:
-        """Undo the start of the nodes and destroy them."""
+    def abort(self, own_process: bool = False) -> None:
+        """Undo the start of the nodes and destroy them; `own_process` as of `close`."""
         for node in self.nodes:
             node.abort()
+        if own_process:
+            exit_after(DESTRUCTION_TIMEOUT, 2)
         self._destroy()
 
     def _destroy(self) -> None:
@@ -110,30 +121,61 @@ def main(factories: Sequence[Factory]) -> int:
     """
     Run nodes as a process until SIGINT or SIGTERM; return the exit code.
 
-    Signals only set a flag: ROS stays up until the nodes have finished, so that the recorder can
-    take the waiting messages, and a second Ctrl-C cannot interrupt the shutdown.
+    While the nodes load, which may compile for long, signals end the process at once. Then they
+    only set a flag: ROS stays up until the nodes have finished, so that the recorder can take the
+    waiting messages, and a second Ctrl-C cannot interrupt the shutdown.
     """
-    context = Context()
+    context, code = Context(), 0
     try:
         rclpy.init(args=sys.argv, context=context, signal_handler_options=SignalHandlerOptions.NO)
-        return _run(factories, context)
+        _run(factories, context)
     except (RigError, RCLError, UnknownROSArgsError) as error:
         # ROS rejects its arguments, or a missing keystore where security is required.
         print(f'Error: {one_line(str(error), LONGEST_LINE)}', file=sys.stderr)
-        return 2
+        code = 2
     except KeyboardInterrupt:
-        return 0
+        pass  # while the nodes load
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
+        _handle_signals(signal.SIG_IGN)
+        exit_after(DESTRUCTION_TIMEOUT, code)
         context.try_shutdown()
+    return code
 
 
-def _run(factories: Sequence[Factory], context: Context) -> int:
-    stop: list[int] = []
-    runner = Runner([factory(context) for factory in factories])
+def _handle_signals(handler: Callable[[int, object], None] | signal.Handlers) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _: stop.append(received))
+        signal.signal(number, handler)
+
+
+def _load(factories: Sequence[Factory], context: Context, stop: list[int]) -> list[RigNode]:
+    """Create the nodes; a signal is appended to `stop` and ends this by KeyboardInterrupt."""
+
+    def interrupt(received: int, _: object) -> None:
+        stop.append(received)
+        raise KeyboardInterrupt
+
+    def report(unraisable: Any) -> None:
+        # Callbacks of the compiler swallow the exception with a traceback; `stop` has the signal.
+        if not isinstance(unraisable.exc_value, KeyboardInterrupt):
+            sys.__unraisablehook__(unraisable)
+
+    sys.unraisablehook = report
+    _handle_signals(interrupt)
+    nodes: list[RigNode] = []
+    try:
+        for factory in factories:
+            nodes.append(factory(context))  # noqa: PERF401 - those made so far are undone
+    except KeyboardInterrupt:
+        for node in nodes:
+            node.abort()
+        raise
+    _handle_signals(lambda received, _: stop.append(received))
+    return nodes
+
+
+def _run(factories: Sequence[Factory], context: Context) -> None:
+    stop: list[int] = []
+    runner = Runner(_load(factories, context, stop))
     priority = max(int(node.number('realtime_priority')) for node in runner.nodes)
     if refusal := claim_realtime_priority(priority):
         runner.nodes[0].get_logger().warning(refusal)
@@ -149,10 +191,9 @@ def _run(factories: Sequence[Factory], context: Context) -> int:
     try:
         runner.duplicates.check(keep_running)
     except RigError:
-        runner.abort()
+        runner.abort(own_process=True)
         raise
     try:
         runner.run(keep_running)
     finally:
-        runner.close()
-    return 0
+        runner.close(own_process=True)

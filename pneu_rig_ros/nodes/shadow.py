@@ -22,7 +22,7 @@ from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS, Sample, SampleSubscription
 from pneu_rig_ros.records.cdr import SampleMessages, unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
 VOLTAGES, COMMAND = 'valve_voltages', 'u'
 LONGEST_GAP = 20
@@ -51,7 +51,10 @@ class ShadowNode(RigNode):
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('shadow', context, overrides)
-        self._messages = [SampleMessages('predicted/', True), SampleMessages('residual/', False)]
+        self._messages = [
+            SampleMessages(f'{prefix}/', effort, self.frame_prefix)
+            for prefix, effort in (('predicted', True), ('residual', False))
+        ]
         self._publish = {
             topic: self.advertise(topic).publish
             for prefix in ('predicted', 'residual')
@@ -87,7 +90,7 @@ class ShadowNode(RigNode):
         for message in self._inputs.take_all_with_info():
             with self.skip_invalid(self._inputs):
                 if by_command:
-                    voltages = valve_voltages(unpack_float64(message.cdr))
+                    voltages = valve_voltages(checked_command(unpack_float64(message.cdr)))
                 else:
                     voltages = unpack_valve_voltages(message.cdr)
                 self._pending_inputs.append((message.sent_ns, voltages))

@@ -19,7 +19,8 @@ class TimeSynchronizer:
     Combines stamped values of equal stamps, as `message_filters.TimeSynchronizer` does.
 
     Each queue holds (stamp [ns], value) in order of the stamps. A stamp that is missing in one
-    queue is dropped from the others as soon as that queue has a later one.
+    queue is dropped from the others as soon as that queue has a later one. Where stamps jump back,
+    as those of a restarted simulation do, what is before the jump is dropped.
 
     :param size: number of queues
     """
@@ -35,10 +36,16 @@ class TimeSynchronizer:
             if all(queue[0][0] == newest for queue in self.queues):
                 yield newest, [queue.popleft()[1] for queue in self.queues]
                 continue
-            for queue in self.queues:
-                while queue and queue[0][0] < newest:
-                    queue.popleft()
-                    self.dropped += 1
+            ahead = [queue for queue in self.queues if queue[0][0] == newest]
+            behind = [queue for queue in self.queues if queue[0][0] < newest]
+            for queue in ahead if any(map(_jumps_back, ahead)) else behind:
+                queue.popleft()
+                self.dropped += 1
+
+
+def _jumps_back(queue: deque[tuple[int, Any]]) -> bool:
+    """Return whether the second stamp is before the first."""
+    return len(queue) > 1 and queue[1][0] < queue[0][0]
 
 
 class Sample(NamedTuple):

@@ -10,7 +10,8 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from pneu_rig_ros.nodes.qos import QosMonitor, qos_profile
-from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.nodes.sequence_numbers import PublisherConflict
+from pneu_rig_ros.records.topics import STREAM_DEPTH, TOPICS
 
 
 class ReceivedMessage(NamedTuple):
@@ -61,39 +62,85 @@ class PolledSubscription:
     """
     A subscription from which the node takes raw CDR itself, much faster than an executor does.
 
+    It is reliable, which shuts out publishers that are best effort, as those of sensors often are.
+    A second subscription that is best effort is added when there is one. What reliable publishers
+    send then comes twice and is taken once.
+
     :param node: its namespace and remappings apply
     :param topic_name: a topic in `records.topics`
-    :param monitor: warns of incompatible publishers
+    :param monitor: warns of incompatible publishers, and adds the second subscription
+    :param depth: of its queue [messages]; 0: that of the publishers
     """
 
-    def __init__(self, node: Node, topic_name: str, monitor: QosMonitor | None = None) -> None:
+    def __init__(
+        self, node: Node, topic_name: str, monitor: QosMonitor | None = None, depth: int = 0
+    ) -> None:
         self.topic = TOPICS[topic_name]
         self._class = message_class(self.topic.type)
-        self._subscription = node.create_subscription(
+        self._node = node
+        self._monitor = monitor
+        self._depth = depth
+        self._taken: dict[tuple[int, int], None] = {}
+        self.conflict = PublisherConflict()
+        self.handles: list[Any] = []
+        """Of its one or two subscriptions."""
+        self.name: str = self._subscribe(reliable=True).topic_name
+
+    def _subscribe(self, reliable: bool) -> Subscription:
+        monitor = self._monitor
+        subscription = self._node.create_subscription(
             self._class,
-            topic_name,
+            self.topic.name,
             _unused_callback,
-            qos_profile(self.topic),
+            qos_profile(self.topic, self._depth, reliable),
             callback_group=_PolledGroup(),
-            event_callbacks=monitor.subscription_callbacks(self.topic) if monitor else None,
+            event_callbacks=monitor.subscription_callbacks(self.topic, self._accept_best_effort)
+            if monitor
+            else None,
             raw=True,
         )
-        self.handle = self._subscription.handle
-        self.name: str = self._subscription.topic_name
+        self.handles.append(subscription.handle)
+        return subscription
+
+    def _accept_best_effort(self) -> None:
+        if len(self.handles) == 1:
+            self._subscribe(reliable=False)
+            text = 'a publisher is best effort: its messages may be lost'
+            self._node.get_logger().info(f'{self.name}: {text}')
+
+    def _take(self) -> tuple[bytes, dict[str, int]] | None:
+        """Return the next message and its info."""
+        for handle in self.handles:
+            while (taken := handle.take_message(self._class, True)) is not None:
+                if len(self.handles) == 1 or self._first_time(taken[1]):
+                    self.conflict.add(taken[1]['publication_sequence_number'])
+                    return taken  # type: ignore[no-any-return]
+        return None
+
+    def _first_time(self, info: dict[str, int]) -> bool:
+        """Return whether a message has not come by the other subscription before."""
+        key = info['source_timestamp'], info['publication_sequence_number']
+        if key in self._taken:
+            del self._taken[key]
+            return False
+        self._taken[key] = None
+        if len(self._taken) > STREAM_DEPTH:  # of publishers that are best effort: comes once
+            del self._taken[next(iter(self._taken))]
+        return True
 
     def take(self) -> bytes | None:
         """Return the oldest waiting message, None if there is none."""
-        taken = self.handle.take_message(self._class, True)
+        taken = self._take()
         return None if taken is None else taken[0]
 
     def take_all(self) -> Iterator[bytes]:
         """Yield all waiting messages, oldest first."""
-        while (taken := self.handle.take_message(self._class, True)) is not None:
+        while (taken := self._take()) is not None:
             yield taken[0]
 
     def take_all_with_info(self) -> Iterator[ReceivedMessage]:
         """Yield all waiting messages with the message info of the middleware, oldest first."""
-        while (taken := self.handle.take_message(self._class, True)) is not None:
+        while (taken := self._take()) is not None:
             cdr, info = taken
             yield ReceivedMessage(
                 self,

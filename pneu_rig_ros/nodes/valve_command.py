@@ -6,12 +6,12 @@ from functools import partial
 from rclpy.context import Context
 
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.diagnostics import NodeStatus, PublisherConflict, RateCounter
+from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.parameters import Parameter
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.records.cdr import pack_valve_voltages, unpack_float64, unpack_stamp
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
 LEAST_INTERVAL_NS = 500_000
 """Between two updates [ns]: half a sampling interval, at any rate of commands."""
@@ -26,11 +26,11 @@ class ValveCommandNode(RigNode):
     """
     Answers each command `u` [V] with `valve_voltages` [V].
 
-    A command that is not finite is rejected and the last valid one stays. Without a command for
-    `command_timeout` u is set to 0, also after a start, because the valves may still be open. Of
-    several waiting commands the newest is answered, from any publisher. With trigger `sample` the
-    node answers each sample from the first command on, and the timeout is in the time of the
-    samples: lock step without a controller in the loop.
+    A command that is not finite or beyond 1000 V is rejected and the last valid one stays. Without
+    a command for `command_timeout` u is set to 0, also after a start, because the valves may still
+    be open. Of several waiting commands the newest is answered, from any publisher. With trigger
+    `sample` the node answers each sample from the first command on, and the timeout is in the time
+    of the samples: lock step without a controller in the loop.
     """
 
     PARAMETERS = (
@@ -53,7 +53,6 @@ class ValveCommandNode(RigNode):
         by_sample = self.text('trigger') == ON_SAMPLE
         self._samples = self.subscribe('joint_states') if by_sample else None
         self._u: float | None = None
-        self._conflict = PublisherConflict()
         self._command_ns = time.monotonic_ns()
         self._now_ns = 0
         self._command_rate = RateCounter()
@@ -83,12 +82,9 @@ class ValveCommandNode(RigNode):
         """Take the newest valid command; return whether there was one."""
         valid = False
         for message in self._commands.take_all_with_info():
-            self._conflict.add(message.sequence_number)
             self._command_rate.count += 1
             with self.skip_invalid(self._commands, f'keeping {self._u or 0.0:g} V'):
-                u = unpack_float64(message.cdr)
-                valve_voltages(u)  # raises ValueError unless u is finite
-                self._u = u
+                self._u = checked_command(unpack_float64(message.cdr))
                 self._command_ns = self._now_ns
                 valid = True
         return valid
@@ -122,7 +118,7 @@ class ValveCommandNode(RigNode):
         several = f'u comes from several publishers, {newest}'
         too_many = f'u comes {rate:.0f} times a second, {newest}'
         warnings = (
-            several if self._conflict.detected else None,
+            several if self._commands.conflict.detected else None,
             too_many if rate > HIGHEST_RATE else None,
         )
         return NodeStatus('waiting' if self._u is None else 'running', values, warnings)

@@ -9,10 +9,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from mcap.summary import Summary
+
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import unpack_string
 from pneu_rig_ros.records.description import bag_metadata
-from pneu_rig_ros.records.mcap_file import McapFile
+from pneu_rig_ros.records.mcap_file import McapFile, scan_records
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import DERIVED
 
@@ -25,6 +27,8 @@ PAUSE = 0.01
 After the first attempt to open a bag that is being recorded [s], then twice as long each time:
 appending takes less, unless the recorder has to wait for a processor.
 """
+
+NOTHING_TO_RECOVER = 'is not a bag, or was cut off before its first message: nothing to recover'
 
 
 class Connection(NamedTuple):
@@ -133,10 +137,23 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
         raise
     except Exception as error:
         # Parsers and decompressors raise any exception on damaged data.
-        raise RigError(
-            f'{directory} is cut off or damaged ({first_line(error)}); '
-            f'run: pneu-rig repair {directory}'
-        ) from error
+        raise unreadable(directory, error) from error
+
+
+def unreadable(directory: Path, error: BaseException) -> RigError:
+    """Return the error for a bag that cannot be read; it names `repair` where that would help."""
+    if any(map(_recoverable, storage_files(directory))):
+        advice = f'({first_line(error)}); run: pneu-rig repair {directory}'
+        return RigError(f'{directory} is cut off or damaged {advice}')
+    return RigError(f'{directory} {NOTHING_TO_RECOVER}')
+
+
+def _recoverable(path: Path) -> bool:
+    """Return whether a file has at least the beginning of a chunk of messages."""
+    summary = Summary()
+    with contextlib.suppress(Exception), path.open('rb') as stream:  # up to the first wrong record
+        scan_records(stream, summary)
+    return bool(summary.chunk_indexes)
 
 
 def _opened(directory: Path, information: dict[str, Any], stack: contextlib.ExitStack) -> Bag:

@@ -17,7 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.topics import CLOCK, PISTON, TOPICS
+from pneu_rig_ros.records.topics import BASE, CLOCK, PISTON, TOPICS, TUBE
 
 if TYPE_CHECKING:
     from pneu_rig_ros.rig import Sample
@@ -91,16 +91,17 @@ class _Template:
         _TIME.pack_into(self._buffer, _ENCAPSULATION, seconds, nanoseconds)
 
 
-def _joint_state(frame_id: str, **values: float) -> _Template:
+def _joint_state(frame_prefix: str, **values: float) -> _Template:
     fields = ('position', 'velocity', 'effort')
     arrays = {name: np.array([values[name]] if name in values else [], float) for name in fields}
     type_name = TOPICS['joint_states'].type
-    message = _message(type_name, header=_header(frame_id), name=[PISTON], **arrays)
+    header = _header(frame_prefix + BASE)
+    message = _message(type_name, header=header, name=[PISTON], **arrays)
     return _Template(message, len(values))
 
 
-def _fluid_pressure(frame_id: str, variance: float) -> _Template:
-    type_name, header = TOPICS['chamber_1/pressure'].type, _header(frame_id)
+def _fluid_pressure(frame_prefix: str, variance: float) -> _Template:
+    type_name, header = TOPICS['chamber_1/pressure'].type, _header(frame_prefix + TUBE)
     message = _message(type_name, header=header, fluid_pressure=_MARKS[0], variance=variance)
     return _Template(message, 1)
 
@@ -119,12 +120,12 @@ class PlantMessages:
     The messages of one sampling instant, ready to publish or to write.
 
     :param pressure_variance: variance of the pressure sensors [Pa^2]
-    :param frame_id: frame of the stamped messages, in their headers
+    :param frame_prefix: of the frames in the headers, as robot_state_publisher gives it to them
     """
 
-    def __init__(self, pressure_variance: float, frame_id: str = '') -> None:
-        self._joint_states = _joint_state(frame_id, position=_MARKS[0], velocity=_MARKS[1])
-        self._pressure = _fluid_pressure(frame_id, pressure_variance)
+    def __init__(self, pressure_variance: float, frame_prefix: str = '') -> None:
+        self._joint_states = _joint_state(frame_prefix, position=_MARKS[0], velocity=_MARKS[1])
+        self._pressure = _fluid_pressure(frame_prefix, pressure_variance)
 
     def pack(self, sample: 'Sample', stamp_ns: int) -> None:
         """Encode `sample` (SI units), taken at `stamp_ns` [ns], into the attributes."""
@@ -156,12 +157,14 @@ class SampleMessages:
 
     :param prefix: of the topics, 'predicted/' or 'residual/'
     :param effort: whether they include the friction force
+    :param frame_prefix: of the frames in the headers
     """
 
-    def __init__(self, prefix: str, effort: bool) -> None:
+    def __init__(self, prefix: str, effort: bool, frame_prefix: str = '') -> None:
         forces = {'effort': _MARKS[2]} if effort else {}
-        self._joint = _joint_state('', position=_MARKS[0], velocity=_MARKS[1], **forces)
-        self._pressure = _fluid_pressure('', 0.0)
+        motion = {'position': _MARKS[0], 'velocity': _MARKS[1]}
+        self._joint = _joint_state(frame_prefix, **motion, **forces)
+        self._pressure = _fluid_pressure(frame_prefix, 0.0)
         self._prefix = prefix
 
     def pack(
@@ -179,10 +182,14 @@ class SampleMessages:
 
 
 class FrictionMessage:
-    """The friction force of one sample as JointState with effort only."""
+    """
+    The friction force of one sample as JointState with effort only.
 
-    def __init__(self, frame_id: str = '') -> None:
-        self._template = _joint_state(frame_id, effort=_MARKS[0])
+    :param frame_prefix: of the frame in the header
+    """
+
+    def __init__(self, frame_prefix: str = '') -> None:
+        self._template = _joint_state(frame_prefix, effort=_MARKS[0])
 
     def pack(self, force: float, stamp_ns: int) -> bytes:
         """Encode the friction force [N] of the sample taken at `stamp_ns` [ns]."""

@@ -19,7 +19,14 @@ from rosbags.rosbag1 import Reader as Reader1
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
-from pneu_rig_ros.records.bag import check_bag, custom_data, find_namespace, first_line
+from pneu_rig_ros.records.bag import (
+    check_bag,
+    custom_data,
+    find_namespace,
+    first_line,
+    storage_files,
+    unreadable,
+)
 from pneu_rig_ros.records.cdr import NANOSECONDS, typestore
 from pneu_rig_ros.records.decompression import check_ros1_chunks
 from pneu_rig_ros.records.grid import HELD, Columns, resample
@@ -93,6 +100,8 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
         raise
     except Exception as error:
         # rosbags, decompressors and parsers raise any exception on damaged data.
+        if storage_files(directory):
+            raise unreadable(directory, error) from error
         raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from error
     return _columns(path, streams)._replace(gauge=gauge, metadata=custom, protected=protected)
 

@@ -19,7 +19,13 @@ from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import cdr
-from pneu_rig_ros.records.bag import bag_directory, custom_data, open_bag, storage_files
+from pneu_rig_ros.records.bag import (
+    NOTHING_TO_RECOVER,
+    bag_directory,
+    custom_data,
+    open_bag,
+    storage_files,
+)
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mcap_file import chunk_content, chunk_messages, scan_records
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
@@ -103,7 +109,7 @@ def _rewrite(directory: Path, file: Path) -> RepairReport:
         damaged = _copy_messages(file, new, _custom_data(directory))
         report = _healthy(new)
         if report.messages == 0:
-            raise RigError(f'{file} was cut off before its first message: nothing to recover')
+            raise RigError(f'{directory} {NOTHING_TO_RECOVER}')
         cut_file = _swap(new, directory, file)
     finally:
         shutil.rmtree(folder, ignore_errors=True)

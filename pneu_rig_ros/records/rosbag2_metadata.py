@@ -13,7 +13,7 @@ from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.atomic_write import atomic_write
-from pneu_rig_ros.records.topics import DEPTH, topic_named
+from pneu_rig_ros.records.topics import STREAM_DEPTH, topic_named
 from pneu_rig_ros.rig.yaml_file import parse_yaml
 
 FILE_NAME = 'metadata.yaml'
@@ -42,7 +42,7 @@ def offered_qos(topic: str) -> dict[str, Any]:
 
     return {
         'history': 'keep_last',
-        'depth': 1 if latched else DEPTH,
+        'depth': known.depth if known else STREAM_DEPTH,
         'reliability': 'reliable',
         'durability': 'transient_local' if latched else 'volatile',
         'deadline': forever(),

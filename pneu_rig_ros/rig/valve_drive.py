@@ -7,6 +7,27 @@ from pneu_rig_ros.model.valve import FULL_VOLTAGE, control_voltages
 DAC_STEP = FULL_VOLTAGE / 4095
 """Step of the 12-bit DAC [V]."""
 
+LARGEST_COMMAND = 1000.0
+"""
+Largest |u| that a controller can mean [V].
+
+2.5 V open a valve fully, and a stiff controller asks for some hundred, which saturate. More than
+this is an overflow or another unit.
+"""
+
+
+def checked_command(u: float) -> float:
+    """
+    Return the command u [V] of a controller.
+
+    :raises ValueError: unless it is finite and at most LARGEST_COMMAND
+    """
+    valve_voltages(u)
+    if abs(u) > LARGEST_COMMAND:
+        limit = f'{LARGEST_COMMAND:g}'
+        raise ValueError(f'u is {u:g} V, allowed are -{limit} to {limit} V')
+    return u
+
 
 def valve_voltages(u: float) -> tuple[float, float]:
     """

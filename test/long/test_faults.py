@@ -19,8 +19,7 @@ import numpy as np
 import psutil
 import pytest
 import rclpy
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, String
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.qos import qos_profile
@@ -169,11 +168,10 @@ def test_processes_that_stand_still_get_everything_afterwards(
 def test_wrong_quality_of_service_is_told_while_it_is_there(
     rig: ProcessRig, witness: Witness
 ) -> None:
-    unreliable = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     kept = qos_profile(TOPICS['rig_description'])
-    publisher = witness.node.create_publisher(Float64, 'u', unreliable)
+    publisher = witness.node.create_publisher(String, 'rig_description', 1)  # not kept
     subscription = witness.node.create_subscription(Float64, 'position', lambda _: None, kept)
-    concerned = 'valve_command', 'recorder', 'plant'
+    concerned = 'friction_estimator', 'recorder', 'plant'
     for node in concerned:
         witness.reports(node, WARN, 'incompatible QoS')
     witness.node.destroy_publisher(publisher)

@@ -41,13 +41,14 @@ def joint_state(stamp_ns, position=(), velocity=(), effort=(), frame_id='', name
     )
 
 
-@pytest.mark.parametrize('frame_id', ['', 'rig', 'cylinder_2'])
+@pytest.mark.parametrize('prefix', ['', 'rig/', 'lab/left/'])
 @pytest.mark.parametrize('stamp_ns', STAMPS)
 @pytest.mark.parametrize('value', VALUES)
-def test_plant_messages_equal_the_typestore(value, stamp_ns, frame_id):
-    messages = cdr.PlantMessages(pressure_variance=2.5, frame_id=frame_id)
+def test_plant_messages_equal_the_typestore(value, stamp_ns, prefix):
+    messages = cdr.PlantMessages(pressure_variance=2.5, frame_prefix=prefix)
     messages.pack(Sample(7, value, -value, 6e5 + 1, value), stamp_ns)
-    stamped = {'header': header(stamp_ns, frame_id), 'variance': 2.5}
+    stamped = {'header': header(stamp_ns, f'{prefix}cylinder'), 'variance': 2.5}
+    frame_id = f'{prefix}base'
     pressure = 'sensor_msgs/msg/FluidPressure'
     assert messages.by_topic(simulated_time=True) == {
         'joint_states': joint_state(stamp_ns, [value], [-value], frame_id=frame_id),
@@ -64,7 +65,7 @@ def test_plant_messages_equal_the_typestore(value, stamp_ns, frame_id):
 @pytest.mark.parametrize('value', VALUES)
 def test_friction_equals_the_typestore(value, stamp_ns):
     packed = cdr.FrictionMessage().pack(value, stamp_ns)
-    assert packed == joint_state(stamp_ns, effort=[value])
+    assert packed == joint_state(stamp_ns, effort=[value], frame_id='base')
     reading = cdr.unpack_joint_state(packed)
     assert (reading.stamp_ns, reading.effort) == (stamp_ns, value)
     assert all(map(math.isnan, (reading.position, reading.velocity)))

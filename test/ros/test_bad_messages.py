@@ -27,7 +27,7 @@ from pneu_rig_ros.records.cdr import (
     unpack_joint_state,
     unpack_valve_voltages,
 )
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig.valve_drive import LARGEST_COMMAND, valve_voltages
 
 from .bystander import until
 
@@ -102,23 +102,28 @@ def test_node_goes_on_after_bad_messages(
         runner.close()
 
 
-def test_wild_commands_open_the_valves_no_further_than_they_go(
-    context: Any, bystander: Any
+def test_wild_commands_are_refused_and_told_once_a_second(
+    context: Any, bystander: Any, capfd: pytest.CaptureFixture[str]
 ) -> None:
     runner = Runner([ValveCommandNode(context, {'command_timeout': 0.0})])
     voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
     heard: set[tuple[float, float]] = set()
 
-    def saturated(value: float) -> bool:
+    def followed(value: float) -> bool:
         say(pack_float64(value))
         runner.spin_once()
         heard.update(unpack_valve_voltages(message) for message in voltages.take_all())
         return valve_voltages(value) in heard
 
-    until(lambda: saturated(1e308))
-    until(lambda: saturated(-1e308))
+    until(lambda: followed(-LARGEST_COMMAND))
+    refused = runner.nodes[0].refused
+    until(lambda: followed(1e308) or runner.nodes[0].refused >= refused + 50)
+    until(lambda: followed(0.34))
     runner.close()
-    assert heard <= {valve_voltages(9.0), valve_voltages(-9.0), valve_voltages(0.0)}
+    assert heard == {valve_voltages(-9.0), valve_voltages(0.34)}
+    told = [line for line in capfd.readouterr().err.splitlines() if '1e+308' in line]
+    assert 1 <= len(told) <= 5
+    assert '/u: u is 1e+308 V, allowed are -1000 to 1000 V; keeping -1000 V' in told[0]
 
 
 def test_estimator_tells_no_force_of_positions_that_are_none(context: Any, bystander: Any) -> None:

@@ -1,6 +1,7 @@
 """The controller of docs/controllers.md as a reader runs it, beside a simulated plant."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -60,3 +61,6 @@ def test_it_takes_the_piston_to_its_target(context, bystander, controller, cylin
     assert unpack_joint_state(start).position == pytest.approx(0.07, abs=1e-3)
     assert positions[-1] == pytest.approx(0.1, abs=NEAR), positions
     assert controller.poll() is None
+    controller.send_signal(signal.SIGINT)
+    _, errors = controller.communicate(timeout=30)
+    assert (controller.returncode, errors) == (0, '')

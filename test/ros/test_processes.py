@@ -2,27 +2,37 @@
 
 import itertools
 import os
+import resource
 import signal
 import subprocess
 import sys
+import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.serialization import deserialize_message
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.embedding import hold_command
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.cdr import unpack_stamp
+from pneu_rig_ros.records.bag import open_bag
+from pneu_rig_ros.records.cdr import FrictionMessage, unpack_stamp
+from pneu_rig_ros.records.topics import DIAGNOSTICS
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
 
 from .bystander import Bystander, until
 
 pytestmark = pytest.mark.live
 
 INTERVAL = 1_160_000
+FILE_LIMIT = 300_000
+"""Largest file of a process, which stands for a full disk [byte]."""
 
 
 @pytest.fixture
@@ -31,14 +41,24 @@ def start() -> Iterator:
     processes: list[subprocess.Popen] = []
 
     def run(
-        node: str, *parameters: str, namespace: str = '', file: Path | None = None
+        node: str,
+        *parameters: str,
+        namespace: str = '',
+        file: Path | None = None,
+        limit: int = resource.RLIM_INFINITY,
     ) -> subprocess.Popen:
         arguments = [part for parameter in parameters for part in ('-p', parameter)]
         arguments += ['-r', f'__ns:=/{namespace}'] if namespace else []
         arguments += ['--params-file', str(file)] if file else []
         command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{node}', '--ros-args', *arguments]
         processes.append(
-            subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
+            subprocess.Popen(
+                command,
+                stderr=subprocess.PIPE,
+                text=True,
+                env=dict(os.environ),
+                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+            )
         )
         return processes[-1]
 
@@ -105,6 +125,45 @@ def test_one_process_holds_the_whole_rig(start, tmp_path, bystander):
     assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}
 
 
+def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_path, bystander):
+    bag = tmp_path / 'bag'
+    recorder = start('recorder', f'output:={bag}', limit=FILE_LIMIT)
+    diagnostics, samples = bystander.hear(DIAGNOSTICS), bystander.speak('joint_states')
+    message, states = FrictionMessage(), []
+
+    def failed_for_seconds() -> bool:
+        for k in range(100):
+            samples(message.pack(0.0, k))
+        time.sleep(0.02)
+        for cdr in diagnostics.take_all():
+            (status,) = deserialize_message(cdr, DiagnosticArray).status
+            values = {item.key: item.value for item in status.values}
+            states.append((status.level, values['recording'], status.message))
+        return len([level for level, *_ in states if level == DiagnosticStatus.ERROR]) >= 3
+
+    until(failed_for_seconds)
+    recorder.send_signal(signal.SIGINT)
+    _, errors = recorder.communicate(timeout=30)
+    assert recorder.returncode == 2
+    assert states[0][:2] == (DiagnosticStatus.OK, 'True')
+    assert states[-1][:2] == (DiagnosticStatus.ERROR, 'False')
+    told = f'cannot write the bag {bag}: File too large; recording has ended'
+    assert told in states[-1][2]
+    assert len([line for line in errors.splitlines() if told in line]) == 2  # then, and at the end
+    assert 'Traceback' not in errors
+    with open_bag(bag) as reader:
+        assert len(list(reader.messages())) > 100
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('node', ['excitation', 'position_controller', 'shadow', 'replay'])
+def test_two_signals_end_a_node_beside_the_rig_cleanly(node, number, start, tmp_path, bystander):
+    bag = simulate(load_configuration('cylinder_2'), 0.34, 1.0, tmp_path / 'bag')
+    process = start(node, *([f'bag:={bag}', 'repeat:=true'] if node == 'replay' else []))
+    until(bystander.hear(DIAGNOSTICS).take)
+    assert stop(process, number) == ''
+
+
 def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
     rigs = {'left': 'cylinder_1', 'right': 'cylinder_3'}
     processes, bags = [], {}
@@ -149,6 +208,65 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(start, node, parameter, t
     assert len(lines) == 1
     assert told in lines[0]
     assert 'Traceback' not in errors
+
+
+IN_A_CALLBACK = """
+import ctypes, signal, sys
+from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.rig_node import RigNode
+
+class Compiling(RigNode):
+    def __init__(self, context):
+        super().__init__('compiling', context, None)
+        signal.raise_signal(signal.{signal}) if {outside} else None
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.{signal}))()
+
+    def update(self):
+        raise AssertionError('it was told to end')
+
+sys.exit(runner.main([Compiling]))
+"""
+
+
+@pytest.mark.parametrize('outside', [True, False])
+@pytest.mark.parametrize('name', ['SIGINT', 'SIGTERM'])
+def test_signal_while_a_node_loads_ends_it_without_a_word(name: str, outside: bool) -> None:
+    """A callback of the compiler swallows the exception that a signal raises in it."""
+    code = IN_A_CALLBACK.format(signal=name, outside=outside)
+    done = subprocess.run(
+        [sys.executable, '-c', code],
+        env=dict(os.environ),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, '', '')
+
+
+@pytest.mark.parametrize('code', [0, 2])
+def test_process_whose_nodes_cannot_be_destroyed_ends_with_its_code(code: int) -> None:
+    """Fast DDS may hang at that, and rclpy holds the interpreter lock meanwhile."""
+    hang = f"""
+import ctypes
+from pneu_rig_ros.nodes.exit_timer import exit_after
+exit_after(1, {code})
+ctypes.PyDLL(None).sleep(60)
+"""
+    done = subprocess.run([sys.executable, '-c', hang], env=dict(os.environ), timeout=30)
+    assert done.returncode == code
+
+
+def test_ctrl_c_while_a_node_imports_ends_it_without_a_word() -> None:
+    code = 'import pneu_rig_ros.nodes, signal; signal.raise_signal(signal.SIGINT)'
+    done = subprocess.run(
+        [sys.executable, '-c', code],
+        env=dict(os.environ),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, '')
 
 
 def test_node_ends_with_the_process_that_owns_it(start, monkeypatch, bystander):

@@ -1,0 +1,67 @@
+"""What other ROS tools expect in messages: frames that exist, an id of the hardware."""
+
+import io
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.serialization import deserialize_message
+from yourdfpy import URDF
+
+from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
+from pneu_rig_ros.nodes.plant import PlantNode
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.topics import message_class
+from pneu_rig_ros.nodes.valve_command import ValveCommandNode
+from pneu_rig_ros.records.cdr import unpack_string
+from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
+
+from .bystander import Bystander, gather
+
+pytestmark = pytest.mark.live
+
+STAMPED = {
+    'joint_states': 'base',
+    'friction': 'base',
+    'chamber_1/pressure': 'cylinder',
+    'chamber_2/pressure': 'cylinder',
+}
+
+
+@pytest.mark.parametrize('namespace', ['', 'left'])
+def test_headers_name_links_of_the_robot_and_diagnostics_the_rig(
+    new_context: Any, namespace: str
+) -> None:
+    context = new_context('-r', f'__ns:=/{namespace}') if namespace else new_context()
+    watcher = Bystander(context, namespace=f'/{namespace}')
+    names = (*STAMPED, 'robot_description', DIAGNOSTICS)
+    subscriptions = {name: watcher.hear(name) for name in names}
+    nodes = [PlantNode(context), ValveCommandNode(context), FrictionEstimatorNode(context)]
+    runner = Runner(nodes)
+    ids: set[str] = set()
+    messages = {}
+    for name, subscription in subscriptions.items():
+        cdr = gather(runner, [subscription], 1)[0][0]
+        messages[name] = deserialize_message(cdr, message_class(TOPICS[name].type))
+        if name == 'robot_description':
+            links = set(URDF.load(io.BytesIO(unpack_string(cdr).encode())).link_map)
+    for cdr in gather(runner, [subscriptions[DIAGNOSTICS]], len(nodes))[0]:
+        array: Any = deserialize_message(cdr, DiagnosticArray)
+        ids |= {status.hardware_id for status in array.status}
+    runner.close()
+    watcher.destroy_node()
+    prefix = f'{namespace}/' if namespace else ''
+    for name, link in STAMPED.items():
+        assert messages[name].header.frame_id == f'{prefix}{link}'
+        assert link in links
+    assert ids == {f'pneu_rig/{namespace}'.rstrip('/')}
+
+
+def test_valves_are_told_to_shut_before_any_command(new_context: Any) -> None:
+    context = new_context()
+    watcher = Bystander(context)
+    voltages = watcher.hear('valve_voltages')
+    runner = Runner([ValveCommandNode(context)])
+    gather(runner, [voltages], 1)
+    runner.close()
+    watcher.destroy_node()
