@@ -174,7 +174,7 @@ class Search:
     def reproduced(self) -> bool:
         """Return whether a cause was found, or the held-out data disagree in the same balances."""
         found = self.best is not None and self.best is not self.calibrated
-        if found or self.first_cycle_test is not None or self.training.cycles is not None:
+        if found or (self.training.cycles is not None and self.cycles_differ()):
             return True
         balances = [
             {residual.balance for residual in localise(windows_of(dataset, self.hypothesis))}

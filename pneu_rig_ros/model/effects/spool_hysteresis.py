@@ -12,7 +12,7 @@ from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
 DRAG_TIME = 1e-3
-"""Time in which a spool is dragged to the edge of the play [s]; below a sampling interval."""
+"""Time in which the memory of a spool follows its edge of the play [s]; below a reversal."""
 
 
 class Parameters(NamedTuple):
@@ -22,9 +22,9 @@ class Parameters(NamedTuple):
 
 
 @compiled
-def beyond(gap: float, half: float) -> float:
-    """Return how far a gap [V] reaches beyond the play of +-half [V]."""
-    return gap - min(max(gap, -half), half)
+def within(gap: float, half: float) -> float:
+    """Return a gap [V] within the play of +-half [V]."""
+    return min(max(gap, -half), half)
 
 
 @compiled
@@ -38,16 +38,18 @@ def contribution(
     """
     Return what the spools lack of the commanded voltages u1, u2 [V].
 
-    The states are the spool positions as voltages from the centre. A spool stands still as long
-    as it is within half a width of its voltage; else it is dragged to the nearer edge.
+    A spool stands still as long as it is within half a width of its voltage; else it is at the
+    nearer edge at once. The states are the positions where the spools stood last, as voltages from
+    the centre, which follow within a millisecond: only a quicker reversal would be noticed late.
     """
     if parameters.width <= 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
-    lack_1 = CENTRE_VOLTAGE + state[0] - signals.ports.voltage_1
-    lack_2 = CENTRE_VOLTAGE + state[1] - signals.ports.voltage_2
-    rate[0] = -beyond(lack_1, 0.5 * parameters.width) / DRAG_TIME
-    rate[1] = -beyond(lack_2, 0.5 * parameters.width) / DRAG_TIME
+    gap_1 = CENTRE_VOLTAGE + state[0] - signals.ports.voltage_1
+    gap_2 = CENTRE_VOLTAGE + state[1] - signals.ports.voltage_2
+    lack_1 = within(gap_1, 0.5 * parameters.width)
+    lack_2 = within(gap_2, 0.5 * parameters.width)
+    rate[0], rate[1] = (lack_1 - gap_1) / DRAG_TIME, (lack_2 - gap_2) / DRAG_TIME
     return lack_1, lack_2
 
 
