@@ -87,7 +87,7 @@ def test_interrupted_demonstration_closes_the_bag(terminal: Terminal) -> None:
 @pytest.mark.parametrize('victim', ['friction_estimator', 'recorder'])
 def test_dead_node_is_named_and_the_bag_is_whole(terminal: Terminal, victim: str) -> None:
     with terminal.start('demo', '--duration', 600, '--out', 'bag') as process:
-        until(lambda: recording(terminal.directory / 'bag'), process)
+        until(lambda: recording(terminal.directory / 'bag', 500_000), process)  # samples, too
         nodes = dict(children(process))
         os.kill(nodes[victim], signal.SIGKILL)
         _, err = process.communicate(timeout=60)
