@@ -144,7 +144,7 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
         key = theta.tobytes()
         if latest[0][0] != key:  # the solver asks for the Jacobian where it was last
             latest[0] = key, dataset.residual(start.with_theta(theta).apply(given))
-        return latest[0][1]
+        return latest[0][1].copy()  # the solver scales it in place
 
     def jacobian(theta: Floats) -> Floats:
         base, columns = residual(theta), []

@@ -224,6 +224,7 @@ class Search:
             for values in (result.values, *result.alternatives)
         ]
         fits = best_of_each(self._fits(starts))
+        # among causes that explain nothing further there is nothing to decide by simulation
         found = self.best is None or improves(preferred(fits), self.best)
         if found and self._can_simulate() and ambiguous(fits):
             self._add_cycles()

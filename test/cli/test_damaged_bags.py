@@ -67,5 +67,5 @@ def test_repair_is_not_named_where_nothing_can_be_recovered(
         'first bytes': whole[:60],
     }[content]
     bag = write(tmp_path, data)
-    told = 'is not a bag, or was cut off before its first message: nothing to recover'
-    assert run(terminal, name, bag).endswith(f'error: {bag} {told}')
+    reason = 'is not a bag, or was cut off before its first message: nothing to recover'
+    assert run(terminal, name, bag).endswith(f'error: {bag} {reason}')

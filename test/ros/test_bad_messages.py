@@ -121,9 +121,9 @@ def test_wild_commands_are_refused_and_told_once_a_second(
     until(lambda: followed(0.34))
     runner.close()
     assert heard == {valve_voltages(-9.0), valve_voltages(0.34)}
-    told = [line for line in capfd.readouterr().err.splitlines() if '1e+308' in line]
-    assert 1 <= len(told) <= 5
-    assert '/u: u is 1e+308 V, allowed are -1000 to 1000 V; keeping -1000 V' in told[0]
+    warnings = [line for line in capfd.readouterr().err.splitlines() if '1e+308' in line]
+    assert 1 <= len(warnings) <= 5
+    assert '/u: u is 1e+308 V, allowed are -1000 to 1000 V; keeping -1000 V' in warnings[0]
 
 
 def test_estimator_tells_no_force_of_positions_that_are_none(context: Any, bystander: Any) -> None:

@@ -147,9 +147,11 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
     assert recorder.returncode == 2
     assert states[0][:2] == (DiagnosticStatus.OK, 'True')
     assert states[-1][:2] == (DiagnosticStatus.ERROR, 'False')
-    told = f'cannot write the bag {bag}: File too large; recording has ended'
-    assert told in states[-1][2]
-    assert len([line for line in errors.splitlines() if told in line]) == 2  # then, and at the end
+    failure = f'cannot write the bag {bag}: File too large; recording has ended'
+    assert failure in states[-1][2]
+    assert (
+        len([line for line in errors.splitlines() if failure in line]) == 2
+    )  # then, and at the end
     assert 'Traceback' not in errors
     with open_bag(bag) as reader:
         assert len(list(reader.messages())) > 100
@@ -222,7 +224,7 @@ class Compiling(RigNode):
         ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.{signal}))()
 
     def update(self):
-        raise AssertionError('it was told to end')
+        raise AssertionError('the node should have ended')
 
 sys.exit(runner.main([Compiling]))
 """
