@@ -141,6 +141,8 @@ class Comparison:
         if self.readings is not None:
             return self.readings, self.run.velocity
         run, velocity = self.run, self.run.velocity
+        if hypothesis.position_zero != 0.0:
+            run = run.with_readings(run.position - hypothesis.position_zero, run.pressures)
         if hypothesis.gains != CALIBRATED:
             x, p1, p2 = hypothesis.gains
             zero = run.atmospheric_pressure
@@ -162,7 +164,7 @@ class Comparison:
             interpolated(run.smooth, parts),
             np.repeat(velocity, parts),
             np.repeat(self.run.contacts, parts),
-            np.repeat(run.voltages, parts, axis=0),
+            np.repeat(hypothesis.voltages(run), parts, axis=0),
             run.interval / parts,
         )
         if parts > 1:

@@ -21,6 +21,8 @@ CALIBRATION = 'sensors.gains'
 """Gain errors within the class of the sensors: neither a wrong model nor an effect."""
 CONDITIONS = 'conditions.'
 """Prefix of a condition in the name of a candidate."""
+PARAMETER_RATIO = 2.0
+"""Largest ratio of a parameter to its value in the model, or its inverse [-]."""
 LARGEST_LOGARITHM = 100.0
 """Beyond all ranges; keeps the exponential finite [-]."""
 
@@ -115,6 +117,10 @@ class Candidate:
             return SENSOR
         return GAS if balance in GAS_BALANCES else FORCE
 
+    def surprise(self, values: Sequence[float]) -> float:
+        """Return the negative log density of values before the data, 0 where it is uniform [-]."""
+        return 0.0
+
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
         """Return the hypothesis with this explanation [SI]."""
         if self.is_effect:
@@ -134,7 +140,14 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Condition(Candidate):
-    """A condition whose true value differs from the stated one by a ratio."""
+    """
+    A condition whose true value differs from the stated one by a ratio, or by a difference.
+
+    :param deviation: standard deviation of the logarithm of that ratio before the data, 0 if it is
+        uniform [-]
+    """
+
+    deviation: float = 0.0
 
     @property
     def is_parameter(self) -> bool:
@@ -146,8 +159,21 @@ class Condition(Candidate):
         """Its name."""
         return self.name.removeprefix(CONDITIONS)
 
+    def surprise(self, values: Sequence[float]) -> float:
+        """
+        Return the negative log density of a ratio, relative to that of a parameter [-].
+
+        It decides between a gauge that is a little off and a parameter that acts alike: the supply
+        and the intake coefficient while the intake is choked.
+        """
+        if self.deviation <= 0.0:
+            return 0.0
+        normal = 0.5 * (math.log(values[0]) / self.deviation) ** 2
+        width = 2.0 * math.log(PARAMETER_RATIO)
+        return normal - math.log(width / (self.deviation * math.sqrt(2.0 * math.pi)))
+
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
-        """Return the hypothesis with a ratio of the true to the stated condition."""
+        """Return the hypothesis with the true condition."""
         return hypothesis.with_condition(self.condition, float(values[0]))
 
 
@@ -184,6 +210,12 @@ class Explanation:
         values = [value for part in self.values for value in part]
         pairs = zip(self.coordinates, values, strict=True)
         return np.array([coordinate.to_internal(value) for coordinate, value in pairs])
+
+    @property
+    def surprise(self) -> float:
+        """Negative log density of all values before the data [-]."""
+        pairs = zip(self.parts, self.values, strict=True)
+        return sum(part.surprise(values) for part, values in pairs)
 
     def with_theta(self, theta: Floats) -> Explanation:
         """Return the explanation with other values, in internal representation."""

@@ -6,13 +6,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from pneu_rig_ros.diagnosis.run import Run
+from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import Model, Operation
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
 
 Gains = tuple[float, float, float]
 CALIBRATED: Gains = (1.0, 1.0, 1.0)
+POSITION_ZERO, SENSOR_CLOCK = 'position_zero', 'clock_offset'
+"""
+Conditions that are differences: reading of the position at the inner end [m], and by how much the
+clock of the sensors is ahead of that of the commands [s].
+"""
 
 
 @dataclass(frozen=True)
@@ -23,7 +31,8 @@ class Hypothesis:
     :param model: parameters; its operation is replaced by that of each recording
     :param effects: name -> parameters of the acting effects
     :param gains: slopes of the sensors of x, p1, p2 [-]
-    :param conditions: condition of a recording -> ratio of its true to its stated value [-]
+    :param conditions: condition of a recording -> ratio of its true to its stated value [-], or
+        the difference of ``POSITION_ZERO`` or ``SENSOR_CLOCK``
     """
 
     model: Model
@@ -44,15 +53,34 @@ class Hypothesis:
         It has every effect of the library, the others with their null parameters: one compiled
         right-hand side then serves all hypotheses.
         """
-        true = {name: ratio * getattr(operation, name) for name, ratio in self.conditions.items()}
+        true = {
+            name: ratio * getattr(operation, name)
+            for name, ratio in self.conditions.items()
+            if name in Operation._fields
+        }
         gas = self.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
         model = self.model._replace(operation=operation._replace(**true), gas=gas)
         nulls = {name: library.load(name).null for name in library.names()}
         return Plant(model, {**nulls, **self.effects}, TOLERANCE)
 
-    def with_condition(self, name: str, ratio: float) -> Hypothesis:
-        """Return the hypothesis with a ratio of the true to the stated condition [-]."""
-        return replace(self, conditions={**self.conditions, name: ratio})
+    @property
+    def position_zero(self) -> float:
+        """What the position sensor reads at the inner end [m]."""
+        return self.conditions.get(POSITION_ZERO, 0.0)
+
+    def voltages(self, run: Run) -> Floats:
+        """Return u1, u2 in the intervals of a run by the clock of its sensors, (n - 1, 2) [V]."""
+        shift = self.conditions.get(SENSOR_CLOCK, 0.0) / run.interval
+        if shift == 0.0:
+            return run.voltages
+        # a fraction of an interval mixes neighbours, so that a fit sees how the clock matters
+        index = np.arange(run.size - 1) - shift
+        columns = [np.interp(index, np.arange(run.size - 1), u) for u in run.voltages.T]
+        return np.column_stack(columns)
+
+    def with_condition(self, name: str, value: float) -> Hypothesis:
+        """Return the hypothesis with another condition, as in ``conditions``."""
+        return replace(self, conditions={**self.conditions, name: value})
 
     def with_effect(self, name: str, parameters: Any) -> Hypothesis:
         """Return the hypothesis with one more acting effect."""

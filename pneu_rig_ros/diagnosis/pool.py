@@ -14,12 +14,14 @@ from pneu_rig_ros.diagnosis.candidates import (
     CONDITIONS,
     FORCE,
     GAS,
+    PARAMETER_RATIO,
     SENSOR,
     Candidate,
     Condition,
     Coordinate,
     Explanation,
 )
+from pneu_rig_ros.diagnosis.hypothesis import POSITION_ZERO, SENSOR_CLOCK
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import System, quantity_of, value_of
 from pneu_rig_ros.model import effects as library
@@ -62,8 +64,6 @@ CHAMBER_OF = {'cylinder.cap_dead_volume': 'gas_1', 'cylinder.rod_dead_volume': '
 """Parameter -> the only balance that shows it."""
 VOLTAGE_ERROR = 0.15
 """Largest error of a valve's opening voltage [V]."""
-PARAMETER_RATIO = 2.0
-"""Largest ratio of any other parameter to its value in the model, or its inverse [-]."""
 START_RATIOS = (0.85, 1.18)
 """Ratios of a parameter from which a fit starts [-]."""
 START_SHIFTS = (-0.02, 0.02)
@@ -72,6 +72,14 @@ GAIN_SCALE = 0.05
 """Internal unit of a gain [-]."""
 SUPPLY_RATIO, LOAD_RATIO = 1.1, 1.5
 """Largest ratios of true to stated supply pressure (a gauge) and load (a guess) [-]."""
+SUPPLY_ERROR, LOAD_ERROR = 0.03, 0.15
+"""Their usual relative errors [-]: a gauge of class 1.6 is read at half its span."""
+ZERO_ERROR, ZERO_SCALE = 0.02, 1e-3
+"""Largest error of the zero of the position, unit of its fit [m]."""
+LEAST_CLOCK, CLOCK_ERROR, CLOCK_SCALE = 2e-3, 0.5, 0.02
+"""Least and largest difference of the clocks, unit of its fit [s]."""
+DEAD_TIME = 0.03
+"""Commands that act later by less may be a valve's switching time (ISO 12238) [s]."""
 LADDER = (0.01, 0.1, 1.0, 10.0, 100.0)
 """Multiples of an effect's probes from which a fit starts for a system of any size [-]."""
 
@@ -177,16 +185,29 @@ def _conditions(
 ) -> Iterator[Condition]:
     """Yield the conditions that show and may differ from what is stated."""
     if not system.shut and balances & {'gas_1', 'gas_2'}:
-        yield _condition('supply_pressure', GAS, SUPPLY_RATIO)
+        yield _condition('supply_pressure', GAS, SUPPLY_RATIO, SUPPLY_ERROR)
     if 'force' in balances and any(run.operation.load_mass > 0.0 for run in runs):
-        yield _condition('load_mass', FORCE, LOAD_RATIO)
+        yield _condition('load_mass', FORCE, LOAD_RATIO, LOAD_ERROR)
+    if system.rig is not None:
+        quantity = Quantity('m', -ZERO_ERROR, ZERO_ERROR, 'position reading at the inner end')
+        yield _difference(POSITION_ZERO, quantity, ZERO_SCALE)
+        for low, high in ((-CLOCK_ERROR, -LEAST_CLOCK), (DEAD_TIME, CLOCK_ERROR)):
+            quantity = Quantity('s', low, high, 'of the sensors ahead of the commands')
+            yield _difference(SENSOR_CLOCK, quantity, CLOCK_SCALE)
 
 
-def _condition(name: str, group: str, ratio: float) -> Condition:
+def _condition(name: str, group: str, ratio: float, error: float) -> Condition:
     quantity = Quantity('-', 1.0 / ratio, ratio, 'times what was stated')
     coordinate = Coordinate('times', quantity, 1.0 / ratio, ratio, 1.0, True, 1.0)
     starts = tuple((ratio**share,) for share in (-0.3, 0.3))
-    return Condition(CONDITIONS + name, group, (coordinate,), starts)
+    return Condition(CONDITIONS + name, group, (coordinate,), starts, deviation=error)
+
+
+def _difference(name: str, quantity: Quantity, scale: float) -> Condition:
+    low, high = quantity.low, quantity.high
+    coordinate = Coordinate('by', quantity, low, high, scale, False)
+    starts = tuple((low + share * (high - low),) for share in (0.1, 0.3, 0.6, 0.9))
+    return Condition(CONDITIONS + name, SENSOR, (coordinate,), starts)
 
 
 def _effects(

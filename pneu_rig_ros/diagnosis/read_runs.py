@@ -67,18 +67,18 @@ def split_paths(
     return [path for path in paths if path not in held_out], held_out
 
 
-def read_runs(
+def read_recordings(
     paths: Sequence[Path],
     system: System,
     mapping: Path | None,
     executor: Executor | None = None,
-) -> list[Run]:
+) -> list[Recording]:
     """
-    Return the runs in bags or text tables, prepared for a system.
+    Return the recordings in bags or text tables.
 
     :param mapping: file that maps the columns of a text table to signals with units
     :param executor: where they are read; this process if omitted
-    :raises RigError: for a recording that cannot be read, or cannot be of the system
+    :raises RigError: for a recording that cannot be read, or recordings of several systems
     """
     bags = [path for path in paths if is_bag(path)]
     if mapping is not None and system.rig is not None and len(bags) == len(paths):
@@ -98,6 +98,24 @@ def read_runs(
                 f'{name}: recorded with another cylinder than {cylinders[0][0]}; '
                 'diagnose recordings of one system at a time'
             )
+    return recordings
+
+
+def read_runs(
+    paths: Sequence[Path],
+    system: System,
+    mapping: Path | None,
+    executor: Executor | None = None,
+) -> list[Run]:
+    """Return recordings, see :func:`read_recordings`, prepared for a system."""
+    recordings = read_recordings(paths, system, mapping, executor)
+    return prepare_runs(recordings, system, paths)
+
+
+def prepare_runs(
+    recordings: Sequence[Recording], system: System, paths: Sequence[Path]
+) -> list[Run]:
+    """Return recordings, prepared for a system; RigError where one cannot be of the system."""
     pairs = zip(recordings, paths, strict=True)
     return [prepare_run(recording, system, path) for recording, path in pairs]
 

@@ -76,12 +76,13 @@ def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     """Return a run with the same commands and conditions, simulated freely."""
     plant = hypothesis.plant_of(run)
     start = plant.state
-    states = plant.run(run.voltages, run.interval)
+    states = plant.run(hypothesis.voltages(run), run.interval)
     x = np.append(start.position_reading, states.position_reading)
     p1 = np.append(start.pressure_1_reading, states.pressure_1_reading)
     p2 = np.append(start.pressure_2_reading, states.pressure_2_reading)
     gains, zero, noise = hypothesis.gains, run.atmospheric_pressure, run.noise
-    position = gains[0] * x + noise.position * rng.standard_normal(x.size)
+    position = hypothesis.position_zero + gains[0] * x
+    position = position + noise.position * rng.standard_normal(x.size)
     pressures = zero + np.array(gains[1:]) * (np.column_stack([p1, p2]) - zero)
     pressures = pressures + np.array(noise.pressures) * rng.standard_normal(pressures.shape)
     return replace(
@@ -102,7 +103,7 @@ def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     measured[:, 0], measured[:, 1] = position[:-1], np.diff(position) / run.interval
     actions = np.full(run.size - 1, Impose.MOTION, dtype=np.int64)
     states = plant.run_imposed(
-        run.voltages, run.interval, actions, measured, np.zeros(run.size - 1)
+        hypothesis.voltages(run), run.interval, actions, measured, np.zeros(run.size - 1)
     )
     return np.column_stack([states.pressure_1_reading, states.pressure_2_reading])
 

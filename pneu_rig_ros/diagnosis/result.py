@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pneu_rig_ros.diagnosis import conditions as condition_rows
 from pneu_rig_ros.diagnosis.alternatives import indistinguishable, ranking_rows
 from pneu_rig_ros.diagnosis.balances import BALANCES, UNITS
 from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate, Condition, Explanation
@@ -43,6 +44,8 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     parameters = [row for part, row in estimates if part.is_parameter]
     effects = [row for part, row in estimates if part.is_effect and not part.is_empirical]
     conditions = [row for part, row in estimates if isinstance(part, Condition)]
+    if diagnosis.restated is not None:
+        conditions.insert(0, condition_rows.restated_row(diagnosis.restated))
     search, best, unknown = diagnosis.search, diagnosis.best, diagnosis.unknown
     return {
         'version': VERSION,
@@ -97,7 +100,7 @@ def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
     if parameters:
         names = [str(row['name']) for row in parameters]
         texts.append(f'{" and ".join(names)} {"have" if len(names) > 1 else "has"} another value')
-    texts += [f'{row["name"]} is {row["value"]:.3g} times the stated value' for row in conditions]
+    texts += [condition_rows.sentence(row) for row in conditions]
     remaining = diagnosis.search.remaining()
     if remaining >= 0.01:
         texts.append(f'{remaining:.0%} of the excess over the noise remains')
@@ -210,8 +213,12 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
             )
         elif isinstance(part, Condition):
             operations = [each.run.operation for each in diagnosis.training.comparisons]
-            stated = [float(getattr(operation, part.condition)) for operation in operations]
-            yield part, {'name': part.condition, 'stated': stated, **rows['times']}
+            (one,) = rows.values()
+            low, high = one['interval']
+            yield (
+                part,
+                condition_rows.fitted_row(part.condition, one['value'], (low, high), operations),
+            )
         elif part.is_parameter:
             (row,) = rows.values()
             low, high = row['interval']

@@ -117,10 +117,12 @@ class MultipleShooting:
             actions = np.zeros_like(actions)
         if errors is not None:
             measured[:, [0, 2, 3]] += errors
-        states = plant.run_imposed(run.voltages, run.interval, actions, measured, begins)
+        voltages = hypothesis.voltages(run)
+        states = plant.run_imposed(voltages, run.interval, actions, measured, begins)
         read = readings_of(states)
         zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
-        return within_span(zero + np.array(hypothesis.gains) * (read - zero), self.run)
+        read = zero + np.array(hypothesis.gains) * (read - zero)
+        return within_span(read + np.array([hypothesis.position_zero, 0.0, 0.0]), self.run)
 
     def gap(self, hypothesis: Hypothesis, errors: Floats | None = None) -> Floats:
         """Return measured less predicted x [m], p1, p2 [Pa], block by block, shape (blocks, 3)."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.random import Generator
 
 from pneu_rig_ros.diagnosis.alternatives import rivals
 from pneu_rig_ros.diagnosis.balances import Comparison
@@ -28,7 +29,9 @@ from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.pool import pool
-from pneu_rig_ros.diagnosis.read_runs import read_runs, split_paths
+from pneu_rig_ros.diagnosis.read_runs import prepare_runs, read_recordings, split_paths
+from pneu_rig_ros.diagnosis.restated import Restated, otherwise
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.scoring import ScoredFit, improves, remaining_share, score
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
@@ -57,7 +60,8 @@ class Diagnosis:
     """
     The result of a diagnosis.
 
-    :param system: as given
+    :param system: as given, or as it was found to be
+    :param restated: what was found to be otherwise than stated, None where nothing was
     :param training, held_out: data with the noise under the given hypothesis
     :param search: for the explanation
     :param windows: of the training data under the given hypothesis
@@ -69,6 +73,7 @@ class Diagnosis:
     """
 
     system: System
+    restated: Restated | None
     training: Dataset
     held_out: Dataset
     search: Search
@@ -135,6 +140,8 @@ class Diagnosis:
             return UNKNOWN
         causes = [part for part in self.explanation.parts if part.name != CALIBRATION]
         if not causes:
+            if self.restated is not None:
+                return CONDITIONS
             return UNCALIBRATED if self.where and self.explanation.parts else CONSISTENT
         if any(part.is_effect for part in causes):
             return EFFECT
@@ -177,15 +184,19 @@ def diagnose(
     groups = split_paths(bags, verify)
     workers = executor or SerialExecutor()
     paths = [path for group in groups for path in group]
-    runs = read_runs(paths, system, mapping, workers)
+    recordings = read_recordings(paths, system, mapping, workers)
+    runs, count = prepare_runs(recordings, system, paths), len(groups[0])
     progress('localising residuals', 0.06)
-    given, count = system.hypothesis, len(groups[0])
-    training, held_out = (
-        Dataset.of(given, [Comparison(run) for run in part], rng)
-        for part in (runs[:count], runs[count:])
-    )
-    windows = windows_of(training, given)
-    where = localise(windows)
+    training, held_out = _datasets(system, runs, count, rng)
+    windows = windows_of(training, system.hypothesis)
+    where, restated = localise(windows), None
+    if rms(training.whitened(system.hypothesis)) > DISCREPANT:
+        found = otherwise(system, recordings, runs, paths)
+        if found is not None:
+            restated, runs = found
+            system = restated.system
+            training, held_out = _datasets(system, runs, count, rng)
+    given = system.hypothesis
     steps = itertools.count(1)
 
     def report(stage: str) -> None:
@@ -201,7 +212,7 @@ def diagnose(
         if search.leaves_something(remaining):
             progress('describing the unknown cause', 0.88)
             unknown = _unknown(search, where)
-    elif best is None:
+    elif best is None and restated is None:
         where = []
     best = best if unknown is None else search.calibrated
     errors = np.zeros((1, 0))
@@ -212,6 +223,7 @@ def diagnose(
     experiment = next_experiment(rivals(search), training, system)
     return Diagnosis(
         system,
+        restated,
         training,
         held_out,
         search,
@@ -224,6 +236,17 @@ def diagnose(
         seed,
         time.perf_counter() - begin,
     )
+
+
+def _datasets(
+    system: System, runs: Sequence[Run], count: int, rng: Generator
+) -> tuple[Dataset, Dataset]:
+    """Return the first runs as training data, and the others as held-out data."""
+    training, held_out = (
+        Dataset.of(system.hypothesis, [Comparison(run) for run in part], rng)
+        for part in (runs[:count], runs[count:])
+    )
+    return training, held_out
 
 
 def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:

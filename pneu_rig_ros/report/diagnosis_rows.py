@@ -203,7 +203,11 @@ def added_rows(answer: Answer) -> list[Added]:
     """Return the parameters that were changed, and those of the effects that were added."""
     entries = [(one['name'], number(one['was'], 4), one) for one in answer['parameters']]
     entries += [
-        (f'{one["name"]}, ratio to the stated value', '1', one) for one in answer['conditions']
+        (f'{one["name"]}, ratio to the stated value', '1', one)
+        if one['unit'] == '-'
+        else (one['name'], '0', one)
+        for one in answer['conditions']
+        if one['value'] is not None
     ]
     for effect in answer['effects']:
         for name, value in effect['parameters'].items():
