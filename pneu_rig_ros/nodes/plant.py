@@ -15,8 +15,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
-from pneu_rig_ros.nodes.parameters import Parameter, declare
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode, declare
 from pneu_rig_ros.records.cdr import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
