@@ -109,7 +109,7 @@ def claims(
 
 def _neighbour_shares(reading: Reading, quiet: bool) -> dict[int, float]:
     """Return number of a statement -> share of the neighbours under which it holds [-]."""
-    from pneu_rig_ros.claims.neighbours import failures, neighbours
+    from pneu_rig_ros.claims.statements import failures, neighbours
     from pneu_rig_ros.executor import open_executor
 
     total = len(list(neighbours(reading)))

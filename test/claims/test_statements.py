@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.claims import captions, measures, trends
-from pneu_rig_ros.claims.dwell_law import equation_16, static_peaks
-from pneu_rig_ros.claims.estimation import heavy_finding
 from pneu_rig_ros.claims.experiments import (
     CAPTIONS,
     CYLINDERS,
@@ -30,9 +28,9 @@ from pneu_rig_ros.claims.findings import (
     rises_throughout,
     unchanged,
 )
-from pneu_rig_ros.claims.neighbours import STEP, failures, neighbours, varied
+from pneu_rig_ros.claims.friction import equation_16, heavy_finding, static_peaks
 from pneu_rig_ros.claims.readings import load_reading, printed_values_changed
-from pneu_rig_ros.claims.statements import STATEMENTS, measure
+from pneu_rig_ros.claims.statements import STATEMENTS, STEP, failures, measure, neighbours, varied
 from pneu_rig_ros.executor import open_executor
 
 HOLD = {1, 2, 3, 4, 5, 6, 8, 10, 11, 12, 13, 14, 15, 16}
