@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from pneu_rig_ros.batch.layout import pack_parameters
-from pneu_rig_ros.batch.parallel import run_parallel
+from pneu_rig_ros.batch.parallel import pack_parameters, run_parallel
 from pneu_rig_ros.batch.strokes import END_SHARE, strokes
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.imposed import Impose
