@@ -16,14 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cdr import (
-    NANOSECONDS,
-    FrictionMessage,
-    PlantMessages,
-    pack_float64,
-    pack_string,
-    pack_valve_voltages,
-)
+from pneu_rig_ros.records.cdr import NANOSECONDS, pack_string, template
 from pneu_rig_ros.records.conditions import (
     FILE_NAME,
     apply_conditions,
@@ -38,10 +31,10 @@ from pneu_rig_ros.records.description import (
     package_version,
 )
 from pneu_rig_ros.records.recording import Floats, Recording, Stamps
-from pneu_rig_ros.records.rows import MessageRows, TopicRows
+from pneu_rig_ros.records.rows import TopicRows, fill_rows
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.writer import BagWriter
-from pneu_rig_ros.rig import RigConfiguration, Sample
+from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description
 
 Progress = Callable[[int], None]
@@ -176,8 +169,8 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
         signals['velocity'] = recording.velocity
     if recording.driven:
         signals |= {'voltage_1': recording.voltage_1, 'voltage_2': recording.voltage_2}
-    encoders = {
-        topic: MessageRows(_packer(topic), names)
+    templates = {
+        topic: template(topic)
         for topic, names in NUMBERS.items()
         if all(name in signals for name in names)
         and ('position' in recording or topic != 'velocity')
@@ -192,32 +185,12 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
                 TopicRows(
                     topic,
                     TOPICS['friction' if topic == FORCE else topic].type,
-                    encoder.pack(stamps[part], values),
+                    fill_rows(message, stamps[part], [values[name] for name in NUMBERS[topic]]),
                     _present(recording, topic, stamps[part], values),
                 )
-                for topic, encoder in encoders.items()
+                for topic, message in templates.items()
             ],
         )
-
-
-def _packer(topic: str) -> Callable[..., bytes]:
-    """Return the encoder of a topic's message from its stamp [ns] and its numbers."""
-    force = FrictionMessage()
-    plant = PlantMessages(pressure_variance=0.0)  # 0 is "not known", as sensor_msgs says
-
-    def of_plant(stamp_ns: int, *numbers: float) -> bytes:
-        values = dict.fromkeys(('position', 'velocity', 'pressure_1', 'pressure_2'), 0.0)
-        values |= zip(NUMBERS[topic], numbers, strict=True)
-        plant.pack(Sample(0, **values), stamp_ns)
-        return plant.by_topic(simulated_time=False)[topic]
-
-    others: dict[str, Callable[..., bytes]] = {
-        'u': lambda _, u: pack_float64(u),
-        'valve_voltages': lambda _, *voltages: pack_valve_voltages(*voltages),
-        FORCE: lambda stamp_ns, value: force.pack(value, stamp_ns),
-        'friction': lambda stamp_ns, value: force.pack(value, stamp_ns),
-    }
-    return others.get(topic, of_plant)
 
 
 def _present(

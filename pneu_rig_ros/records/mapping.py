@@ -33,7 +33,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats
 from pneu_rig_ros.records.units import Unit, convert, parse_unit, scaled
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
+from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text
 
 SEPARATORS = {sign: sign for sign in ',;\t '}
 SEPARATORS |= {'comma': ',', 'semicolon': ';', 'tab': '\t', 'blank': ' ', 'space': ' '}
@@ -132,11 +132,11 @@ def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> Table
         origin, data = 'mapping', dict(source)
     else:
         origin, data = str(source), parse_yaml(read_text(source), str(source))
-    _check_names(data, origin, ['time', *SIGNALS, *_LAYOUT, 'atmospheric_pressure', 'topics'])
+    mapping_of(data, ('time', *SIGNALS, *_LAYOUT, 'atmospheric_pressure', 'topics'), origin)
     in_bag = 'topics' in data
     where, entries = (f'{origin}: topics', data['topics']) if in_bag else (origin, data)
     if in_bag:
-        _check_names(entries, where, list(SIGNALS))
+        mapping_of(entries, SIGNALS, where)
     signals = {
         name: _source(entries[name], f'{where}: {name}', in_bag, name)
         for name in SIGNALS
@@ -150,14 +150,6 @@ def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> Table
     if zero is not None:
         zero = convert(zero, 'Pa', f'{origin}: atmospheric_pressure')
     return TableMapping(origin, signals, time, interval, _layout(data, origin), zero)
-
-
-def _check_names(data: object, origin: str, allowed: list[str]) -> None:
-    if not isinstance(data, dict):
-        raise RigError(f'{origin}: expected a mapping of signals: {", ".join(SIGNALS)}')
-    for key in data:
-        if key not in allowed:
-            raise RigError(f'{origin}: {unknown(str(key), allowed)}')
 
 
 def _check_once(signals: Mapping[str, Source], where: str) -> None:

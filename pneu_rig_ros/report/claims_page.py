@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneu_rig_ros.batch.strokes import END_SHARE
-from pneu_rig_ros.claims.captions import stroke_text, summary
+from pneu_rig_ros.claims.captions import stroke_texts
 from pneu_rig_ros.claims.experiments import CYLINDERS, LONGEST_STROKE, Laboratory
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.readings import (
@@ -56,7 +56,7 @@ def write_page(
         'claims_page.html',
         rows=rows,
         shares=shares,
-        strokes=[stroke_text(line) for line in summary(laboratory)],
+        strokes=stroke_texts(laboratory),
         pictures=pictures,
         figures_of={
             row.statement.number: [

@@ -18,7 +18,6 @@ from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.description import git_revision
-from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.web.page import render
 
 MOST_POINTS = 110_000
@@ -65,21 +64,7 @@ def page_data(recording: Recording, span: Span) -> dict[str, Any]:
         'cycles': _cycles(recording, friction, span),
         'regimes': _regimes(recording, span) if known else [],
         'regime_names': [regime.label for regime in Regime],
-        'rig': geometry(recording.configuration) if recording.configuration else None,
-    }
-
-
-def geometry(configuration: RigConfiguration) -> dict[str, float]:
-    """Return what a drawing of the cylinder needs, SI units."""
-    model = configuration.model
-    return {
-        'stroke': model.cylinder.stroke,
-        'bore': model.cylinder.bore,
-        'rod_diameter': model.cylinder.rod_diameter,
-        'atmospheric_pressure': model.gas.atmospheric_pressure,
-        'supply_pressure': model.operation.supply_pressure,
-        'intake_voltage': model.valve.intake_voltage,
-        'exhaust_voltage': model.valve.exhaust_voltage,
+        'rig': recording.configuration.geometry() if recording.configuration else None,
     }
 
 

@@ -70,7 +70,7 @@ def test_shipped_readings_load(name: str) -> None:
 @pytest.mark.parametrize(
     ('text', 'complaint'),
     [
-        ('', 'expected a mapping with some of name, cylinder, friction, valve, '),
+        ('', 'expected a mapping with name, cylinder, friction, valve, '),
         ('- 1', 'expected a mapping'),
         ('{', 'not valid YAML'),
         ('frictoin: {}', "unknown name 'frictoin', did you mean 'friction'"),
