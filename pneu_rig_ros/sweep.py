@@ -8,7 +8,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -129,7 +129,7 @@ def at_point(
     for name, value in zip(names, point, strict=True):
         section, _, key = name.rpartition('.')
         if section in SECTIONS:
-            configuration = _with_parameter(configuration, section, key, value)
+            configuration = configuration.with_parameter(section, key, value)
         elif section:
             own = configuration.effects.get(section, library.load(section).null)
             changed = {**configuration.effects, section: with_values(own, {key: value})}
@@ -137,13 +137,6 @@ def at_point(
         elif name != 'u':
             conditions[name] = value
     return override(configuration, conditions)
-
-
-def _with_parameter(
-    configuration: RigConfiguration, section: str, key: str, value: Any
-) -> RigConfiguration:
-    changed = getattr(configuration.model, section)._replace(**{key: value})
-    return replace(configuration, model=configuration.model._replace(**{section: changed}))
 
 
 BLOCK = 16

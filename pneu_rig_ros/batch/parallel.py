@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.model.assembly import kept_module
-from pneu_rig_ros.model.imposed import Actions
 from pneu_rig_ros.model.integrator import EXTRA_NAMES
 from pneu_rig_ros.model.plant import FREE, Plant, RunState, Trajectory
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
@@ -160,19 +159,16 @@ def run_parallel(
     voltages: Floats,
     interval: float,
     threads: int | None = None,
-    imposed: tuple[Actions, Floats, Floats] = FREE,
 ) -> list[Trajectory]:
     """
-    Continue the run of each plant as ``Plant.run`` or ``Plant.run_imposed`` does, bit for bit.
+    Continue the run of each plant as ``Plant.run`` does, bit for bit.
 
-    Plants with the same effects run in one compiled parallel loop. Every array is for all plants,
-    or has a further first axis, of length n, for each of them.
+    Plants with the same effects run in one compiled parallel loop.
 
     :param plants: n plants, all different
-    :param voltages: u1, u2 [V], shape (m, 2) or (n, m, 2)
+    :param voltages: u1, u2 [V] for all, shape (m, 2), or of each, shape (n, m, 2)
     :param interval: [s]
     :param threads: at most; None for Numba's own number
-    :param imposed: actions, measured states and rests of ``Plant.run_imposed``
     :raises RigError: if a simulation fails
     """
     groups: dict[tuple[object, ...], list[_Ready]] = {}
@@ -180,28 +176,21 @@ def run_parallel(
         one = plant.run_state
         ready = _Ready(number, plant, one, pack_parameters((one.model, one.effects)))
         groups.setdefault(ready.kind, []).append(ready)
-    inputs = [
-        array if array.ndim > dimensions else array[np.newaxis]
-        for array, dimensions in zip(
-            (np.clip(voltages, 0.0, FULL_VOLTAGE), *imposed), (2, 1, 2, 1), strict=True
-        )
-    ]
+    held = np.clip(voltages, 0.0, FULL_VOLTAGE)
+    held = held if held.ndim > 2 else held[np.newaxis]
     done: dict[int, Trajectory] = {}
     for group in groups.values():
         numbers = [ready.number for ready in group]
-        own = [array[numbers] if len(array) > 1 else array for array in inputs]
+        own = held[numbers] if len(held) > 1 else held
         done |= dict(zip(numbers, _run(group, own, interval, threads), strict=True))
     return [done[number] for number in range(len(plants))]
 
 
 def _run(
-    group: list[_Ready],
-    inputs: list[NDArray[Any]],
-    interval: float,
-    threads: int | None,
+    group: list[_Ready], voltages: Floats, interval: float, threads: int | None
 ) -> list[Trajectory]:
-    """Run plants of one kind; each input is one for all, or one a plant."""
-    first, count = group[0].run_state, inputs[0].shape[1]
+    """Run plants of one kind; the voltages are for all, or of each plant."""
+    first, count = group[0].run_state, voltages.shape[1]
     loop = loop_over(first.run.__module__, group[0].packed)
     carries = [ready.run_state.carry for ready in group]
     stacked = [np.stack(parts) for parts in zip(*carries, strict=True)]
@@ -216,7 +205,8 @@ def _run(
             *stacked,
             interval,
             first.intervals,
-            *inputs,
+            voltages,
+            *(nothing[np.newaxis] for nothing in FREE),
             states,
             extras,
             first.tolerance,

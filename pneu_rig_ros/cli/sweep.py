@@ -38,13 +38,8 @@ PRINTED = 40
     metavar='KEY=VALUES',
     help='section.key of the model, or effect.parameter; repeatable',
 )
-@click.option(
-    '--longest',
-    type=options.Between(0.0, 86_400.0, min_open=True),
-    default=100.0,
-    show_default=True,
-    metavar='SECOND',
-    help='time after which a stroke is given up [s]',
+@options.number_option(
+    '--longest', options.LENGTH, 100.0, 'SECOND', 'time after which a stroke is given up [s]'
 )
 @options.workers_options(default=1, help='processes; 1: this one, with a thread per processor')
 @options.out_file(help='write a CSV table')

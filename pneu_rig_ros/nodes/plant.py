@@ -82,21 +82,11 @@ class PlantNode(RigNode):
     def _declare_quantities(self) -> None:
         """Declare the quantities whose defaults come from the cylinder."""
         operation = load_configuration(self.text('cylinder')).model.operation
-        declare(
-            self,
-            (
-                Parameter(
-                    name,
-                    float(getattr(operation, name)),
-                    quantity.description,
-                    quantity.unit,
-                    quantity.low,
-                    quantity.high,
-                    read_only=name not in RUNTIME_SETTERS,
-                )
-                for name, quantity in OVERRIDES.items()
-            ),
+        parameters = (
+            Parameter.of(name, one, float(getattr(operation, name)), name not in RUNTIME_SETTERS)
+            for name, one in OVERRIDES.items()
         )
+        declare(self, parameters)
 
     def _configuration(self) -> RigConfiguration:
         """Return the configuration of the declared parameters; RigError if it is not valid."""

@@ -36,15 +36,7 @@ PID, SLIDING_MODE = 'pid', 'sliding_mode'
 def _section_parameters(section: Any) -> Iterator[Parameter]:
     """Yield a parameter for each quantity of a section with defaults."""
     for name, quantity in specifications(section).items():
-        quantity = cast(Quantity, quantity)
-        yield Parameter(
-            name,
-            section._field_defaults[name],
-            quantity.description,
-            quantity.unit,
-            quantity.low,
-            quantity.high,
-        )
+        yield Parameter.of(name, cast(Quantity, quantity), section._field_defaults[name])
 
 
 class PositionControllerNode(RigNode):

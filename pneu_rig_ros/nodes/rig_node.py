@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import astuple
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -15,6 +16,7 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer
 from pneu_rig_ros.nodes.qos import QosMonitor
@@ -44,6 +46,14 @@ class Parameter(NamedTuple):
     high: float = math.inf
     choices: tuple[str, ...] = ()
     read_only: bool = True
+
+    @classmethod
+    def of(
+        cls, name: str, quantity: Quantity, default: float, read_only: bool = True
+    ) -> 'Parameter':
+        """Return the parameter for a quantity of the rig."""
+        unit, low, high, description = astuple(quantity)
+        return cls(name, default, description, unit, low, high, read_only=read_only)
 
     def descriptor(self) -> ParameterDescriptor:
         """Return the descriptor, by which ROS tools show the parameter and rclpy checks it."""

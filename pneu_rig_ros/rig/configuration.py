@@ -75,6 +75,11 @@ class RigConfiguration:
         sections['sampling'] = write_section(sampling)
         return to_yaml(sections)
 
+    def with_parameter(self, section: str, key: str, value: Any) -> 'RigConfiguration':
+        """Return the rig with another value of a parameter of its model, SI, not checked."""
+        changed = getattr(self.model, section)._replace(**{key: value})
+        return replace(self, model=self.model._replace(**{section: changed}))
+
     def geometry(self) -> dict[str, float]:
         """Return what a drawing of the cylinder on a page needs, SI units."""
         model = self.model

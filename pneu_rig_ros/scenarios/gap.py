@@ -110,12 +110,10 @@ def plain_rig() -> RigConfiguration:
 
 def changed(rig: RigConfiguration, changes: Changes) -> RigConfiguration:
     """Return a rig with section.key replaced."""
-    model = rig.model
     for name, value in changes.items():
         section, key = name.split('.')
-        values = getattr(model, section)._replace(**{key: _as_stored(key, value)})
-        model = model._replace(**{section: values})
-    return replace(rig, model=model)
+        rig = rig.with_parameter(section, key, _as_stored(key, value))
+    return rig
 
 
 def _as_stored(key: str, value: Any) -> Any:
