@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from pneu_rig_ros.claims.experiments import CYLINDERS, Laboratory, Reading
-from pneu_rig_ros.claims.measures import rest_share
+from pneu_rig_ros.claims.findings import rest_share
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
 from pneu_rig_ros.model.parameters import (
     FILM_PRINTED,

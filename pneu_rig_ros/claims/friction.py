@@ -8,8 +8,7 @@ import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.claims.experiments import CAPTIONS, INTERVAL, Laboratory, Stroke
-from pneu_rig_ros.claims.findings import Finding, at_most, numbers, rises_throughout
-from pneu_rig_ros.claims.measures import in_slips
+from pneu_rig_ros.claims.findings import Finding, at_most, in_slips, numbers, rises_throughout
 from pneu_rig_ros.claims.trends import LOAD_COMMAND, LOADS
 from pneu_rig_ros.model.parameters import Friction
 from pneu_rig_ros.model.plant import Plant, PlantState

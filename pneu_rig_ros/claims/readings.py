@@ -1,15 +1,8 @@
 """
 Readings of the paper by name or from a file: read strictly, written back.
 
-A file says only what differs from the shipped cylinders, section by section as in their files,
-for all of them or for a single one::
-
-    friction:
-      stop_velocity: 0.001 m/s
-      static_friction_reading: follows_clock
-    operation: {rest_time: 900.0 s}
-    cylinder_1:
-      friction: {dwell_coefficient: 0.3 s^-alpha}
+A file says only what differs from the shipped cylinders, section by section as in their files, for
+all of them or below the name of a single one.
 """
 
 from collections.abc import Iterator

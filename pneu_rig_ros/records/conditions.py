@@ -1,10 +1,9 @@
 """
 The conditions under which a bag was recorded: what its signals do not say.
 
-Supply pressure, load, surroundings and rest before the start. They are looked up one by one,
-first in ``conditions.yaml`` beside the bag's data, then in the bag's metadata ``conditions``, then
-in the rig configuration that the bag holds. Those of a text table ``daq.csv`` are in
-``daq.conditions.yaml`` beside it. The model keeps its own values for all others.
+They are looked up one by one, first in ``conditions.yaml`` beside the bag's data (of a text table
+``daq.csv`` in ``daq.conditions.yaml``), then in the bag's metadata ``conditions``, then in the rig
+configuration that the bag holds. The model keeps its own values for all others.
 """
 
 from __future__ import annotations

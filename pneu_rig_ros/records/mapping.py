@@ -1,25 +1,12 @@
 """
 The mapping file: where the signals are in a table or bag of another rig, and their units.
 
-For a table (CSV and its relatives)::
+All its keys are in docs/measured_data.md. In a table a signal names its column, in a bag, under
+``topics``, a topic and a field of its messages::
 
-    separator: ';'                  # ',', ';', tab, blank; detected if omitted
-    decimal: ','                    # '.' or ','; detected if omitted
-    comment: '#'                    # lines that begin with it are skipped
-    skip_rows: 0                    # lines before the header
-    skip_after_header: 0            # lines between header and data, e.g. of units
-    header: auto                    # true, false, or auto
-    time: {column: 't [ms]', unit: ms}          # or {rate: 862 Hz}, {interval: 1.16 ms},
-                                                # or {column: stamp, unit: datetime}
-    position: {column: 5, unit: mm}             # a name, or a number counted from 1
+    time: {column: 't [ms]', unit: ms}          # or {rate: 862 Hz}, {interval: 1.16 ms}
     pressure_1: {column: p1, unit: bar, gauge: true}
-    force: {column: ai0, unit: V, scale: 50 N/V, offset: -3 N}
-
-For a bag, the signals stand under ``topics`` and name a topic and a field of its messages::
-
-    topics:
-      position: {topic: /axis/state, field: 'position[0]'}
-      pressure_1: {topic: /cap/pressure, unit: bar, gauge: true, field: data}
+    topics: {position: {topic: /axis/state, field: 'position[0]'}}
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pneu_rig_ros.claims import captions, measures, trends
+from pneu_rig_ros.claims import captions, trends
 from pneu_rig_ros.claims.experiments import (
     CAPTIONS,
     CYLINDERS,
@@ -25,6 +25,7 @@ from pneu_rig_ros.claims.findings import (
     falls,
     falls_throughout,
     grows,
+    largest_flow,
     rises_throughout,
     unchanged,
 )
@@ -168,7 +169,7 @@ def test_flow_is_that_of_the_valve(laboratory: Laboratory) -> None:
     litres = flow * gas.gas_constant * 293.15 / 1e5 * 6e4
     rates = np.diff(stroke.run.gas_mass_1) / 1.16e-3
     assert float(np.median(rates)) == pytest.approx(flow, rel=1e-3)
-    assert measures.largest_flow(stroke) >= 0.99 * litres
+    assert largest_flow(stroke) >= 0.99 * litres
 
 
 @pytest.mark.parametrize(
