@@ -172,13 +172,7 @@ UNITS = dict(zip(Measures._fields, ('s', 'm', '-', 's', 's', 's', 'm', 'N'), str
 
 
 class Setting(NamedTuple):
-    """
-    What the strokes of a sweep share.
-
-    :param configuration: the rig
-    :param names: of what is varied
-    :param longest: a stroke is given up after this time [s]
-    """
+    """What the strokes share: rig, names of what is varied, time after which they end [s]."""
 
     configuration: RigConfiguration
     names: tuple[str, ...]

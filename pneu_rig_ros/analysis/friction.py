@@ -101,17 +101,6 @@ def causal_kernel(
     return np.asarray(kernel / kernel.sum())
 
 
-def acceleration_kernel(interval: float) -> Floats:
-    """
-    Return the weights that turn the latest positions [m] into an acceleration [m/s^2].
-
-    Low-pass and second central difference in one, shape (2 delay_samples + 1,); the acceleration
-    is that of the middle sample.
-    """
-    weights = np.convolve(causal_kernel(interval), [1.0, -2.0, 1.0]) / interval**2
-    return np.asarray(weights, dtype=np.float64)
-
-
 def acceleration_zero_phase(position: ArrayLike, interval: float) -> Floats:
     """
     Return the acceleration [m/s^2] of equally spaced positions [m], same shape (n,).
@@ -171,8 +160,10 @@ class CausalFriction:
     def __init__(self, balance: ForceBalance, interval: float) -> None:
         self.delay_samples = delay_samples(interval)
         self._balance = balance
-        # Symmetric, so the order of the samples does not matter; scaled to a force [N/m].
-        self._kernel = balance.mass * acceleration_kernel(interval)
+        # Low-pass and second central difference in one, scaled to a force [N/m]. Symmetric, so
+        # the order of the samples does not matter.
+        weights = np.convolve(causal_kernel(interval), [1.0, -2.0, 1.0]) / interval**2
+        self._kernel: Floats = balance.mass * weights
         self._size = self._kernel.size
         # Every value is stored twice, one window apart, so that the window is always contiguous.
         self._positions = np.zeros(2 * self._size)

@@ -172,7 +172,10 @@ def evolution(laboratory: Laboratory) -> list[Finding]:
         name = old.experiment.cylinder
         columns = new.column('dwell'), pressure_peaks(new), new.column('peak_friction')
         trends = [gradual(values[1:]) for values in columns]
-        change = [_relative_change(stroke) for stroke in (old, new)]
+        change = [
+            abs(falls(stroke.column('peak_friction'))) if stroke.count >= 3 else 0.0
+            for stroke in (old, new)
+        ]
         says = (
             f'{name}: dwells, pressure and friction peaks follow the number of the cycle'
             ' (correlation at least 0.7)'
@@ -184,11 +187,6 @@ def evolution(laboratory: Laboratory) -> list[Finding]:
             Finding(says_change, numbers(change, '.0%'), more),
         ]
     return findings
-
-
-def _relative_change(stroke: Stroke) -> float:
-    """Return by how much the friction peaks change along the stroke, as a share [-]."""
-    return abs(falls(stroke.column('peak_friction'))) if stroke.count >= 3 else 0.0
 
 
 def _both_laws(laboratory: Laboratory) -> list[tuple[Stroke, Stroke]]:

@@ -81,7 +81,9 @@ def load_reading(source: str | Path) -> Reading:
         return Reading()
     path = locate(source, 'reading', _SHIPPED, [DEFAULT])
     reading = _read(parse_yaml(read_text(path), str(path)), str(path), path.stem)
-    _check_with_cylinders(reading, str(path))
+    for name in CYLINDERS:  # refuse what contradicts itself once it is put into them
+        changed = replace(load_configuration(name), model=reading.model(name))
+        configuration_from_yaml(changed.to_yaml(), f'{path}: with {name}')
     return reading
 
 
@@ -166,10 +168,3 @@ def _name(name: object, origin: str) -> str:
     if isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) <= LONGEST_NAME:
         return name
     raise RigError(f'{origin}: name: {name!r} is not a line of 1 to {LONGEST_NAME} characters')
-
-
-def _check_with_cylinders(reading: Reading, origin: str) -> None:
-    """Refuse what contradicts itself once it is put into the shipped cylinders."""
-    for name in CYLINDERS:
-        changed = replace(load_configuration(name), model=reading.model(name))
-        configuration_from_yaml(changed.to_yaml(), f'{origin}: with {name}')

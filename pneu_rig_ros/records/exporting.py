@@ -16,13 +16,7 @@ from pneu_rig_ros.records.recording import SIGNALS
 
 
 class Column(NamedTuple):
-    """
-    One signal.
-
-    :param title: name and unit, such as 'velocity_m_per_s'
-    :param unit: SI
-    :param values: shape (n,); NaN for a missing value
-    """
+    """One signal: name with unit, as 'velocity_m_per_s', SI unit, values (NaN if missing)."""
 
     title: str
     unit: str
@@ -30,12 +24,7 @@ class Column(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """
-    All signals of a bag on its grid.
-
-    :param columns: stamp [ns] and time since the first sample [s] first
-    :param metadata: of the bag, with its conditions
-    """
+    """All signals of a bag on its grid, and the metadata of the bag with its conditions."""
 
     columns: Sequence[Column]
     metadata: Mapping[str, str]

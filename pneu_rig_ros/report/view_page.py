@@ -60,7 +60,11 @@ def page_data(recording: Recording, span: Span) -> dict[str, Any]:
         'step': step,
         'duration': shown,
         'stride': stride,
-        'signals': {name: _encoded(thinned(v, stride)) for name, v in columns.items()},
+        # 32-bit floats, little-endian, as base64
+        'signals': {
+            name: base64.b64encode(thinned(v, stride).astype('<f4').tobytes()).decode('ascii')
+            for name, v in columns.items()
+        },
         'cycles': _cycles(recording, friction, span),
         'regimes': _regimes(recording, span) if known else [],
         'regime_names': [regime.label for regime in Regime],
@@ -96,11 +100,6 @@ def _signals(recording: Recording, friction: Floats | None) -> list[tuple[str, F
     if recording.driven:
         signals += [('voltage_1', recording.voltage_1), ('voltage_2', recording.voltage_2)]
     return signals
-
-
-def _encoded(values: Floats) -> str:
-    """Return 32-bit floats, little-endian, as base64."""
-    return base64.b64encode(values.astype('<f4').tobytes()).decode('ascii')
 
 
 def _cycles(

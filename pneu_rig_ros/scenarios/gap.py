@@ -87,7 +87,10 @@ def draw(seed: int, name: str | None = None) -> HiddenEffect:
     """
     drawn = str(np.random.default_rng(seed).choice(DRAWN))
     chosen = drawn if name is None else library.cause(name, '--effect')
-    plain = plain_rig()
+    shipped = load_configuration(CYLINDER)
+    # Errors of gain would be fitted along with what is missing, and hide the weaker effects.
+    sensors = shipped.sensors._replace(position_class=0.0, pressure_class=0.0)
+    plain = replace(shipped, sensors=sensors)
     friction = plain.model.friction._asdict()
     secret = hide(chosen, CYLINDER, STRENGTH, friction)
     values = true_parameters(chosen, secret, friction)
@@ -97,30 +100,14 @@ def draw(seed: int, name: str | None = None) -> HiddenEffect:
     return HiddenEffect(chosen, values, changed(plain, secret.model), truth)
 
 
-def plain_rig() -> RigConfiguration:
-    """
-    Return the shipped cylinder with sensors that have noise but no error of gain.
-
-    Errors of gain would be fitted along with what is missing, and hide the weaker effects.
-    """
-    shipped = load_configuration(CYLINDER)
-    sensors = shipped.sensors._replace(position_class=0.0, pressure_class=0.0)
-    return replace(shipped, sensors=sensors)
-
-
 def changed(rig: RigConfiguration, changes: Changes) -> RigConfiguration:
     """Return a rig with section.key replaced."""
     for name, value in changes.items():
         section, key = name.split('.')
-        rig = rig.with_parameter(section, key, _as_stored(key, value))
+        if key == 'model':
+            value = FRICTION_MODELS.index(value)
+        rig = rig.with_parameter(section, key, tuple(value) if isinstance(value, list) else value)
     return rig
-
-
-def _as_stored(key: str, value: Any) -> Any:
-    """Return a value as a section of the model holds it: choices by number, lists as tuples."""
-    if key == 'model':
-        return FRICTION_MODELS.index(value)
-    return tuple(value) if isinstance(value, list) else value
 
 
 RECORDED, DIAGNOSED, REPEATED = 0.2, 0.85, 0.97
