@@ -79,7 +79,7 @@ def claims(
     from pneu_rig_ros.claims.findings import markdown as markdown_table
     from pneu_rig_ros.claims.readings import load_reading
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
-    from pneu_rig_ros.records.atomic_write import atomic_write
+    from pneu_rig_ros.records.whole_files import atomic_write
     from pneu_rig_ros.report.claims_figures import drawings
     from pneu_rig_ros.report.claims_page import write_page
 

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import format_conditions
 from pneu_rig_ros.records.reader import read_recording
 from pneu_rig_ros.records.recording import SIGNALS
+from pneu_rig_ros.records.whole_files import atomic_write
 
 
 class Column(NamedTuple):

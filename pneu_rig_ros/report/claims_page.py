@@ -16,7 +16,7 @@ from pneu_rig_ros.claims.readings import (
     printed_values_changed,
     short_text,
 )
-from pneu_rig_ros.records.atomic_write import atomic_write
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.claims_figures import drawings
 from pneu_rig_ros.report.figure import plain_name
 from pneu_rig_ros.report.page import Picture, data_address, render

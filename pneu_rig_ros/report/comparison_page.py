@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.comparison import Comparison
 from pneu_rig_ros.analysis.metrics import AnalysedRun
-from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import CONDITIONS
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.figure import (
     BLUE,
     GREY,

@@ -16,8 +16,8 @@ from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.description import git_revision
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.web.page import render
 
 MOST_POINTS = 110_000
