@@ -21,7 +21,6 @@ from pneu_rig_ros.model.quantity import (
 )
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.configuration import configuration_from_yaml, locate
-from pneu_rig_ros.rig.configuration import shipped as shipped_files
 from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text
 
 DEFAULT = 'default'
@@ -63,11 +62,6 @@ SPECIFICATIONS: dict[str, dict[str, Specification]] = {
 LONGEST_NAME = 60
 """[character]"""
 _SHIPPED = 'readings/*.yaml'
-
-
-def shipped_readings() -> list[str]:
-    """Return the names of the readings that come with the package."""
-    return list(shipped_files(_SHIPPED))
 
 
 def load_reading(source: str | Path) -> Reading:

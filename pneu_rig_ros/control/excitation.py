@@ -18,7 +18,7 @@ from pneu_rig_ros.model.quantity import (
     specifications,
     unknown,
 )
-from pneu_rig_ros.rig.configuration import locate, shipped
+from pneu_rig_ros.rig.configuration import locate
 from pneu_rig_ros.rig.yaml_file import read_yaml
 
 LEVEL = Quantity('V', -2.5, 2.5, 'level')
@@ -176,11 +176,6 @@ class Excitation:
         if time < self.duration:
             return self.shape.level(time)
         return 0.0 if self.drives == COMMAND else self.shape.level(self.duration)
-
-
-def shipped_excitations() -> list[str]:
-    """Return the names of the excitations that come with the package."""
-    return list(shipped(_SHIPPED))
 
 
 def load_excitation(source: str | Path) -> Excitation:

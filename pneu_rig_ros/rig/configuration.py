@@ -116,11 +116,6 @@ def shipped(pattern: str) -> dict[str, Path]:
     return {path.stem: path for path in sorted(configuration_folder().glob(pattern))}
 
 
-def shipped_cylinders() -> list[str]:
-    """Return the names of the cylinders that come with the package."""
-    return list(shipped('cylinder_*.yaml'))
-
-
 def load_configuration(source: str | Path, **overrides: object) -> RigConfiguration:
     """
     Read a configuration and apply overrides; sections it lacks come from ``config/rig.yaml``.
