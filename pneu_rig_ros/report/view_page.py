@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,15 +23,11 @@ from pneu_rig_ros.web.page import render
 MOST_POINTS = 110_000
 """Points of one signal on a page: 127 s at 862 Hz, and 4.7 MB of eight signals."""
 
+Span = tuple[int, int]
+"""The samples of a recording that a page shows: the first, and the one after the last."""
+
 LEAST_SAMPLES = 4
 """Fewer samples have no friction force and no regimes."""
-
-
-class Span(NamedTuple):
-    """The part of a recording that a page shows: its samples from first to before end."""
-
-    first: int
-    end: int
 
 
 def span_of(recording: Recording, start: float | None, stop: float | None) -> Span:
@@ -39,7 +35,7 @@ def span_of(recording: Recording, start: float | None, stop: float | None) -> Sp
     last = recording.position.size
     first = 0 if start is None else round(start / recording.interval)
     end = last if stop is None else round(stop / recording.interval) + 1
-    return Span(min(max(first, 0), last), min(max(end, 0), last))
+    return min(max(first, 0), last), min(max(end, 0), last)
 
 
 def page_data(recording: Recording, span: Span) -> dict[str, Any]:
@@ -48,14 +44,14 @@ def page_data(recording: Recording, span: Span) -> dict[str, Any]:
 
     Friction, regimes and drawing need the configuration of the rig; without it there is none.
     """
+    first, end = span
     known = recording.configuration is not None and recording.position.size >= LEAST_SAMPLES
     friction = friction_of(recording) if known else None
-    stride = -(-2 * (span.end - span.first) // MOST_POINTS)
-    stride = stride if span.end - span.first > MOST_POINTS else 1
+    stride = -(-2 * (end - first) // MOST_POINTS) if end - first > MOST_POINTS else 1
     whole = _signals(recording, friction)
-    columns = {name: values[span.first : span.end] for name, values in whole}
+    columns = {name: values[first:end] for name, values in whole}
     step = recording.interval * (stride / 2 if stride > 1 else 1)
-    shown = (span.end - span.first - 1) * recording.interval
+    shown = (end - first - 1) * recording.interval
     return {
         'step': step,
         'duration': shown,
@@ -109,7 +105,7 @@ def _cycles(
     cycles: list[Cycle] = []
     if recording.position.size >= LEAST_SAMPLES:
         cycles = cycles_of(recording, friction)
-    start, stop = span.first * recording.interval, span.end * recording.interval
+    start, stop = (sample * recording.interval for sample in span)
     return [
         {
             'breakaway_time': cycle.breakaway_time - start,
@@ -124,7 +120,7 @@ def _cycles(
 
 def _regimes(recording: Recording, span: Span) -> list[tuple[float, int]]:
     """Return when each stretch of one regime begins [s since the first shown], and which."""
-    regime = regimes_of(recording)[span.first : span.end]
+    regime = regimes_of(recording)[slice(*span)]
     begins = np.flatnonzero(np.diff(regime, prepend=-1))
     return [(float(k * recording.interval), int(regime[k])) for k in begins]
 
@@ -149,7 +145,7 @@ def write_view(
     :raises RigError: when there is nothing between start and stop, or the file cannot be written
     """
     span = span_of(recording, start, stop)
-    if span.end - span.first < 2:
+    if span[1] - span[0] < 2:
         raise RigError(_nothing_there(start or 0.0, stop, recording.duration))
     data = page_data(recording, span)
     text = render(
