@@ -26,9 +26,9 @@ import click
 import cma
 import numpy as np
 
-from pneu_rig_ros.claims.dwell_law import in_strokes
 from pneu_rig_ros.claims.experiments import CYLINDERS, Conditions, Laboratory, Reading, shipped
 from pneu_rig_ros.claims.findings import Finding
+from pneu_rig_ros.claims.friction import in_strokes
 from pneu_rig_ros.claims.readings import reading_values
 from pneu_rig_ros.claims.statements import STATEMENTS
 from pneu_rig_ros.model.parameters import (

@@ -101,20 +101,7 @@ def causal_kernel(
     return np.asarray(kernel / kernel.sum())
 
 
-def acceleration_kernel(interval: float, cutoff: float = CUTOFF) -> Floats:
-    """
-    Return the weights that turn the latest positions [m] into an acceleration [m/s^2].
-
-    Low-pass and second central difference in one, shape (2 delay_samples + 1,); the acceleration
-    is that of the middle sample.
-    """
-    weights = np.convolve(causal_kernel(interval, cutoff), [1.0, -2.0, 1.0]) / interval**2
-    return np.asarray(weights, dtype=np.float64)
-
-
-def acceleration_zero_phase(
-    position: ArrayLike, interval: float, cutoff: float = CUTOFF
-) -> Floats:
+def acceleration_zero_phase(position: ArrayLike, interval: float) -> Floats:
     """
     Return the acceleration [m/s^2] of equally spaced positions [m], same shape (n,).
 
@@ -126,16 +113,16 @@ def acceleration_zero_phase(
     x = np.asarray(position, dtype=np.float64)
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
-    if 2.0 * cutoff * interval >= 1.0:
+    if 2.0 * CUTOFF * interval >= 1.0:
         raise RigError(
             f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
-            f'{cutoff:g} Hz filter of the acceleration'
+            f'{CUTOFF:g} Hz filter of the acceleration'
         )
     # Point reflection at its ends continues the position without a jump in velocity, which the
     # second difference would turn into an impulse.
     margin = min(x.size - 1, 2 * delay_samples(interval))
     extended = np.pad(x, margin, mode='reflect', reflect_type='odd')
-    b, a = butter(1, cutoff, fs=1.0 / interval)
+    b, a = butter(1, CUTOFF, fs=1.0 / interval)
     filtered = filtfilt(b, a, np.diff(extended, 2) / interval**2, padlen=0)
     return np.asarray(filtered[margin - 1 : margin - 1 + x.size])
 
@@ -173,8 +160,10 @@ class CausalFriction:
     def __init__(self, balance: ForceBalance, interval: float) -> None:
         self.delay_samples = delay_samples(interval)
         self._balance = balance
-        # Symmetric, so the order of the samples does not matter; scaled to a force [N/m].
-        self._kernel = balance.mass * acceleration_kernel(interval)
+        # Low-pass and second central difference in one, scaled to a force [N/m]. Symmetric, so
+        # the order of the samples does not matter.
+        weights = np.convolve(causal_kernel(interval), [1.0, -2.0, 1.0]) / interval**2
+        self._kernel: Floats = balance.mass * weights
         self._size = self._kernel.size
         # Every value is stored twice, one window apart, so that the window is always contiguous.
         self._positions = np.zeros(2 * self._size)

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
@@ -148,8 +147,6 @@ def compare_signals(
     measured: Mapping[str, Floats],
     simulated: Mapping[str, Floats],
     noise: Mapping[str, float] | None = None,
-    units: Mapping[str, str] | None = None,
-    where: NDArray[np.bool_] | None = None,
 ) -> dict[str, SignalGap]:
     """
     Return the errors of simulated signals against measured ones, for every signal of both.
@@ -157,8 +154,6 @@ def compare_signals(
     :param measured: name -> signal, each of shape (n,), SI units
     :param simulated: the same at the same instants
     :param noise: name -> standard deviation of a measured value, as far as it is known
-    :param units: name -> unit; :data:`UNITS` and '' for other names when not given
-    :param where: samples that count, shape (n,); all when not given
     :raises RigError: when lengths differ, or nothing is left to compare
     """
     gaps = {}
@@ -169,11 +164,10 @@ def compare_signals(
                 f'{simulated[name].shape} simulated ones'
             )
         difference = simulated[name] - measured[name]
-        kept = difference if where is None else difference[where]
-        kept = kept[np.isfinite(kept)]
+        kept = difference[np.isfinite(difference)]
         if kept.size:
             gaps[name] = SignalGap(
-                unit=(units or UNITS).get(name, ''),
+                unit=UNITS.get(name, ''),
                 rmse=float(np.sqrt(np.mean(kept**2))),
                 largest=float(np.abs(kept).max()),
                 bias=float(kept.mean()),

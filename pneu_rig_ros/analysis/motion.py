@@ -101,11 +101,6 @@ def rests_of(speed: Floats, interval: float, noise: float = NOISE) -> list[Rest]
     ]
 
 
-def breakaways(position: Floats, interval: float, noise: float = NOISE) -> list[int]:
-    """Return the samples at which the piston sets off from a rest; see :func:`find_rests`."""
-    return [rest.end for rest in find_rests(position, interval, noise) if rest.end < position.size]
-
-
 def end_stops(
     position: Floats,
     stroke: float,

@@ -43,7 +43,7 @@ def strokes(
         for number, run in zip(left, done, strict=True):
             runs[number].append(run)
         left = [i for i in left if not at_end(plants[i], voltages[i], runs[i][-1]).any()]
-    return [_cut(plant, v, _joined(r)) for plant, v, r in zip(plants, voltages, runs, strict=True)]
+    return [_to_end(*each) for each in zip(plants, voltages, runs, strict=True)]
 
 
 def at_end(plant: Plant, voltages: NDArray[np.float64], run: Trajectory) -> NDArray[np.bool_]:
@@ -52,11 +52,9 @@ def at_end(plant: Plant, voltages: NDArray[np.float64], run: Trajectory) -> NDAr
     return np.asarray((share if voltages[0] >= voltages[1] else 1.0 - share) >= END_SHARE)
 
 
-def _joined(runs: list[Trajectory]) -> Trajectory:
-    return Trajectory(*(np.concatenate(parts) for parts in zip(*runs, strict=True)))
-
-
-def _cut(plant: Plant, voltages: NDArray[np.float64], run: Trajectory) -> Trajectory:
+def _to_end(plant: Plant, voltages: NDArray[np.float64], parts: list[Trajectory]) -> Trajectory:
+    """Return the parts of a run put together, up to the end."""
+    run = Trajectory(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     done = at_end(plant, voltages, run)
     last = int(np.argmax(done)) + 1 if done.any() else len(done)
     return Trajectory(*(column[:last] for column in run))  # type: ignore[arg-type]

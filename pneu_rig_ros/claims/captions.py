@@ -1,7 +1,5 @@
 """What the paper says of the strokes of Fig. 4-6 and 11-13, at the captions' operating points."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Laboratory, Stroke
@@ -9,18 +7,16 @@ from pneu_rig_ros.claims.findings import (
     Finding,
     at_least,
     at_most,
-    falls,
-    numbers,
-    require_at_least,
-)
-from pneu_rig_ros.claims.measures import (
     creeping_share,
     dwells,
+    falls,
     gradual,
     middle,
+    numbers,
     pressure_drops,
     pressure_peaks,
     pressure_rise,
+    require_at_least,
     rest_share,
     slips,
     stick_slip_reach,
@@ -29,56 +25,22 @@ from pneu_rig_ros.claims.measures import (
 RLG, DWELL = 'revised_lugre', 'revised_lugre_dwell'
 
 
-class Summary(NamedTuple):
-    """
-    The stroke of a caption in a few numbers.
-
-    :param cylinder: its name
-    :param cycles: number of stick-slip cycles
-    :param resting: share of the time from the first to the last slip at rest [-]
-    :param dwell: median dwell between slips [s]
-    :param slip: median slip [m]
-    :param travel: median travel while sticking [m]
-    :param reach: share of the way at which the last slip begins [-]
-    :param added_mass: sigma_2 T [kg], what the fluid term of Eq. 9 adds to the moving mass
-    """
-
-    cylinder: str
-    cycles: int
-    resting: float
-    dwell: float
-    slip: float
-    travel: float
-    reach: float
-    added_mass: float
+def stroke_texts(laboratory: Laboratory) -> list[str]:
+    """Return each of the strokes of Fig. 4-6 in a line."""
+    return [
+        f'{stroke.experiment.cylinder}: {stroke.count} cycles, at rest {rest_share(stroke):.0%} '
+        'of the time from the first to the last slip, '
+        f'median dwell {middle(dwells(stroke)):.2f} s, slip {1e3 * middle(slips(stroke)):.1f} mm, '
+        f'travel while sticking {1e3 * middle(stroke.column("creep")):.2f} mm; '
+        f'added mass {_added_mass(stroke):.1f} kg'
+        for stroke in laboratory.captions()
+    ]
 
 
-def summary(laboratory: Laboratory) -> list[Summary]:
-    """Return the strokes of Fig. 4-6 in a few numbers."""
-    lines = []
-    for stroke in laboratory.captions():
-        law = stroke.plant.model.friction
-        line = Summary(
-            cylinder=stroke.experiment.cylinder,
-            cycles=stroke.count,
-            resting=rest_share(stroke),
-            dwell=middle(dwells(stroke)),
-            slip=middle(slips(stroke)),
-            travel=middle(stroke.column('creep')),
-            reach=stick_slip_reach(stroke),
-            added_mass=law.viscous_coefficient * law.fluid_time_constant,
-        )
-        lines.append(line)
-    return lines
-
-
-def stroke_text(line: Summary) -> str:
-    """Return the stroke of a caption in a line."""
-    return (
-        f'{line.cylinder}: {line.cycles} cycles, at rest {line.resting:.0%} of the time from the '
-        f'first to the last slip, median dwell {line.dwell:.2f} s, slip {1e3 * line.slip:.1f} mm, '
-        f'travel while sticking {1e3 * line.travel:.2f} mm; added mass {line.added_mass:.1f} kg'
-    )
+def _added_mass(stroke: Stroke) -> float:
+    """Return sigma_2 T [kg], what the fluid term of Eq. 9 adds to the moving mass."""
+    law = stroke.plant.model.friction
+    return law.viscous_coefficient * law.fluid_time_constant
 
 
 MOSTLY_AT_REST = 'at rest at least half of the time from the first to the last slip'
@@ -210,7 +172,10 @@ def evolution(laboratory: Laboratory) -> list[Finding]:
         name = old.experiment.cylinder
         columns = new.column('dwell'), pressure_peaks(new), new.column('peak_friction')
         trends = [gradual(values[1:]) for values in columns]
-        change = [_relative_change(stroke) for stroke in (old, new)]
+        change = [
+            abs(falls(stroke.column('peak_friction'))) if stroke.count >= 3 else 0.0
+            for stroke in (old, new)
+        ]
         says = (
             f'{name}: dwells, pressure and friction peaks follow the number of the cycle'
             ' (correlation at least 0.7)'
@@ -222,11 +187,6 @@ def evolution(laboratory: Laboratory) -> list[Finding]:
             Finding(says_change, numbers(change, '.0%'), more),
         ]
     return findings
-
-
-def _relative_change(stroke: Stroke) -> float:
-    """Return by how much the friction peaks change along the stroke, as a share [-]."""
-    return abs(falls(stroke.column('peak_friction'))) if stroke.count >= 3 else 0.0
 
 
 def _both_laws(laboratory: Laboratory) -> list[tuple[Stroke, Stroke]]:

@@ -23,6 +23,8 @@ CAPTION_SUPPLY = 4.0
 """Supply pressure in the captions of Fig. 4-6 and 9 [bar]."""
 BAR = 1e5
 """[Pa]"""
+TOLERANCE = 1e-5
+"""Of the integration [-]."""
 
 Changes = Mapping[str, Mapping[str, Any]]
 """Section of the model -> field -> value."""
@@ -142,7 +144,6 @@ class Laboratory:
 
     :param reading: what the paper does not print
     :param conditions: how the experiments are carried out
-    :param tolerance: of the integration [-]
     :param threads: at most, None for all processors
     :param cylinders: measured where a statement is about all of them
     """
@@ -151,14 +152,13 @@ class Laboratory:
         self,
         reading: Reading | None = None,
         conditions: Conditions | None = None,
-        tolerance: float = 1e-5,
         threads: int | None = None,
         cylinders: Sequence[str] = CYLINDERS,
     ) -> None:
         self.reading = reading or Reading()
         self.conditions = conditions or Conditions()
         self.cylinders = tuple(cylinders)
-        self._tolerance, self._threads = tolerance, threads
+        self._threads = threads
         self._strokes: dict[Experiment, Stroke] = {}
 
     def perform(self, experiment: Experiment) -> Stroke:
@@ -196,9 +196,7 @@ class Laboratory:
             changes['initial_position'] = start * model.cylinder.stroke
         friction = model.friction._replace(model=FRICTION_MODELS.index(experiment.law))
         operation = model.operation._replace(**changes)
-        return Plant(
-            model._replace(friction=friction, operation=operation), tolerance=self._tolerance
-        )
+        return Plant(model._replace(friction=friction, operation=operation), tolerance=TOLERANCE)
 
 
 @cache

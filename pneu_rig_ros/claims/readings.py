@@ -1,18 +1,11 @@
 """
 Readings of the paper by name or from a file: read strictly, written back.
 
-A file says only what differs from the shipped cylinders, section by section as in their files,
-for all of them or for a single one::
-
-    friction:
-      stop_velocity: 0.001 m/s
-      static_friction_reading: follows_clock
-    operation: {rest_time: 900.0 s}
-    cylinder_1:
-      friction: {dwell_coefficient: 0.3 s^-alpha}
+A file says only what differs from the shipped cylinders, section by section as in their files, for
+all of them or below the name of a single one.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,11 +18,10 @@ from pneu_rig_ros.model.quantity import (
     QuantityList,
     Specification,
     specifications,
-    unknown,
 )
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
+from pneu_rig_ros.rig.configuration import configuration_from_yaml, locate
+from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text
 
 DEFAULT = 'default'
 """The reading of the shipped cylinder files, and its name."""
@@ -69,12 +61,7 @@ SPECIFICATIONS: dict[str, dict[str, Specification]] = {
 """Section -> field -> what a reading may give for it."""
 LONGEST_NAME = 60
 """[character]"""
-
-
-def shipped_readings() -> list[str]:
-    """Return the names of the readings that come with the package."""
-    folder = configuration_folder() / 'readings'
-    return sorted(path.stem for path in folder.glob('*.yaml'))
+_SHIPPED = 'readings/*.yaml'
 
 
 def load_reading(source: str | Path) -> Reading:
@@ -86,9 +73,11 @@ def load_reading(source: str | Path) -> Reading:
     """
     if str(source) == DEFAULT:
         return Reading()
-    path = _locate(source)
+    path = locate(source, 'reading', _SHIPPED, [DEFAULT])
     reading = _read(parse_yaml(read_text(path), str(path)), str(path), path.stem)
-    _check_with_cylinders(reading, str(path))
+    for name in CYLINDERS:  # refuse what contradicts itself once it is put into them
+        changed = replace(load_configuration(name), model=reading.model(name))
+        configuration_from_yaml(changed.to_yaml(), f'{path}: with {name}')
     return reading
 
 
@@ -146,19 +135,8 @@ def _departs(cylinder: str, section: str, key: str, value: Any) -> bool:
     return bool(getattr(getattr(shipped(cylinder), section), key) != value)
 
 
-def _locate(source: str | Path) -> Path:
-    path, names = Path(source), shipped_readings()
-    if path.suffix in ('.yaml', '.yml'):
-        return path
-    if str(source) in names:
-        return configuration_folder() / 'readings' / f'{source}.yaml'
-    if path.exists():
-        return path
-    raise RigError(f'reading: {unknown(str(source), [DEFAULT, *names])}, or a YAML file')
-
-
 def _read(data: object, origin: str, stem: str) -> Reading:
-    values = _mapping(data, ('name', *SPECIFICATIONS, *CYLINDERS), origin)
+    values = mapping_of(data, ('name', *SPECIFICATIONS, *CYLINDERS), origin)
     return Reading(
         _name(values.get('name', stem), origin),
         _changes({key: values[key] for key in SPECIFICATIONS if key in values}, origin),
@@ -173,32 +151,14 @@ def _read(data: object, origin: str, stem: str) -> Reading:
 def _changes(data: object, where: str) -> dict[str, dict[str, Any]]:
     """Return sections with their fields in SI units."""
     changes = {}
-    for section, fields in _mapping(data, SPECIFICATIONS, where).items():
+    for section, fields in mapping_of(data, SPECIFICATIONS, where).items():
         allowed, place = SPECIFICATIONS[section], f'{where}: {section}'
-        values = _mapping(fields, allowed, place)
+        values = mapping_of(fields, allowed, place)
         changes[section] = {k: allowed[k].parse(v, f'{place}.{k}') for k, v in values.items()}
     return changes
-
-
-def _mapping(data: object, allowed: Iterable[str], where: str) -> dict[str, Any]:
-    """Return a YAML mapping of allowed keys."""
-    allowed = list(allowed)
-    if not isinstance(data, dict):
-        raise RigError(f'{where}: expected a mapping with some of {", ".join(allowed)}')
-    for key in data:
-        if key not in allowed:
-            raise RigError(f'{where}: {unknown(str(key), allowed)}')
-    return data
 
 
 def _name(name: object, origin: str) -> str:
     if isinstance(name, str) and name.isprintable() and 0 < len(name.strip()) <= LONGEST_NAME:
         return name
     raise RigError(f'{origin}: name: {name!r} is not a line of 1 to {LONGEST_NAME} characters')
-
-
-def _check_with_cylinders(reading: Reading, origin: str) -> None:
-    """Refuse what contradicts itself once it is put into the shipped cylinders."""
-    for name in CYLINDERS:
-        changed = replace(load_configuration(name), model=reading.model(name))
-        configuration_from_yaml(changed.to_yaml(), f'{origin}: with {name}')

@@ -11,22 +11,20 @@ from pneu_rig_ros.claims.findings import (
     Finding,
     at_least,
     at_most,
+    dwells,
     falls_throughout,
     grows,
+    largest_flow,
+    middle,
     numbers,
     require_at_least,
     require_at_most,
-    rises_throughout,
-    unchanged,
-)
-from pneu_rig_ros.claims.measures import (
-    dwells,
-    largest_flow,
-    middle,
     rest_share,
     rest_share_to_end,
+    rises_throughout,
     slips,
     stick_slip_reach,
+    unchanged,
 )
 
 AIRFLOWS = (1.0, 1.5, 2.0, 3.0)

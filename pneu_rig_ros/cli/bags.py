@@ -102,7 +102,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     from pneu_rig_ros.analysis.friction import friction_of
     from pneu_rig_ros.analysis.motion import cycles_of
     from pneu_rig_ros.records import read_recording
-    from pneu_rig_ros.records.exporting import Column, Signals, write_csv
+    from pneu_rig_ros.records.conversion import Column, Signals, write_csv
 
     recording = read_recording(bag)
     force = friction_of(recording)
@@ -234,7 +234,7 @@ def import_(
     out = options.bag_path(out, 'measured')
 
     from pneu_rig_ros.records import conditions as known_conditions
-    from pneu_rig_ros.records.importing import write_bag
+    from pneu_rig_ros.records.conversion import write_bag
     from pneu_rig_ros.records.reader import read_recording
     from pneu_rig_ros.records.recording import WHOLE
 
@@ -309,15 +309,15 @@ def export(
         raise RigError('choose one: --csv or --parquet')
     suffix = '.csv' if csv else '.parquet'
 
-    from pneu_rig_ros.records import exporting
+    from pneu_rig_ros.records import conversion
     from pneu_rig_ros.records.bag import bag_directory
 
     directory = bag_directory(bag)
     if out is not None and out.suffix in {'.csv', '.parquet'} - {suffix}:
         raise RigError(f'--out {out}: not a name for --{suffix[1:]}')
     file = out or options.new_file(directory.with_name(directory.name + suffix), '--out')
-    signals = exporting.read_signals(bag)
-    write = exporting.write_csv if csv else exporting.write_parquet
+    signals = conversion.read_signals(bag)
+    write = conversion.write_csv if csv else conversion.write_parquet
     write(signals, file)
     columns = [column.title for column in signals.columns]
     samples = int(signals.columns[0].values.size)

@@ -79,7 +79,7 @@ def claims(
     from pneu_rig_ros.claims.findings import markdown as markdown_table
     from pneu_rig_ros.claims.readings import load_reading
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
-    from pneu_rig_ros.records.atomic_write import atomic_write
+    from pneu_rig_ros.records.whole_files import atomic_write
     from pneu_rig_ros.report.claims_figures import drawings
     from pneu_rig_ros.report.claims_page import write_page
 
@@ -109,7 +109,7 @@ def claims(
 
 def _neighbour_shares(reading: Reading, quiet: bool) -> dict[int, float]:
     """Return number of a statement -> share of the neighbours under which it holds [-]."""
-    from pneu_rig_ros.claims.neighbours import failures, neighbours
+    from pneu_rig_ros.claims.statements import failures, neighbours
     from pneu_rig_ros.executor import open_executor
 
     total = len(list(neighbours(reading)))
@@ -134,7 +134,7 @@ def to_dict(row: Row, shares: Mapping[int, float]) -> dict[str, Any]:
 
 
 def _print(rows: Sequence[Row], laboratory: Laboratory, shares: Mapping[int, float]) -> None:
-    from pneu_rig_ros.claims.captions import stroke_text, summary
+    from pneu_rig_ros.claims.captions import stroke_texts
     from pneu_rig_ros.claims.readings import printed_values_changed
 
     finding = 'expected: measured (tightest, or all that fail)'
@@ -142,8 +142,8 @@ def _print(rows: Sequence[Row], laboratory: Laboratory, shares: Mapping[int, flo
     output.print_table([*heads, '>neighbours'] if shares else heads, _cells(rows, shares), True)
     terminal = output.console()
     terminal.print()
-    for stroke in summary(laboratory):
-        terminal.print(stroke_text(stroke))
+    for text in stroke_texts(laboratory):
+        terminal.print(text)
     held = sum(row.holds for row in rows)
     reading = laboratory.reading
     terminal.print(f'{held} of {len(rows)} statements hold under the reading {reading.name!r}')

@@ -16,8 +16,7 @@ from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
     from pneu_rig_ros.analysis.metrics import SignalGap
-    from pneu_rig_ros.scenarios.demonstration import HiddenEffect
-    from pneu_rig_ros.scenarios.gap import Outcome
+    from pneu_rig_ros.scenarios.gap import HiddenEffect, Outcome
 
 SEEDS = 1000
 """A seed that is drawn is below this number."""
@@ -56,7 +55,7 @@ def gap(
     short as these. --effect hides others too.
     """
     from pneu_rig_ros.demo import prepare_environment
-    from pneu_rig_ros.scenarios.demonstration import draw
+    from pneu_rig_ros.scenarios.gap import draw
 
     seed = secrets.randbelow(SEEDS) if seed is None else seed
     hidden = draw(seed, effect)
@@ -94,7 +93,7 @@ def _whole(path: Path) -> Iterator[Path]:
 
 
 def _introduce(hidden: HiddenEffect, seed: int) -> None:
-    from pneu_rig_ros.scenarios.demonstration import DRAWN
+    from pneu_rig_ros.scenarios.gap import DRAWN
 
     sensors = 'noise and 12 bit as on the rig, but no gain errors (accuracy class 0):\n'
     output.print_values(

@@ -76,6 +76,16 @@ class NewFile(click.Path):
 PATH = click.Path(path_type=Path)
 FINITE = Finite()
 SEED = Whole(0, LARGEST_SEED)
+LENGTH = Between(0.0, 86_400.0, min_open=True)
+
+
+def number_option(
+    name: str, kind: click.ParamType[Any], default: float, unit: str, help: str
+) -> Callable[[Function], Function]:
+    """Return what adds an option for a number, whose default the help text shows."""
+    return click.option(
+        name, type=kind, default=default, show_default=True, metavar=unit, help=help
+    )
 
 
 def together(*decorators: Callable[[Any], Any]) -> Callable[[Function], Function]:
@@ -123,22 +133,14 @@ CONDITIONS = (
 """Options, units and descriptions of the conditions of a stroke; defaults: of the cylinder."""
 
 stroke_options = together(
-    click.option(
+    number_option(
         '--u',
-        type=Between(-2.5, 2.5),
-        default=0.34,
-        show_default=True,
-        metavar='VOLT',
-        help='command of both valves by Eq. 1 [V]; positive extends the piston',
+        Between(-2.5, 2.5),
+        0.34,
+        'VOLT',
+        'command of both valves by Eq. 1 [V]; positive extends the piston',
     ),
-    click.option(
-        '--duration',
-        type=Between(0.0, 86_400.0, min_open=True),
-        default=20.0,
-        show_default=True,
-        metavar='SECOND',
-        help='length of the stroke [s]',
-    ),
+    number_option('--duration', LENGTH, 20.0, 'SECOND', 'length of the stroke [s]'),
     out_directory(help='bag to create; must not exist  [default: runs/DATE_CYLINDER]'),
     cylinder_option,
     friction_option,

@@ -132,13 +132,8 @@ def _summarise(bag: Path, picture: Path | None, as_json: bool, quiet: bool) -> N
         'pneu-rig live --namespace left --port 8863',
     ),
 )
-@click.option(
-    '--port',
-    type=options.Whole(0, 65535),
-    default=8862,
-    show_default=True,
-    metavar='INTEGER',
-    help='TCP port of the page; 0: any free one',
+@options.number_option(
+    '--port', options.Whole(0, 65535), 8862, 'INTEGER', 'TCP port of the page; 0: any free one'
 )
 @options.namespace_option
 @click.option('--start', metavar='NAME|FILE', help='start a rig with this cylinder too')
@@ -200,33 +195,30 @@ def _serve(port: int, namespace: str, browse: bool, nodes: list[NodeProcess]) ->
     ),
 )
 @options.bag_argument
-@click.option(
+@options.number_option(
     '--rate',
-    type=options.Between(0.01, 100.0),
-    default=1.0,
-    show_default=True,
-    metavar='NUMBER',
-    help='playback speed relative to the recording',
+    options.Between(0.01, 100.0),
+    1.0,
+    'NUMBER',
+    'playback speed relative to the recording',
 )
 @click.option('--repeat', is_flag=True, help='play in a loop until interrupted')
 @click.option('--clock', is_flag=True, help='publish /clock, from the log times')
 @click.option('--topic', multiple=True, metavar='TOPIC', help='play only this topic; repeatable')
 @click.option('--exclude', multiple=True, metavar='TOPIC', help='omit this topic; repeatable')
-@click.option(
+@options.number_option(
     '--delay',
-    type=options.Between(0.0, 3600.0),
-    default=1.0,
-    show_default=True,
-    metavar='SECOND',
-    help='time for discovery before the start [s]',
+    options.Between(0.0, 3600.0),
+    1.0,
+    'SECOND',
+    'time for discovery before the start [s]',
 )
-@click.option(
+@options.number_option(
     '--subscribers',
-    type=options.Whole(0, 100),
-    metavar='INTEGER',
-    default=0,
-    show_default=True,
-    help='subscribers of each topic to wait for',
+    options.Whole(0, 100),
+    0,
+    'INTEGER',
+    'subscribers of each topic to wait for',
 )
 @options.namespace_option
 @options.output_options

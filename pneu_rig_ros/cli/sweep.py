@@ -38,13 +38,8 @@ PRINTED = 40
     metavar='KEY=VALUES',
     help='section.key of the model, or effect.parameter; repeatable',
 )
-@click.option(
-    '--longest',
-    type=options.Between(0.0, 86_400.0, min_open=True),
-    default=100.0,
-    show_default=True,
-    metavar='SECOND',
-    help='time after which a stroke is given up [s]',
+@options.number_option(
+    '--longest', options.LENGTH, 100.0, 'SECOND', 'time after which a stroke is given up [s]'
 )
 @options.workers_options(default=1, help='processes; 1: this one, with a thread per processor')
 @options.out_file(help='write a CSV table')
@@ -68,10 +63,9 @@ def sweep(
     noise. Prints its time, stick-slip cycles, dwells, slips and friction. The numbers do not
     depend on the number of workers.
     """
+    from pneu_rig_ros import sweep as grid
     from pneu_rig_ros.executor import open_executor
-    from pneu_rig_ros.records.atomic_write import atomic_write
-    from pneu_rig_ros.sweep import axes as grid
-    from pneu_rig_ros.sweep import run
+    from pneu_rig_ros.records.whole_files import atomic_write
 
     # In the order of the help text, not of the command line.
     names = ('u', *(option[2:].replace('-', '_') for option, _, _ in options.CONDITIONS))
@@ -82,10 +76,10 @@ def sweep(
     start = time.perf_counter()
     bar = output.progress_bar('strokes', size, quiet=quiet)
     with open_executor(workers, scheduler) as executor, bar as progress:
-        measures = run.sweep(configuration, axes, longest, executor, progress)
+        measures = grid.sweep(configuration, axes, longest, executor, progress)
     seconds = time.perf_counter() - start
-    units, rows = run.units(axes), run.rows(axes, measures)
-    files = {'table': atomic_write(out, run.to_csv(units, rows))} if out else {}
+    units, rows = grid.units(axes), grid.rows(axes, measures)
+    files = {'table': atomic_write(out, grid.to_csv(units, rows))} if out else {}
     if as_json:
         strokes = [
             {name: None if value != value else value for name, value in row.items()}

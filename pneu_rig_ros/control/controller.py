@@ -8,22 +8,9 @@ the piston slips past the target, and the same begins in the other direction, a 
 """
 
 import math
-from typing import Annotated, NamedTuple, Protocol
+from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.model.quantity import Quantity
-
-
-class Law(Protocol):
-    """From error to raw command; `learn` and `rest` are for laws with a memory."""
-
-    def command(self, error: float, error_rate: float, reference_rate: float) -> float:
-        """Return the raw command [V] for an error [m], its rate and the reference's [m/s]."""
-
-    def learn(self, error: float, interval: float) -> None:
-        """Update the memory with an error [m] over an interval [s] without saturation."""
-
-    def rest(self) -> None:
-        """Clear the memory: the piston rests at its reference."""
 
 
 class PidGains(NamedTuple):
@@ -109,6 +96,9 @@ class SlidingMode:
         """Empty the integral."""
         self._integral = 0.0
 
+
+Law = Pid | SlidingMode
+"""From error to raw command; `learn` updates its memory, `rest` clears it."""
 
 STILL = 1e-4
 """A reference slower than this stands still [m/s]."""

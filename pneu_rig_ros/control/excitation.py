@@ -18,8 +18,8 @@ from pneu_rig_ros.model.quantity import (
     specifications,
     unknown,
 )
-from pneu_rig_ros.rig.configuration import configuration_folder
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
+from pneu_rig_ros.rig.configuration import locate
+from pneu_rig_ros.rig.yaml_file import read_yaml
 
 LEVEL = Quantity('V', -2.5, 2.5, 'level')
 """What a level is in the shapes below; ``excitation`` puts metres in its place for positions."""
@@ -28,6 +28,7 @@ _SPAN = Quantity('s', 0.0, 86_400.0, 'length of a part')
 _LENGTH = Quantity('s', 1e-3, 86_400.0, 'length of a part')
 _FREQUENCY = Quantity('Hz', 1e-4, 400.0, 'frequency')
 _MOST_PARTS = 1000
+_SHIPPED = 'excitations/*.yaml'
 
 
 class Step(NamedTuple):
@@ -177,16 +178,6 @@ class Excitation:
         return 0.0 if self.drives == COMMAND else self.shape.level(self.duration)
 
 
-def excitation_folder() -> Path:
-    """Return the folder of the shipped excitations."""
-    return configuration_folder() / 'excitations'
-
-
-def shipped_excitations() -> list[str]:
-    """Return the names of the excitations that come with the package."""
-    return sorted(path.stem for path in excitation_folder().glob('*.yaml'))
-
-
 def load_excitation(source: str | Path) -> Excitation:
     """
     Read an excitation.
@@ -194,8 +185,8 @@ def load_excitation(source: str | Path) -> Excitation:
     :param source: name of a shipped one, or path of a YAML file
     :raises RigError: for anything missing, unknown, of a wrong unit or out of range
     """
-    path = _locate(source)
-    data = _mapping(path)
+    path = locate(source, 'excitation', _SHIPPED)
+    data = read_yaml(path)
     drives = _name(data, 'drives', list(LEVELS), path)
     kind = _name(data, 'shape', list(SHAPES), path)
     values = {key: value for key, value in data.items() if key not in ('drives', 'shape')}
@@ -204,22 +195,6 @@ def load_excitation(source: str | Path) -> Excitation:
     if not excitation.duration > 0.0:
         raise RigError(f'{path}: lasts 0 s, must be longer')
     return excitation
-
-
-def _locate(source: str | Path) -> Path:
-    path = Path(source)
-    if path.suffix in ('.yaml', '.yml') or path.exists():
-        return path
-    if str(source) in shipped_excitations():
-        return excitation_folder() / f'{source}.yaml'
-    raise RigError(f'excitation: {unknown(str(source), shipped_excitations())}, or a YAML file')
-
-
-def _mapping(path: Path) -> dict[str, Any]:
-    data = parse_yaml(read_text(path), str(path))
-    if not isinstance(data, dict):
-        raise RigError(f'{path}: expected a mapping with drives, shape and its parameters')
-    return data
 
 
 def _name(data: dict[str, Any], key: str, allowed: list[str], path: Path) -> str:

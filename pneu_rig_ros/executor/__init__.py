@@ -8,8 +8,13 @@ import os
 from collections.abc import Iterator
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.executor.pools import ProcessExecutor
-from pneu_rig_ros.executor.tasks import Executor, SerialExecutor, completed, map_tasks
+from pneu_rig_ros.executor.tasks import (
+    Executor,
+    ProcessExecutor,
+    SerialExecutor,
+    completed,
+    map_tasks,
+)
 
 __all__ = ['Executor', 'SerialExecutor', 'completed', 'map_tasks', 'open_executor']
 

@@ -93,23 +93,22 @@ def _client(name: str, namespace: str = '') -> Iterator[Node]:
             node.destroy_node()
 
 
-def await_first_sample(check: Callable[[], None], timeout: float = DISCOVERY_TIMEOUT) -> None:
+def await_first_sample(check: Callable[[], None]) -> None:
     """
     Return as soon as the plant has published a sample.
 
     :param check: called repeatedly; raises when waiting has become pointless
-    :param timeout: longest wait [s]
-    :raises RigError: when there is no sample within the timeout
+    :raises RigError: when there is no sample within :data:`DISCOVERY_TIMEOUT`
     """
     with _client('await_first_sample') as node:
         subscription, _ = [PolledSubscription(node, topic) for topic in RECORDED_ONLY]
-        deadline = time.monotonic() + timeout
+        deadline = time.monotonic() + DISCOVERY_TIMEOUT
         while subscription.take() is None:
             check()
             if time.monotonic() > deadline:
                 raise RigError(
-                    f'no sample on {subscription.name} within {timeout:g} s: nodes do not '
-                    'discover each other; is DDS blocked on the loopback interface?'
+                    f'no sample on {subscription.name} within {DISCOVERY_TIMEOUT:g} s: nodes '
+                    'do not discover each other; is DDS blocked on the loopback interface?'
                 )
             time.sleep(POLL_INTERVAL)
 

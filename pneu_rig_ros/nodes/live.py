@@ -116,30 +116,15 @@ class LiveNode(RigNode):
 
     def state(self) -> dict[str, Any]:
         """Return what a page shows besides the samples, in SI units."""
-        limits = OVERRIDES['supply_pressure']
+        limits, rig = OVERRIDES['supply_pressure'], self._configuration
+        load = rig.model.operation.load_mass if rig else 0.0
         return {
-            'rig': self._rig(),
+            'rig': rig and {'name': rig.name, 'load_mass': load, **rig.geometry()},
             'held': self._wanted,
             'rate': self.rate.per_second,
             'message': self._message,
             'supply_limits': [limits.low, limits.high],
             'changeable': self._supply.service_is_ready(),
-        }
-
-    def _rig(self) -> dict[str, Any] | None:
-        if self._configuration is None:
-            return None
-        model = self._configuration.model
-        return {
-            'name': self._configuration.name,
-            'stroke': model.cylinder.stroke,
-            'bore': model.cylinder.bore,
-            'rod_diameter': model.cylinder.rod_diameter,
-            'atmospheric_pressure': model.gas.atmospheric_pressure,
-            'supply_pressure': model.operation.supply_pressure,
-            'load_mass': model.operation.load_mass,
-            'intake_voltage': model.valve.intake_voltage,
-            'exhaust_voltage': model.valve.exhaust_voltage,
         }
 
     # Methods of the loop.

@@ -15,8 +15,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
-from pneu_rig_ros.nodes.parameters import Parameter, declare
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode, declare
 from pneu_rig_ros.records.cdr import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
@@ -83,21 +82,11 @@ class PlantNode(RigNode):
     def _declare_quantities(self) -> None:
         """Declare the quantities whose defaults come from the cylinder."""
         operation = load_configuration(self.text('cylinder')).model.operation
-        declare(
-            self,
-            (
-                Parameter(
-                    name,
-                    float(getattr(operation, name)),
-                    quantity.description,
-                    quantity.unit,
-                    quantity.low,
-                    quantity.high,
-                    read_only=name not in RUNTIME_SETTERS,
-                )
-                for name, quantity in OVERRIDES.items()
-            ),
+        parameters = (
+            Parameter.of(name, one, float(getattr(operation, name)), name not in RUNTIME_SETTERS)
+            for name, one in OVERRIDES.items()
         )
+        declare(self, parameters)
 
     def _configuration(self) -> RigConfiguration:
         """Return the configuration of the declared parameters; RigError if it is not valid."""

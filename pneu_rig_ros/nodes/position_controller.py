@@ -22,8 +22,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
 from pneu_rig_ros.records.cdr import (
     JointReading,
     pack_float64,
@@ -37,15 +36,7 @@ PID, SLIDING_MODE = 'pid', 'sliding_mode'
 def _section_parameters(section: Any) -> Iterator[Parameter]:
     """Yield a parameter for each quantity of a section with defaults."""
     for name, quantity in specifications(section).items():
-        quantity = cast(Quantity, quantity)
-        yield Parameter(
-            name,
-            section._field_defaults[name],
-            quantity.description,
-            quantity.unit,
-            quantity.low,
-            quantity.high,
-        )
+        yield Parameter.of(name, cast(Quantity, quantity), section._field_defaults[name])
 
 
 class PositionControllerNode(RigNode):

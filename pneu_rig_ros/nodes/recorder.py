@@ -13,10 +13,8 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
-from pneu_rig_ros.nodes.sequence_numbers import LossCounter
-from pneu_rig_ros.nodes.topics import ReceivedMessage
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.topics import LossCounter, ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string

@@ -1,26 +1,94 @@
 """The base class of all nodes: parameters, topics, a polling update and a status."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, ClassVar, TypeVar
+from dataclasses import astuple
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.context import Context
 from rclpy.duration import Duration
+from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.publisher import Publisher
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer
-from pneu_rig_ros.nodes.parameters import Parameter, declare
 from pneu_rig_ros.nodes.qos import QosMonitor
-from pneu_rig_ros.nodes.sequence_numbers import SHARED_TOPICS
-from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
+from pneu_rig_ros.nodes.topics import SHARED_TOPICS, PolledSubscription, create_publisher
 from pneu_rig_ros.records.cdr import unpack_string
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
+
+
+class Parameter(NamedTuple):
+    """
+    One parameter of a node.
+
+    :param default: its type is the type of the parameter
+    :param unit: SI unit, empty for texts and flags
+    :param low: smallest allowed number [unit]
+    :param high: largest allowed number [unit]
+    :param choices: allowed names; empty for any text
+    :param read_only: whether it is fixed while the node runs
+    """
+
+    name: str
+    default: bool | int | float | str
+    description: str
+    unit: str = ''
+    low: float = -math.inf
+    high: float = math.inf
+    choices: tuple[str, ...] = ()
+    read_only: bool = True
+
+    @classmethod
+    def of(
+        cls, name: str, quantity: Quantity, default: float, read_only: bool = True
+    ) -> 'Parameter':
+        """Return the parameter for a quantity of the rig."""
+        unit, low, high, description = astuple(quantity)
+        return cls(name, default, description, unit, low, high, read_only=read_only)
+
+    def descriptor(self) -> ParameterDescriptor:
+        """Return the descriptor, by which ROS tools show the parameter and rclpy checks it."""
+        descriptor = ParameterDescriptor(
+            description=self.description + (f' [{self.unit}]' if self.unit else ''),
+            additional_constraints=f'one of {", ".join(self.choices)}' if self.choices else '',
+            read_only=self.read_only,
+        )
+        if math.isfinite(self.low) and math.isfinite(self.high):
+            if isinstance(self.default, float):
+                limits = FloatingPointRange(from_value=self.low, to_value=self.high)
+                descriptor.floating_point_range = [limits]
+            else:
+                whole = IntegerRange(from_value=int(self.low), to_value=int(self.high), step=1)
+                descriptor.integer_range = [whole]
+        return descriptor
+
+
+def declare(node: Node, table: Iterable[Parameter]) -> None:
+    """
+    Declare the parameters of a table.
+
+    :raises RigError: when a value given at the start has a wrong type or is out of range
+    """
+    for parameter in table:
+        where = f'{node.get_name()}: parameter {parameter.name}'
+        try:
+            value = node.declare_parameter(
+                parameter.name, parameter.default, parameter.descriptor()
+            ).value
+        except ParameterException as error:
+            raise RigError(f'{where}: {error}') from error
+        if parameter.choices and value not in parameter.choices:
+            raise RigError(f'{where}: {value!r}, allowed {", ".join(parameter.choices)}')
+
 
 Overrides = Mapping[str, Any] | None
 """Parameter values that come before those of the command line."""

@@ -17,8 +17,7 @@ from pneu_rig_ros.control.observer import (
 )
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
 from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS, Sample, SampleSubscription
 from pneu_rig_ros.records.cdr import SampleMessages, unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig import RigConfiguration, load_configuration

@@ -38,26 +38,18 @@ class TimeSynchronizer:
                 continue
             ahead = [queue for queue in self.queues if queue[0][0] == newest]
             behind = [queue for queue in self.queues if queue[0][0] < newest]
-            for queue in ahead if any(map(_jumps_back, ahead)) else behind:
+            jumps_back = any(len(queue) > 1 and queue[1][0] < queue[0][0] for queue in ahead)
+            for queue in ahead if jumps_back else behind:
                 queue.popleft()
                 self.dropped += 1
 
 
-def _jumps_back(queue: deque[tuple[int, Any]]) -> bool:
-    """Return whether the second stamp is before the first."""
-    return len(queue) > 1 and queue[1][0] < queue[0][0]
-
-
 class Sample(NamedTuple):
     """
-    One sample of a rig.
+    One sample of a rig [SI]; its velocity may be anything.
 
     :param stamp_ns: time of the sample [ns]
     :param sent_ns: wall time at which its position was sent [ns]
-    :param position: [m]
-    :param velocity: [m/s]; may be anything
-    :param pressure_1: [Pa]
-    :param pressure_2: [Pa]
     """
 
     stamp_ns: int

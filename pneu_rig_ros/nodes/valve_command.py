@@ -8,8 +8,7 @@ from rclpy.context import Context
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
-from pneu_rig_ros.nodes.parameters import Parameter
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
 from pneu_rig_ros.records.cdr import pack_valve_voltages, unpack_float64, unpack_stamp
 from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 

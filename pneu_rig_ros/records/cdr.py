@@ -74,45 +74,65 @@ def _serialize(message: Any) -> bytes:
     return bytes(typestore().serialize_cdr(message, message.__msgtype__))
 
 
-class _Template:
-    """A serialised message whose stamp (if any) and marked doubles are patched in place."""
+class Template:
+    """
+    A serialised message whose stamp (if any) and marked doubles are patched in place.
+
+    :param message: with the first of ``_MARKS`` in the place of its numbers
+    :param values: how many numbers
+    """
 
     def __init__(self, message: Any, values: int) -> None:
-        self._buffer = bytearray(_serialize(message))
-        self._offsets = [self._buffer.index(_DOUBLE.pack(mark)) for mark in _MARKS[:values]]
+        self.stamped = hasattr(message, 'header')
+        self.buffer = bytearray(_serialize(message))
+        self.offsets = [self.buffer.index(_DOUBLE.pack(mark)) for mark in _MARKS[:values]]
 
     def fill(self, *values: float) -> bytes:
-        for offset, value in zip(self._offsets, values, strict=True):
-            _DOUBLE.pack_into(self._buffer, offset, value)
-        return bytes(self._buffer)
+        """Return the message with these numbers."""
+        for offset, value in zip(self.offsets, values, strict=True):
+            _DOUBLE.pack_into(self.buffer, offset, value)
+        return bytes(self.buffer)
 
     def stamp(self, seconds: int, nanoseconds: int) -> None:
-        # The stamp is the first field of a header, and a header that of its message.
-        _TIME.pack_into(self._buffer, _ENCAPSULATION, seconds, nanoseconds)
+        """Set the stamp: the first field of a header, and a header that of its message."""
+        _TIME.pack_into(self.buffer, _ENCAPSULATION, seconds, nanoseconds)
 
 
-def _joint_state(frame_prefix: str, **values: float) -> _Template:
+def _joint_state(frame_prefix: str, **values: float) -> Template:
     fields = ('position', 'velocity', 'effort')
     arrays = {name: np.array([values[name]] if name in values else [], float) for name in fields}
     type_name = TOPICS['joint_states'].type
     header = _header(frame_prefix + BASE)
     message = _message(type_name, header=header, name=[PISTON], **arrays)
-    return _Template(message, len(values))
+    return Template(message, len(values))
 
 
-def _fluid_pressure(frame_prefix: str, variance: float) -> _Template:
+def _fluid_pressure(frame_prefix: str, variance: float) -> Template:
     type_name, header = TOPICS['chamber_1/pressure'].type, _header(frame_prefix + TUBE)
     message = _message(type_name, header=header, fluid_pressure=_MARKS[0], variance=variance)
-    return _Template(message, 1)
+    return Template(message, 1)
 
 
 @cache
-def _voltages() -> _Template:
+def _voltages() -> Template:
     label = 'valve_1, valve_2 [V]'
     dimension = _message('std_msgs/msg/MultiArrayDimension', label=label, size=2, stride=2)
     layout = _message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
     data = np.array(_MARKS[:2])
-    return _Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data), 2)
+    return Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data), 2)
+
+
+def template(topic: str) -> Template:
+    """Return the message of a topic of the rig or of a measured `force`, for its numbers."""
+    if topic == 'valve_voltages':
+        return _voltages()
+    if topic in ('u', 'position', 'velocity'):
+        return Template(_message(TOPICS[topic].type, data=_MARKS[0]), 1)
+    if topic.endswith('/pressure'):
+        return _fluid_pressure('', 0.0)  # a variance of 0 is not known, as sensor_msgs says
+    if topic == 'joint_states':
+        return _joint_state('', position=_MARKS[0], velocity=_MARKS[1])
+    return _joint_state('', effort=_MARKS[0])
 
 
 class PlantMessages:

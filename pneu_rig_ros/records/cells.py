@@ -2,7 +2,7 @@
 Reads the cells of text tables.
 
 Points or commas between thousands are ignored. A table that is large and regular is read by
-`columnar`, any other row by row: the result is the same.
+pyarrow, column by column, any other row by row: the result is the same.
 """
 
 from __future__ import annotations
@@ -10,15 +10,16 @@ from __future__ import annotations
 import io
 import itertools
 import re
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Union
 
 import numpy as np
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
-from pneu_rig_ros.records.columnar import Column, as_numbers, read_texts
 from pneu_rig_ros.records.mapping import Layout
 from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.table_form import (
@@ -29,6 +30,61 @@ from pneu_rig_ros.records.table_form import (
     read_utf8,
     split,
 )
+
+if TYPE_CHECKING:
+    from pyarrow import ChunkedArray
+
+Column = Union[Sequence[str], 'ChunkedArray']
+"""The texts of a column."""
+
+
+def read_texts(data: bytes, start: int, separator: str, width: int) -> list[Column] | None:
+    """
+    Return the columns of a table, None if it is not regular or pyarrow is not installed.
+
+    :param data: UTF-8
+    :param start: of the first row of data [byte]
+    :param width: cells of a row
+    """
+    try:
+        import pyarrow
+        from pyarrow import csv
+    except ImportError:
+        return None
+    names = [str(index) for index in range(width)]
+    kinds = dict.fromkeys(names, pyarrow.string())
+    try:
+        table = csv.read_csv(
+            pyarrow.BufferReader(pyarrow.py_buffer(data)[start:]),
+            csv.ReadOptions(column_names=names),
+            csv.ParseOptions(delimiter=separator),
+            csv.ConvertOptions(column_types=kinds, strings_can_be_null=False),
+        )
+    except pyarrow.ArrowInvalid:
+        return None
+    return list(table.columns)
+
+
+def as_numbers(column: ChunkedArray, decimal: str) -> Floats | None:
+    """Return the numbers of a column, shape (n,); None if a cell is not a plain number."""
+    import pyarrow
+    from pyarrow import compute
+
+    texts = compute.utf8_trim_whitespace(column)
+    if decimal == ',':
+        texts = compute.replace_substring(texts, '.', '#')
+        texts = compute.replace_substring(texts, ',', '.')
+    try:
+        return np.asarray(compute.cast(texts, pyarrow.float64()), dtype=np.float64)
+    except pyarrow.ArrowInvalid:
+        return None
+
+
+def release_memory() -> None:
+    """Return the memory of tables that are gone to the system; pyarrow would keep it."""
+    if pyarrow := sys.modules.get('pyarrow'):
+        pyarrow.default_memory_pool().release_unused()
+
 
 HEAD = 2**18
 """Beginning of a file from which its form is detected; a longer one is read by columns [byte]."""
@@ -174,7 +230,7 @@ def read_cells(path: Path | str, layout: Layout) -> Cells:
 
 
 def _by_columns(path: Path, data: bytes, layout: Layout) -> Cells | None:
-    """Return the cells of a large table; None if it is not regular enough for `columnar`."""
+    """Return the cells of a large table; None if it is not regular enough for pyarrow."""
     try:
         form = detect(path, data[: data.rfind(b'\n', 0, HEAD) + 1], layout)
     except RigError:

@@ -1,10 +1,9 @@
 """
 The conditions under which a bag was recorded: what its signals do not say.
 
-Supply pressure, load, surroundings and rest before the start. They are looked up one by one,
-first in ``conditions.yaml`` beside the bag's data, then in the bag's metadata ``conditions``, then
-in the rig configuration that the bag holds. Those of a text table ``daq.csv`` are in
-``daq.conditions.yaml`` beside it. The model keeps its own values for all others.
+They are looked up one by one, first in ``conditions.yaml`` beside the bag's data (of a text table
+``daq.csv`` in ``daq.conditions.yaml``), then in the bag's metadata ``conditions``, then in the rig
+configuration that the bag holds. The model keeps its own values for all others.
 """
 
 from __future__ import annotations
@@ -18,11 +17,11 @@ import numpy as np
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
-from pneu_rig_ros.model.quantity import Quantity, specifications, unknown
+from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
+from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml
 
 FILE_NAME = 'conditions.yaml'
 """In the bag's directory."""
@@ -105,10 +104,8 @@ def apply_conditions(
     :param conditions: name of :data:`CONDITIONS` -> value in SI units; others stay
     :raises RigError: for another name, or a value out of range
     """
-    checked = {
-        name: _known(name, 'conditions').check(value, f'conditions: {name}')
-        for name, value in conditions.items()
-    }
+    known = mapping_of(dict(conditions), CONDITIONS, 'conditions')
+    checked = {n: CONDITIONS[n].check(value, f'conditions: {n}') for n, value in known.items()}
     model = configuration.model
     gas = model.gas
     if _ATMOSPHERE in checked:
@@ -133,15 +130,13 @@ def parse_conditions(text: str, origin: str) -> dict[str, float]:
     :raises RigError: for an unknown name, a wrong unit or a value out of range
     """
     data = parse_yaml(text, origin)
-    data = {} if data is None else data
-    if not isinstance(data, dict):
-        raise RigError(f'{origin}: expected a mapping with {", ".join(CONDITIONS)}')
+    data = mapping_of({} if data is None else data, CONDITIONS, origin)
     values: dict[str, float] = {}
     # The atmosphere first, as the zero of the others' gauge pressures.
     for key in sorted(data, key=lambda name: name != _ATMOSPHERE):
-        quantity, where = _known(str(key), origin), f'{origin}: {key}'
+        quantity, where = CONDITIONS[key], f'{origin}: {key}'
         zero = None if key == _ATMOSPHERE else values.get(_ATMOSPHERE, STANDARD_ATMOSPHERE)
-        values[str(key)] = quantity.check(convert(data[key], quantity.unit, where, zero), where)
+        values[key] = quantity.check(convert(data[key], quantity.unit, where, zero), where)
     return {name: values[name] for name in CONDITIONS if name in values}
 
 
@@ -149,12 +144,6 @@ def format_conditions(conditions: Mapping[str, float]) -> str:
     """Return the text that :func:`parse_conditions` reads back to exactly the same values."""
     texts = {name: CONDITIONS[name].format(float(value)) for name, value in conditions.items()}
     return to_yaml(texts) if texts else ''
-
-
-def _known(name: str, origin: str) -> Quantity:
-    if name not in CONDITIONS:
-        raise RigError(f'{origin}: {unknown(name, CONDITIONS)}')
-    return CONDITIONS[name]
 
 
 def check_plausible(

@@ -1,25 +1,12 @@
 """
 The mapping file: where the signals are in a table or bag of another rig, and their units.
 
-For a table (CSV and its relatives)::
+All its keys are in docs/measured_data.md. In a table a signal names its column, in a bag, under
+``topics``, a topic and a field of its messages::
 
-    separator: ';'                  # ',', ';', tab, blank; detected if omitted
-    decimal: ','                    # '.' or ','; detected if omitted
-    comment: '#'                    # lines that begin with it are skipped
-    skip_rows: 0                    # lines before the header
-    skip_after_header: 0            # lines between header and data, e.g. of units
-    header: auto                    # true, false, or auto
-    time: {column: 't [ms]', unit: ms}          # or {rate: 862 Hz}, {interval: 1.16 ms},
-                                                # or {column: stamp, unit: datetime}
-    position: {column: 5, unit: mm}             # a name, or a number counted from 1
+    time: {column: 't [ms]', unit: ms}          # or {rate: 862 Hz}, {interval: 1.16 ms}
     pressure_1: {column: p1, unit: bar, gauge: true}
-    force: {column: ai0, unit: V, scale: 50 N/V, offset: -3 N}
-
-For a bag, the signals stand under ``topics`` and name a topic and a field of its messages::
-
-    topics:
-      position: {topic: /axis/state, field: 'position[0]'}
-      pressure_1: {topic: /cap/pressure, unit: bar, gauge: true, field: data}
+    topics: {position: {topic: /axis/state, field: 'position[0]'}}
 """
 
 from __future__ import annotations
@@ -33,7 +20,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats
 from pneu_rig_ros.records.units import Unit, convert, parse_unit, scaled
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
+from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text
 
 SEPARATORS = {sign: sign for sign in ',;\t '}
 SEPARATORS |= {'comma': ',', 'semicolon': ';', 'tab': '\t', 'blank': ' ', 'space': ' '}
@@ -132,11 +119,11 @@ def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> Table
         origin, data = 'mapping', dict(source)
     else:
         origin, data = str(source), parse_yaml(read_text(source), str(source))
-    _check_names(data, origin, ['time', *SIGNALS, *_LAYOUT, 'atmospheric_pressure', 'topics'])
+    mapping_of(data, ('time', *SIGNALS, *_LAYOUT, 'atmospheric_pressure', 'topics'), origin)
     in_bag = 'topics' in data
     where, entries = (f'{origin}: topics', data['topics']) if in_bag else (origin, data)
     if in_bag:
-        _check_names(entries, where, list(SIGNALS))
+        mapping_of(entries, SIGNALS, where)
     signals = {
         name: _source(entries[name], f'{where}: {name}', in_bag, name)
         for name in SIGNALS
@@ -150,14 +137,6 @@ def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> Table
     if zero is not None:
         zero = convert(zero, 'Pa', f'{origin}: atmospheric_pressure')
     return TableMapping(origin, signals, time, interval, _layout(data, origin), zero)
-
-
-def _check_names(data: object, origin: str, allowed: list[str]) -> None:
-    if not isinstance(data, dict):
-        raise RigError(f'{origin}: expected a mapping of signals: {", ".join(SIGNALS)}')
-    for key in data:
-        if key not in allowed:
-            raise RigError(f'{origin}: {unknown(str(key), allowed)}')
 
 
 def _check_once(signals: Mapping[str, Source], where: str) -> None:

@@ -44,15 +44,3 @@ def smallest_step(signal: Floats) -> float:
     steps = np.diff(known)
     steps = steps[steps > ROUND_OFF * np.abs(known).max(initial=0.0)]
     return float(steps.min()) if steps.size else 0.0
-
-
-def mean_noise(noise: float, code: float, samples: int) -> float:
-    """
-    Return the standard deviation of the mean of some readings [unit].
-
-    Noise averages out; the rounding of a signal that moves by less than a code does not.
-
-    :param noise: standard deviation of a reading [unit]
-    :param code: step of the converter [unit]
-    """
-    return float(np.hypot(noise / np.sqrt(samples), 0.5 * code / np.sqrt(12.0)))

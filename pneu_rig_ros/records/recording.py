@@ -1,12 +1,7 @@
 """
 A recording: signals on one uniform grid, whatever they were read from or made by.
 
-It may be of a whole rig or of a part of one, from a bag, a text table or a simulation::
-
-    recording = read_recording('runs/measured')
-    recording['pressure_1']            # absolute [Pa], RigError if it was not recorded
-    'force' in recording
-    recording.noise['position']        # standard deviation of a reading [m]
+It may be of a whole rig or of a part of one, from a bag, a text table or a simulation.
 """
 
 from __future__ import annotations

@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cells import Cells, read_cells
-from pneu_rig_ros.records.columnar import release_memory
+from pneu_rig_ros.records.cells import Cells, read_cells, release_memory
 from pneu_rig_ros.records.grid import Columns
 from pneu_rig_ros.records.mapping import DATETIME, Source, TableMapping, in_si, unit_of
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats

@@ -36,7 +36,6 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import typestore
-from pneu_rig_ros.records.growing_file import GrowingFile, deferred_interrupts
 from pneu_rig_ros.records.mcap_file import MAGIC, encode, index_bytes, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.rosbag2_metadata import (
@@ -46,6 +45,7 @@ from pneu_rig_ros.records.rosbag2_metadata import (
     write_metadata,
 )
 from pneu_rig_ros.records.rows import TopicRows, chunk_of
+from pneu_rig_ros.records.whole_files import GrowingFile, deferred_interrupts
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""

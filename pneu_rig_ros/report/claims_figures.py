@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.claims.captions import DWELL, RLG
-from pneu_rig_ros.claims.dwell_law import PAUSES, equation_16, pauses, static_peaks
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Experiment, Laboratory, Stroke
+from pneu_rig_ros.claims.friction import PAUSES, equation_16, pauses, static_peaks
 from pneu_rig_ros.claims.trends import (
     LOAD_COMMAND,
     LOADS,

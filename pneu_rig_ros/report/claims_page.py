@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneu_rig_ros.batch.strokes import END_SHARE
-from pneu_rig_ros.claims.captions import stroke_text, summary
+from pneu_rig_ros.claims.captions import stroke_texts
 from pneu_rig_ros.claims.experiments import CYLINDERS, LONGEST_STROKE, Laboratory
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.readings import (
@@ -16,7 +16,7 @@ from pneu_rig_ros.claims.readings import (
     printed_values_changed,
     short_text,
 )
-from pneu_rig_ros.records.atomic_write import atomic_write
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.claims_figures import drawings
 from pneu_rig_ros.report.figure import plain_name
 from pneu_rig_ros.report.page import Picture, data_address, render
@@ -56,7 +56,7 @@ def write_page(
         'claims_page.html',
         rows=rows,
         shares=shares,
-        strokes=[stroke_text(line) for line in summary(laboratory)],
+        strokes=stroke_texts(laboratory),
         pictures=pictures,
         figures_of={
             row.statement.number: [

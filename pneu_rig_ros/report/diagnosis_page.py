@@ -15,7 +15,7 @@ from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.records.atomic_write import atomic_write
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report import diagnosis_rows as rows
 from pneu_rig_ros.report.dependence import Track
 from pneu_rig_ros.report.improvement_figures import (

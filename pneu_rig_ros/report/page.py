@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-from functools import cache
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
@@ -14,6 +13,9 @@ from matplotlib.figure import Figure
 
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report.figure import STYLE
+from pneu_rig_ros.web.page import environment
+
+_TEMPLATES = environment(jinja2.PackageLoader('pneu_rig_ros', 'report'))
 
 
 class Picture(NamedTuple):
@@ -27,7 +29,7 @@ class Picture(NamedTuple):
 
 def render(template: str, **content: Any) -> str:
     """Return a page; templates extend ``page.html`` and get version and git revision too."""
-    page = _environment().get_template(template)
+    page = _TEMPLATES.get_template(template)
     return page.render(**content, version=version('pneu_rig_ros'), revision=git_revision())
 
 
@@ -44,14 +46,3 @@ def data_address(figure: Figure) -> str:
     with matplotlib.rc_context(settings):
         figure.savefig(picture, format='svg', metadata=nothing)
     return 'data:image/svg+xml;base64,' + base64.b64encode(picture.getvalue()).decode()
-
-
-@cache
-def _environment() -> jinja2.Environment:
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader('pneu_rig_ros', 'report'),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )

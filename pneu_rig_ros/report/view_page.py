@@ -2,15 +2,128 @@
 
 from __future__ import annotations
 
+import base64
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from pneu_rig_ros.analysis.friction import Floats, friction_of
+from pneu_rig_ros.analysis.motion import Cycle, cycles_of
+from pneu_rig_ros.analysis.regimes import regimes_of
+from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.description import git_revision
-from pneu_rig_ros.report.view_data import page_data, span_of
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.web.page import render
+
+MOST_POINTS = 110_000
+"""Points of one signal on a page: 127 s at 862 Hz, and 4.7 MB of eight signals."""
+
+Span = tuple[int, int]
+"""The samples of a recording that a page shows: the first, and the one after the last."""
+
+LEAST_SAMPLES = 4
+"""Fewer samples have no friction force and no regimes."""
+
+
+def span_of(recording: Recording, start: float | None, stop: float | None) -> Span:
+    """Return the samples from start to stop [s since the first one]; None is an end."""
+    last = recording.position.size
+    first = 0 if start is None else round(start / recording.interval)
+    end = last if stop is None else round(stop / recording.interval) + 1
+    return min(max(first, 0), last), min(max(end, 0), last)
+
+
+def page_data(recording: Recording, span: Span) -> dict[str, Any]:
+    """
+    Return what the scripts of the page need, SI units, times since the first sample shown [s].
+
+    Friction, regimes and drawing need the configuration of the rig; without it there is none.
+    """
+    first, end = span
+    known = recording.configuration is not None and recording.position.size >= LEAST_SAMPLES
+    friction = friction_of(recording) if known else None
+    stride = -(-2 * (end - first) // MOST_POINTS) if end - first > MOST_POINTS else 1
+    whole = _signals(recording, friction)
+    columns = {name: values[first:end] for name, values in whole}
+    step = recording.interval * (stride / 2 if stride > 1 else 1)
+    shown = (end - first - 1) * recording.interval
+    return {
+        'step': step,
+        'duration': shown,
+        'stride': stride,
+        # 32-bit floats, little-endian, as base64
+        'signals': {
+            name: base64.b64encode(thinned(v, stride).astype('<f4').tobytes()).decode('ascii')
+            for name, v in columns.items()
+        },
+        'cycles': _cycles(recording, friction, span),
+        'regimes': _regimes(recording, span) if known else [],
+        'regime_names': [regime.label for regime in Regime],
+        'rig': recording.configuration.geometry() if recording.configuration else None,
+    }
+
+
+def thinned(values: Floats, stride: int) -> Floats:
+    """
+    Return smallest and largest of every `stride` samples, in the order in which they came.
+
+    :param values: shape (n,)
+    :param stride: 1 leaves all of them
+    :return: shape (n,) for stride 1, else (2 ceil(n / stride),)
+    """
+    if stride == 1:
+        return values
+    padded = np.pad(values, (0, -values.size % stride), mode='edge').reshape(-1, stride)
+    ends = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)]), axis=0)
+    return np.asarray(np.take_along_axis(padded, ends.T, axis=1).ravel())
+
+
+def _signals(recording: Recording, friction: Floats | None) -> list[tuple[str, Floats]]:
+    signals = [
+        ('position', recording.position),
+        ('velocity', recording.velocity),
+        ('velocity_fit', velocity_of(recording.position, recording.interval)),
+        ('pressure_1', recording.pressure_1),
+        ('pressure_2', recording.pressure_2),
+    ]
+    if friction is not None:
+        signals.append(('friction', friction))
+    if recording.driven:
+        signals += [('voltage_1', recording.voltage_1), ('voltage_2', recording.voltage_2)]
+    return signals
+
+
+def _cycles(
+    recording: Recording, friction: Floats | None, span: Span
+) -> list[dict[str, float | None]]:
+    """Return the cycles whose breakaway is shown, times since the first sample shown."""
+    cycles: list[Cycle] = []
+    if recording.position.size >= LEAST_SAMPLES:
+        cycles = cycles_of(recording, friction)
+    start, stop = (sample * recording.interval for sample in span)
+    return [
+        {
+            'breakaway_time': cycle.breakaway_time - start,
+            'dwell': cycle.dwell,
+            'slip': cycle.slip,
+            'peak_friction': None if np.isnan(cycle.peak_friction) else cycle.peak_friction,
+        }
+        for cycle in cycles
+        if start <= cycle.breakaway_time < stop
+    ]
+
+
+def _regimes(recording: Recording, span: Span) -> list[tuple[float, int]]:
+    """Return when each stretch of one regime begins [s since the first shown], and which."""
+    regime = regimes_of(recording)[slice(*span)]
+    begins = np.flatnonzero(np.diff(regime, prepend=-1))
+    return [(float(k * recording.interval), int(regime[k])) for k in begins]
+
 
 BAR = 1e5
 """[Pa]"""
@@ -32,7 +145,7 @@ def write_view(
     :raises RigError: when there is nothing between start and stop, or the file cannot be written
     """
     span = span_of(recording, start, stop)
-    if span.end - span.first < 2:
+    if span[1] - span[0] < 2:
         raise RigError(_nothing_there(start or 0.0, stop, recording.duration))
     data = page_data(recording, span)
     text = render(

@@ -1,7 +1,7 @@
 """A rig's configuration: read from YAML, checked, overridden, written back."""
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, cast
@@ -19,7 +19,7 @@ from pneu_rig_ros.model.quantity import (
 )
 from pneu_rig_ros.model.shape import read_effect, without_shape, write_effect
 from pneu_rig_ros.rig.sensors import Sensors
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
+from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml
 
 
 class Sampling(NamedTuple):
@@ -75,6 +75,24 @@ class RigConfiguration:
         sections['sampling'] = write_section(sampling)
         return to_yaml(sections)
 
+    def with_parameter(self, section: str, key: str, value: Any) -> 'RigConfiguration':
+        """Return the rig with another value of a parameter of its model, SI, not checked."""
+        changed = getattr(self.model, section)._replace(**{key: value})
+        return replace(self, model=self.model._replace(**{section: changed}))
+
+    def geometry(self) -> dict[str, float]:
+        """Return what a drawing of the cylinder on a page needs, SI units."""
+        model = self.model
+        return {
+            'stroke': model.cylinder.stroke,
+            'bore': model.cylinder.bore,
+            'rod_diameter': model.cylinder.rod_diameter,
+            'atmospheric_pressure': model.gas.atmospheric_pressure,
+            'supply_pressure': model.operation.supply_pressure,
+            'intake_voltage': model.valve.intake_voltage,
+            'exhaust_voltage': model.valve.exhaust_voltage,
+        }
+
 
 def configuration_folder() -> Path:
     """
@@ -93,9 +111,9 @@ def configuration_folder() -> Path:
     raise RigError(f'config: no share/pneu_rig_ros/config above {package}, reinstall the package')
 
 
-def shipped_cylinders() -> list[str]:
-    """Return the names of the cylinders that come with the package."""
-    return sorted(path.stem for path in configuration_folder().glob('cylinder_*.yaml'))
+def shipped(pattern: str) -> dict[str, Path]:
+    """Return name -> path of the shipped files of a pattern below the configuration folder."""
+    return {path.stem: path for path in sorted(configuration_folder().glob(pattern))}
 
 
 def load_configuration(source: str | Path, **overrides: object) -> RigConfiguration:
@@ -107,8 +125,8 @@ def load_configuration(source: str | Path, **overrides: object) -> RigConfigurat
         'ideal'); ``friction`` (name of a friction law). None leaves a value as it is
     :raises RigError: for anything missing, unknown, of a wrong unit or out of range
     """
-    path = _locate(source)
-    configuration = _read(_mapping(read_text(path), str(path)), str(path))
+    path = locate(source, 'cylinder', 'cylinder_*.yaml')
+    configuration = configuration_from_yaml(read_text(path), str(path))
     given = {key: value for key, value in overrides.items() if value is not None}
     return override(configuration, given) if given else configuration
 
@@ -121,6 +139,10 @@ def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
     :raises RigError: as :func:`load_configuration`
     """
     return _read(_mapping(text, origin), origin)
+
+
+def _mapping(text: str, origin: str) -> dict[str, Any]:
+    return mapping_of(parse_yaml(text, origin), ('name', *_ALL_SECTIONS, 'effects'), origin)
 
 
 def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> RigConfiguration:
@@ -155,20 +177,21 @@ def _override_range(key: str, model: Model) -> Quantity:
     return replace(of_any_rig, high=model.cylinder.stroke)
 
 
-def _locate(source: str | Path) -> Path:
-    path = Path(source)
+def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()) -> Path:
+    """
+    Return the path of a YAML file, or of a shipped one by its name.
+
+    :param kind: what it is called in an error
+    :param pattern: of the shipped files, below the configuration folder
+    :param more: names that an error lists too
+    :raises RigError: for a name that is not known
+    """
+    path, known = Path(source), shipped(pattern)
     if path.suffix in ('.yaml', '.yml') or path.exists():
         return path
-    if str(source) in shipped_cylinders():
-        return configuration_folder() / f'{source}.yaml'
-    raise RigError(f'cylinder: {unknown(str(source), shipped_cylinders())}, or a YAML file')
-
-
-def _mapping(text: str, origin: str) -> dict[str, Any]:
-    data = parse_yaml(text, origin)
-    if not isinstance(data, dict):
-        raise RigError(f'{origin}: expected a mapping with {", ".join(_ALL_SECTIONS)}')
-    return data
+    if str(source) in known:
+        return known[str(source)]
+    raise RigError(f'{kind}: {unknown(str(source), [*more, *known])}, or a YAML file')
 
 
 @functools.cache
@@ -178,10 +201,6 @@ def _shared() -> dict[str, Any]:
 
 
 def _read(data: dict[str, Any], origin: str) -> RigConfiguration:
-    allowed = ['name', *_ALL_SECTIONS, 'effects']
-    for key in data:
-        if key not in allowed:
-            raise RigError(f'{origin}: {unknown(str(key), allowed)}')
     merged = {**_shared(), **data}
     sections = {
         key: read_section(section, merged.get(key), f'{origin}: {key}')

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.metrics import (
@@ -19,15 +21,94 @@ from pneu_rig_ros.analysis.metrics import (
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.executor import open_executor
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.parameters import FRICTION_MODELS
+from pneu_rig_ros.model.quantity import write_section
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.atomic_write import atomic_write
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.diagnosis_page import write_files
 from pneu_rig_ros.report.gap_figure import draw_gap
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
-from pneu_rig_ros.scenarios.demonstration import CYLINDER, HiddenEffect
 from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY, set_up
+from pneu_rig_ros.scenarios.hidden import LAWS, Changes, hide, true_parameters
 from pneu_rig_ros.scenarios.recording import Run, record
+
+CYLINDER, STRENGTH = 'cylinder_1', 'medium'
+DRAWN = (
+    'supply_droop',
+    'cross_piston_leak',
+    'chamber_leak',
+    'wall_heat_transfer',
+    'valve_lag',
+    'line_lag',
+    'spool_hysteresis',
+    'nonlinear_opening',
+    'valve_null_leak',
+    'pressure_dependent_friction',
+    'direction_dependent_friction',
+    'position_dependent_friction',
+    'inclination',
+    'load_spring',
+)
+"""Effects that show well above the noise, each apart from the others."""
+
+
+@dataclass(frozen=True)
+class HiddenEffect:
+    """
+    An effect that the rig has and the model lacks.
+
+    :param effect: its name
+    :param parameters: its true parameters, as the library names them [SI]
+    :param model: the rig without it
+    :param truth: the rig with it
+    """
+
+    effect: str
+    parameters: dict[str, float]
+    model: RigConfiguration
+    truth: RigConfiguration
+
+    @property
+    def text(self) -> str:
+        """The effect's parameters as text, with their units."""
+        values = write_section(library.load(self.effect).parameters(**self.parameters))
+        return ', '.join(f'{name} {value}' for name, value in values.items())
+
+
+def draw(seed: int, name: str | None = None) -> HiddenEffect:
+    """
+    Hide an effect of medium strength in the rig of the demonstration.
+
+    :param seed: of the draw among :data:`DRAWN`
+    :param name: of the effect; drawn when not given
+    :raises RigError: when there is no such effect
+    """
+    drawn = str(np.random.default_rng(seed).choice(DRAWN))
+    chosen = drawn if name is None else library.cause(name, '--effect')
+    shipped = load_configuration(CYLINDER)
+    # Errors of gain would be fitted along with what is missing, and hide the weaker effects.
+    sensors = shipped.sensors._replace(position_class=0.0, pressure_class=0.0)
+    plain = replace(shipped, sensors=sensors)
+    friction = plain.model.friction._asdict()
+    secret = hide(chosen, CYLINDER, STRENGTH, friction)
+    values = true_parameters(chosen, secret, friction)
+    truth = changed(plain, secret.truth)
+    if chosen not in LAWS:
+        truth = replace(truth, effects={chosen: library.load(chosen).parameters(**values)})
+    return HiddenEffect(chosen, values, changed(plain, secret.model), truth)
+
+
+def changed(rig: RigConfiguration, changes: Changes) -> RigConfiguration:
+    """Return a rig with section.key replaced."""
+    for name, value in changes.items():
+        section, key = name.split('.')
+        if key == 'model':
+            value = FRICTION_MODELS.index(value)
+        rig = rig.with_parameter(section, key, tuple(value) if isinstance(value, list) else value)
+    return rig
+
 
 RECORDED, DIAGNOSED, REPEATED = 0.2, 0.85, 0.97
 """Fractions of the work that are done after each step [-]."""

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import yaml
 
 from pneu_rig_ros.demo import NodeProcess, Value, uninterrupted
-from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.scenarios.experiments import Experiment, profile, set_up
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -24,7 +23,7 @@ def render(template: str, data: Mapping[str, Any], **variables: Any) -> str:
     """
     # In a script element only '<' can end the data.
     text = json.dumps(data, allow_nan=False, separators=(',', ':')).replace('<', '\\u003c')
-    return _environment().get_template(template).render(data=text, asset=_text, **variables)
+    return _TEMPLATES.get_template(template).render(data=text, asset=_text, **variables)
 
 
 def _text(name: str) -> str:
@@ -32,12 +31,15 @@ def _text(name: str) -> str:
     return (ASSETS / name).read_text(encoding='utf-8')
 
 
-@cache
-def _environment() -> jinja2.Environment:
+def environment(loader: jinja2.BaseLoader) -> jinja2.Environment:
+    """Return templates that escape what is put into them, and refuse what is not given."""
     return jinja2.Environment(
-        loader=jinja2.FunctionLoader(_text),
+        loader=loader,
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+_TEMPLATES = environment(jinja2.FunctionLoader(_text))

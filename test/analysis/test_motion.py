@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.friction import Floats
-from pneu_rig_ros.analysis.motion import breakaways, end_stops, find_rests, strokes
+from pneu_rig_ros.analysis.motion import end_stops, find_rests, strokes
 from pneu_rig_ros.analysis.velocity import NOISE, RESOLUTION, WINDOW, window_for
 
 INTERVAL = 1.16e-3
@@ -44,8 +44,6 @@ def test_rests_are_found_whatever_the_sensor(noise: float, step: float, interval
     assert len(found) == len(expected), found
     for pair, true in zip(found, expected, strict=True):
         assert pair == pytest.approx(true, abs=slack)
-    onsets = [sample * interval for sample in breakaways(position, interval, level)]
-    assert onsets == pytest.approx([1.0, 3.0, 7.0], abs=slack)
 
 
 def test_noise_that_is_taken_for_the_rigs_breaks_rests_up() -> None:

@@ -5,11 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from pneu_rig_ros.batch.layout import pack_parameters
-from pneu_rig_ros.batch.parallel import run_parallel
+from pneu_rig_ros.batch.parallel import pack_parameters, run_parallel
 from pneu_rig_ros.batch.strokes import END_SHARE, strokes
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration
@@ -64,19 +62,6 @@ def test_one_row_of_voltages_is_for_all() -> None:
     runs = run_parallel(list(plants()), held, INTERVAL)
     for plant, run in zip(plants(), runs, strict=True):
         assert same(plant.run(held, INTERVAL), run)
-
-
-def test_imposed_runs_have_the_bits_of_each_alone() -> None:
-    """One record of actions for all, with measured states and rests of each plant's own."""
-    held = voltages(600)[0]
-    actions = np.zeros(600, dtype=np.int64)
-    actions[200], actions[400] = Impose.RESTART, Impose.MOTION | Impose.PRESSURES
-    measured = np.tile([0.05, 0.01, 2e5, 1.5e5], (len(COMMANDS), 600, 1))
-    measured[:, :, 0] += 0.002 * np.arange(len(COMMANDS))[:, np.newaxis]
-    rests = np.full((len(COMMANDS), 600), 0.1)
-    runs = run_parallel(list(plants()), held, INTERVAL, imposed=(actions, measured, rests))
-    for plant, run, own, rest in zip(plants(), runs, measured, rests, strict=True):
-        assert same(plant.run_imposed(held, INTERVAL, actions, own, rest), run)
 
 
 def test_no_plants_are_no_runs() -> None:

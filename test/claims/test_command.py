@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.claims import neighbours as module
+from pneu_rig_ros.claims import statements as module
 from pneu_rig_ros.claims.experiments import Reading
 from pneu_rig_ros.claims.findings import Finding, Row, Statement
-from pneu_rig_ros.claims.neighbours import neighbours
-from pneu_rig_ros.claims.statements import STATEMENTS
+from pneu_rig_ros.claims.statements import STATEMENTS, neighbours
 from pneu_rig_ros.cli.claims import measured
 
 from .conftest import Run

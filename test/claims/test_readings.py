@@ -12,11 +12,11 @@ from pneu_rig_ros.claims.readings import (
     load_reading,
     printed_values_changed,
     reading_values,
-    shipped_readings,
     short_text,
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import FOLLOWS_CLOCK
+from pneu_rig_ros.rig.configuration import shipped
 
 GOOD = """
 friction:
@@ -62,7 +62,7 @@ def test_written_reading_reads_back(file: Path, write: object) -> None:
     assert load_reading(file) == reading
 
 
-@pytest.mark.parametrize('name', ['default', *shipped_readings()])
+@pytest.mark.parametrize('name', ['default', *shipped('readings/*.yaml')])
 def test_shipped_readings_load(name: str) -> None:
     assert (load_reading(name) == Reading()) == (name == 'default')
 
@@ -70,7 +70,7 @@ def test_shipped_readings_load(name: str) -> None:
 @pytest.mark.parametrize(
     ('text', 'complaint'),
     [
-        ('', 'expected a mapping with some of name, cylinder, friction, valve, '),
+        ('', 'expected a mapping with name, cylinder, friction, valve, '),
         ('- 1', 'expected a mapping'),
         ('{', 'not valid YAML'),
         ('frictoin: {}', "unknown name 'frictoin', did you mean 'friction'"),

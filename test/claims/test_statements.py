@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pneu_rig_ros.claims import captions, measures, trends
-from pneu_rig_ros.claims.dwell_law import equation_16, static_peaks
-from pneu_rig_ros.claims.estimation import heavy_finding
+from pneu_rig_ros.claims import captions, trends
 from pneu_rig_ros.claims.experiments import (
     CAPTIONS,
     CYLINDERS,
@@ -27,12 +25,13 @@ from pneu_rig_ros.claims.findings import (
     falls,
     falls_throughout,
     grows,
+    largest_flow,
     rises_throughout,
     unchanged,
 )
-from pneu_rig_ros.claims.neighbours import STEP, failures, neighbours, varied
+from pneu_rig_ros.claims.friction import equation_16, heavy_finding, static_peaks
 from pneu_rig_ros.claims.readings import load_reading, printed_values_changed
-from pneu_rig_ros.claims.statements import STATEMENTS, measure
+from pneu_rig_ros.claims.statements import STATEMENTS, STEP, failures, measure, neighbours, varied
 from pneu_rig_ros.executor import open_executor
 
 HOLD = {1, 2, 3, 4, 5, 6, 8, 10, 11, 12, 13, 14, 15, 16}
@@ -170,7 +169,7 @@ def test_flow_is_that_of_the_valve(laboratory: Laboratory) -> None:
     litres = flow * gas.gas_constant * 293.15 / 1e5 * 6e4
     rates = np.diff(stroke.run.gas_mass_1) / 1.16e-3
     assert float(np.median(rates)) == pytest.approx(flow, rel=1e-3)
-    assert measures.largest_flow(stroke) >= 0.99 * litres
+    assert largest_flow(stroke) >= 0.99 * litres
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from pneu_rig_ros.cli.options import LARGEST_SEED
 from pneu_rig_ros.model.effects import causes
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
-from pneu_rig_ros.scenarios.demonstration import DRAWN, draw
 from pneu_rig_ros.scenarios.experiments import (
     FIT,
     NAMES,
@@ -25,7 +24,7 @@ from pneu_rig_ros.scenarios.experiments import (
     profile,
     set_up,
 )
-from pneu_rig_ros.scenarios.gap import Outcome, noise_seed
+from pneu_rig_ros.scenarios.gap import DRAWN, Outcome, draw, noise_seed
 from pneu_rig_ros.scenarios.hidden import EFFECTS, LAWS
 
 from .conftest import Terminal

@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 import pytest
+from tracking import tracking
 
 from pneu_rig_ros.control.controller import (
     NONE,
@@ -17,7 +18,6 @@ from pneu_rig_ros.control.controller import (
     SlidingMode,
 )
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.control.performance import tracking
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.control.excitation import SHAPES, load_excitation, shipped_excitations
+from pneu_rig_ros.control.excitation import SHAPES, load_excitation
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.rig.configuration import shipped
 
 
-@pytest.mark.parametrize('name', shipped_excitations())
+@pytest.mark.parametrize('name', shipped('excitations/*.yaml'))
 def test_shipped_ones_load_and_move_something(name: str) -> None:
     excitation = load_excitation(name)
     levels = {excitation.level(excitation.duration * i / 1000) for i in range(1000)}
@@ -25,7 +26,7 @@ def test_shipped_ones_load_and_move_something(name: str) -> None:
 
 
 def test_every_shape_is_shipped() -> None:
-    shapes = {type(load_excitation(name).shape).__name__ for name in shipped_excitations()}
+    shapes = {type(load_excitation(name).shape).__name__ for name in shipped('excitations/*.yaml')}
     assert shapes == {shape.__name__ for shape in SHAPES.values()}
 
 

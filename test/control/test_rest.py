@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.motion import find_rests
-from pneu_rig_ros.control.rest import RestDetector
+from pneu_rig_ros.control.observer import RestDetector
 
 INTERVAL = 1.16e-3
 

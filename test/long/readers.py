@@ -19,7 +19,7 @@ import numpy as np
 from rosbags.serde import SerdeError
 
 from pneu_rig_ros.claims.readings import load_reading
-from pneu_rig_ros.control.excitation import load_excitation, shipped_excitations
+from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import bag as bags
@@ -227,7 +227,7 @@ READERS: dict[str, Reader] = {
     ),
     'excitation': Reader(
         _excitation,
-        lambda: [p for n in shipped_excitations() for p in _files(f'excitations/{n}.yaml')],
+        lambda: _files('excitations/*.yaml'),
         seeds.YAML,
     ),
     'reading': Reader(

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.sweep.run import Setting, measure
+from pneu_rig_ros.sweep import Setting, measure
 
 STROKES = 16
 """Of a task."""

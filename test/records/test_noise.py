@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.records.noise import (
-    mean_noise,
-    noise_of,
-    reading_noise,
-    smallest_step,
-)
+from pneu_rig_ros.records.noise import noise_of, reading_noise, smallest_step
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
 
@@ -37,11 +32,6 @@ def test_step_of_a_converter_is_seen_and_is_the_least_noise(step: float) -> None
 def test_gaps_and_constants_have_no_step() -> None:
     assert smallest_step(np.full(10, np.nan)) == smallest_step(np.full(10, 2.5)) == 0.0
     assert noise_of(np.full(10, np.nan)) == noise_of(np.array([1.0])) == 0.0
-
-
-def test_rounding_does_not_average_out() -> None:
-    assert mean_noise(1.0, 0.0, 100) == pytest.approx(0.1)
-    assert mean_noise(0.0, 1.0, 10**6) == pytest.approx(0.5 / np.sqrt(12.0))
 
 
 def test_data_sheet_counts_the_converter_in() -> None:

@@ -12,7 +12,7 @@ from pneu_rig_ros.records.cdr import (
     pack_float64,
     pack_valve_voltages,
 )
-from pneu_rig_ros.records.importing import BLOCK, write_bag
+from pneu_rig_ros.records.conversion import BLOCK, write_bag
 from pneu_rig_ros.records.mcap_file import McapFile
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import Sample

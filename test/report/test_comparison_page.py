@@ -14,10 +14,9 @@ from pneu_rig_ros.analysis.comparison import (
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.importing import write_bag
+from pneu_rig_ros.records.conversion import write_bag
 from pneu_rig_ros.records.recording import WHOLE
-from pneu_rig_ros.report.comparison_figures import detail, draw_cycles
-from pneu_rig_ros.report.comparison_page import signal_rows, write_page
+from pneu_rig_ros.report.comparison_page import detail, draw_cycles, signal_rows, write_page
 from pneu_rig_ros.report.figure import MOST_POINTS, thinned
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate

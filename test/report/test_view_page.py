@@ -13,9 +13,8 @@ from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
-from pneu_rig_ros.report import view_data
-from pneu_rig_ros.report.view_data import thinned
-from pneu_rig_ros.report.view_page import facts, write_view
+from pneu_rig_ros.report import view_page
+from pneu_rig_ros.report.view_page import facts, thinned, write_view
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -210,7 +209,7 @@ def test_part_of_a_record(record: Recording, shown: Any) -> None:
 def test_long_record_is_thinned_to_its_extremes_and_says_so(
     record: Recording, shown: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(view_data, 'MOST_POINTS', 1000)
+    monkeypatch.setattr(view_page, 'MOST_POINTS', 1000)
     page = shown(record)
     assert 'Of every 13 samples' in page.locator('main').inner_text()
     peak, points = page.evaluate('[Math.max(...signals.velocity), signals.velocity.length]')

@@ -11,7 +11,7 @@ from pneu_rig_ros.rig.configuration import (
     configuration_folder,
     configuration_from_yaml,
     load_configuration,
-    shipped_cylinders,
+    shipped,
 )
 
 CYLINDERS = ['cylinder_1', 'cylinder_2', 'cylinder_3']
@@ -39,7 +39,7 @@ TABLE_1 = {'bore': (0.025, 0.040, 0.063), 'rod_diameter': (0.010, 0.016, 0.020)}
 
 
 def test_three_cylinders_are_shipped() -> None:
-    assert shipped_cylinders() == CYLINDERS
+    assert list(shipped('cylinder_*.yaml')) == CYLINDERS
 
 
 @pytest.mark.parametrize('index', range(3))

@@ -15,7 +15,7 @@ from yourdfpy import URDF
 
 from pneu_rig_ros.records.topics import PISTON, TOPICS
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import shipped_cylinders
+from pneu_rig_ros.rig.configuration import shipped
 from pneu_rig_ros.rig.urdf import controlled_description
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -59,7 +59,7 @@ def types() -> dict[str, str]:
     return {name: entry['type'] for name, entry in manager.items() if isinstance(entry, dict)}
 
 
-@pytest.mark.parametrize('name', shipped_cylinders())
+@pytest.mark.parametrize('name', shipped('cylinder_*.yaml'))
 def test_urdf_has_the_joint_with_the_stroke_as_limits(name: str) -> None:
     configuration = load_configuration(name)
     text = controlled_description(configuration, 'rig')

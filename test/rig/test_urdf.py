@@ -9,7 +9,7 @@ from yourdfpy import URDF
 
 from pneu_rig_ros.records.topics import PISTON
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import shipped_cylinders
+from pneu_rig_ros.rig.configuration import shipped
 from pneu_rig_ros.rig.urdf import robot_description
 
 
@@ -17,7 +17,7 @@ def read(text: str) -> URDF:
     return URDF.load(io.BytesIO(text.encode()), build_scene_graph=True)
 
 
-@pytest.mark.parametrize('name', shipped_cylinders())
+@pytest.mark.parametrize('name', shipped('cylinder_*.yaml'))
 def test_joint_moves_the_rod_along_the_stroke(name: str) -> None:
     configuration = load_configuration(name, load_mass=2.0)
     robot = read(robot_description(configuration))

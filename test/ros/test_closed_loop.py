@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tracking import tracking
 
 from pneu_rig_ros.control.controller import (
     Compensation,
@@ -10,7 +11,6 @@ from pneu_rig_ros.control.controller import (
     PositionController,
 )
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.control.performance import tracking
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.plant import PlantNode

@@ -7,8 +7,8 @@ import pytest
 
 from pneu_rig_ros.nodes.clock import SimulatedTime
 from pneu_rig_ros.nodes.loop_timer import PeriodicTimer, TickErrors
-from pneu_rig_ros.nodes.sequence_numbers import LossCounter
 from pneu_rig_ros.nodes.sync import TimeSynchronizer
+from pneu_rig_ros.nodes.topics import LossCounter
 
 
 def test_synchronizer_combines_by_stamp_whatever_the_order_of_arrival():

@@ -251,7 +251,7 @@ def test_process_whose_nodes_cannot_be_destroyed_ends_with_its_code(code: int) -
     """Fast DDS may hang at that, and rclpy holds the interpreter lock meanwhile."""
     hang = f"""
 import ctypes
-from pneu_rig_ros.nodes.exit_timer import exit_after
+from pneu_rig_ros.nodes.runner import exit_after
 exit_after(1, {code})
 ctypes.PyDLL(None).sleep(60)
 """

@@ -15,8 +15,7 @@ from pneu_rig_ros.executor import SerialExecutor, open_executor
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
-from pneu_rig_ros.sweep.axes import at_point, axis, check_size
-from pneu_rig_ros.sweep.run import grid, sweep
+from pneu_rig_ros.sweep import at_point, axis, check_size, grid, sweep
 
 RIG = load_configuration('cylinder_1')
 AXES = [axis('u', '0.3:0.6:18'), axis('chamber_leak.area_1', '0,2e-9')]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import Floats
-from pneu_rig_ros.control.rest import RestDetector
+from pneu_rig_ros.control.observer import RestDetector
 
 
 class Tracking(NamedTuple):

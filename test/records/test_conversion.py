@@ -13,8 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, importing, read_recording
-from pneu_rig_ros.records.exporting import read_signals, write_csv, write_parquet
-from pneu_rig_ros.records.importing import write_bag
+from pneu_rig_ros.records.conversion import read_signals, write_bag, write_csv, write_parquet
 from pneu_rig_ros.records.recording import WHOLE, smoothed_velocity
 from pneu_rig_ros.rig import load_configuration
 

@@ -1,22 +1,143 @@
-"""The strokes of a grid: simulated block by block and summarised."""
+"""Strokes over a grid of conditions and parameters: what is varied, simulated and summarised."""
 
 from __future__ import annotations
 
 import csv
 import io
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.batch.strokes import at_end, strokes
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, map_tasks
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.parameters import SECTIONS
 from pneu_rig_ros.model.plant import Plant, Trajectory
+from pneu_rig_ros.model.quantity import Choice, Quantity, specifications, unknown
+from pneu_rig_ros.model.shape import with_values
 from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.rig.configuration import OVERRIDES, override
 from pneu_rig_ros.rig.valve_drive import valve_voltages
-from pneu_rig_ros.sweep.axes import Axis, at_point
+
+COMMAND = Quantity('V', -2.5, 2.5, 'command of Eq. 1')
+MOST_POINTS = 1_000_000
+"""Points of a grid at most."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """
+    One thing that is varied.
+
+    :param name: ``u``, a condition of the run, ``section.key`` or ``effect.parameter``
+    :param specification: its unit and range, or the names of its choices
+    :param values: SI units, or the index of a choice
+    """
+
+    name: str
+    specification: Quantity | Choice
+    values: tuple[float, ...]
+
+    @property
+    def unit(self) -> str:
+        """SI unit; '-' for a pure number or a choice."""
+        return self.specification.unit if isinstance(self.specification, Quantity) else '-'
+
+    def shown(self, value: float) -> float | str:
+        """Return a value as tables have it: the name of a choice, else the number."""
+        if isinstance(self.specification, Choice):
+            return self.specification.format(int(value))
+        return value
+
+
+def axis(name: str, text: str) -> Axis:
+    """
+    Return the axis of a name and of values such as ``0.3``, ``0.3,0.4`` or ``0.2:0.4:21``.
+
+    :raises RigError: for an unknown name, or values that are not numbers or out of range
+    """
+    specification = _specification(name)
+    if isinstance(specification, Choice):
+        return Axis(
+            name, specification, tuple(specification.parse(t, name) for t in text.split(','))
+        )
+    values = _numbers(text, name)
+    return Axis(name, specification, tuple(specification.check(v, name) for v in values))
+
+
+def _specification(name: str) -> Quantity | Choice:
+    section, _, key = name.rpartition('.')
+    if not section:
+        allowed = {'u': COMMAND, **OVERRIDES}
+        if name not in allowed:
+            raise RigError(f'{unknown(name, allowed)}, section.key or effect.parameter')
+        return allowed[name]
+    groups = (*SECTIONS, *library.names())
+    if section not in groups:
+        raise RigError(f'{name}: {unknown(section, groups)}')
+    owner = SECTIONS[section] if section in SECTIONS else library.load(section).parameters
+    known = {
+        key: one
+        for key, one in specifications(owner).items()
+        if isinstance(one, Quantity | Choice)
+    }
+    if key not in known:
+        raise RigError(f'{section}: {unknown(key, known)}')
+    return known[key]
+
+
+def _numbers(text: str, name: str) -> list[float]:
+    try:
+        if ':' not in text:
+            return [float(part) for part in text.split(',')]
+        low, high, count = text.split(':')
+        if int(count) < 2:
+            raise ValueError
+        return [float(value) for value in np.linspace(float(low), float(high), int(count))]
+    except ValueError:
+        raise RigError(f'{name} {text}: expected a number, A,B,... or LOW:HIGH:COUNT') from None
+
+
+def check_size(axes: Sequence[Axis]) -> int:
+    """Return the number of points; RigError when a name is given twice or there are too many."""
+    names = [one.name for one in axes]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise RigError(f'{twice[0]} is varied twice')
+    size = math.prod(len(one.values) for one in axes)
+    if size > MOST_POINTS:
+        raise RigError(f'{size} points; at most {MOST_POINTS}')
+    return size
+
+
+def at_point(
+    configuration: RigConfiguration, names: Sequence[str], point: Sequence[float]
+) -> RigConfiguration:
+    """
+    Return the rig at a point of the grid; a command is no part of it.
+
+    :param names: of the axes
+    :param point: their values
+    :raises RigError: when values contradict each other
+    """
+    conditions = {}
+    for name, value in zip(names, point, strict=True):
+        section, _, key = name.rpartition('.')
+        if section in SECTIONS:
+            configuration = configuration.with_parameter(section, key, value)
+        elif section:
+            own = configuration.effects.get(section, library.load(section).null)
+            changed = {**configuration.effects, section: with_values(own, {key: value})}
+            configuration = replace(configuration, effects=changed)
+        elif name != 'u':
+            conditions[name] = value
+    return override(configuration, conditions)
+
 
 BLOCK = 16
 """Strokes of a task, which run together: some for each processor, in 30 MB."""
@@ -51,13 +172,7 @@ UNITS = dict(zip(Measures._fields, ('s', 'm', '-', 's', 's', 's', 'm', 'N'), str
 
 
 class Setting(NamedTuple):
-    """
-    What the strokes of a sweep share.
-
-    :param configuration: the rig
-    :param names: of what is varied
-    :param longest: a stroke is given up after this time [s]
-    """
+    """What the strokes share: rig, names of what is varied, time after which they end [s]."""
 
     configuration: RigConfiguration
     names: tuple[str, ...]

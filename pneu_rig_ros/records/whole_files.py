@@ -1,4 +1,4 @@
-"""An MCAP file that is complete while it grows, and interrupts that wait until it is."""
+"""Files that are whole at every moment: replaced in one step, or complete while they grow."""
 
 from __future__ import annotations
 
@@ -6,12 +6,35 @@ import contextlib
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from mcap.records import DataEnd, Footer
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.mcap_file import MAGIC, encode
+
+
+def atomic_write(path: Path, content: str | Callable[[Path], object]) -> Path:
+    """
+    Write a file beside its place, then move it there.
+
+    :param content: the text, or a function that writes the file
+    :raises RigError: when it cannot be written; an existing file is then unchanged
+    """
+    unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        if callable(content):
+            content(unfinished)
+        else:
+            unfinished.write_text(content, encoding='utf-8')
+        unfinished.replace(path)
+    except OSError as error:
+        raise RigError(f'cannot write {path}: {error.strerror}') from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return path
+
 
 _ENDING = encode(DataEnd(0), Footer(0, 0, 0)) + MAGIC
 """End of the data section, footer without a summary, magic."""

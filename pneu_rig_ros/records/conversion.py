@@ -1,29 +1,24 @@
 """
-Writes measured signals as a bag, in the form in which the recorder writes one.
+Writes measured signals as a bag, in the form in which the recorder writes one, and bags as tables.
 
 Position and both pressures make a bag that every command reads; fewer signals make one of a part
-of a rig. A measured force goes on a topic `force`, in the form of `friction`.
+of a rig. A measured force goes on a topic `force`, in the form of `friction`. A table has one
+column a signal, its unit in the name.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cdr import (
-    NANOSECONDS,
-    FrictionMessage,
-    PlantMessages,
-    pack_float64,
-    pack_string,
-    pack_valve_voltages,
-)
+from pneu_rig_ros.records.cdr import NANOSECONDS, pack_string, template
 from pneu_rig_ros.records.conditions import (
     FILE_NAME,
     apply_conditions,
@@ -37,11 +32,13 @@ from pneu_rig_ros.records.description import (
     git_revision,
     package_version,
 )
-from pneu_rig_ros.records.recording import Floats, Recording, Stamps
-from pneu_rig_ros.records.rows import MessageRows, TopicRows
+from pneu_rig_ros.records.reader import read_recording
+from pneu_rig_ros.records.recording import SIGNALS, Floats, Recording, Stamps
+from pneu_rig_ros.records.rows import TopicRows, fill_rows
 from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.records.writer import BagWriter
-from pneu_rig_ros.rig import RigConfiguration, Sample
+from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description
 
 Progress = Callable[[int], None]
@@ -176,8 +173,8 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
         signals['velocity'] = recording.velocity
     if recording.driven:
         signals |= {'voltage_1': recording.voltage_1, 'voltage_2': recording.voltage_2}
-    encoders = {
-        topic: MessageRows(_packer(topic), names)
+    templates = {
+        topic: template(topic)
         for topic, names in NUMBERS.items()
         if all(name in signals for name in names)
         and ('position' in recording or topic != 'velocity')
@@ -192,32 +189,12 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
                 TopicRows(
                     topic,
                     TOPICS['friction' if topic == FORCE else topic].type,
-                    encoder.pack(stamps[part], values),
+                    fill_rows(message, stamps[part], [values[name] for name in NUMBERS[topic]]),
                     _present(recording, topic, stamps[part], values),
                 )
-                for topic, encoder in encoders.items()
+                for topic, message in templates.items()
             ],
         )
-
-
-def _packer(topic: str) -> Callable[..., bytes]:
-    """Return the encoder of a topic's message from its stamp [ns] and its numbers."""
-    force = FrictionMessage()
-    plant = PlantMessages(pressure_variance=0.0)  # 0 is "not known", as sensor_msgs says
-
-    def of_plant(stamp_ns: int, *numbers: float) -> bytes:
-        values = dict.fromkeys(('position', 'velocity', 'pressure_1', 'pressure_2'), 0.0)
-        values |= zip(NUMBERS[topic], numbers, strict=True)
-        plant.pack(Sample(0, **values), stamp_ns)
-        return plant.by_topic(simulated_time=False)[topic]
-
-    others: dict[str, Callable[..., bytes]] = {
-        'u': lambda _, u: pack_float64(u),
-        'valve_voltages': lambda _, *voltages: pack_valve_voltages(*voltages),
-        FORCE: lambda stamp_ns, value: force.pack(value, stamp_ns),
-        'friction': lambda stamp_ns, value: force.pack(value, stamp_ns),
-    }
-    return others.get(topic, of_plant)
 
 
 def _present(
@@ -232,3 +209,68 @@ def _present(
         near = missing[slice(*np.searchsorted(missing, stamps[[0, -1]] + [0, 1]))]
         present &= ~np.isin(stamps, near)
     return present
+
+
+class Column(NamedTuple):
+    """One signal: name with unit, as 'velocity_m_per_s', SI unit, values (NaN if missing)."""
+
+    title: str
+    unit: str
+    values: NDArray[Any]
+
+
+class Signals(NamedTuple):
+    """All signals of a bag on its grid, and the metadata of the bag with its conditions."""
+
+    columns: Sequence[Column]
+    metadata: Mapping[str, str]
+
+
+def read_signals(bag: Path | str) -> Signals:
+    """
+    Read everything that a bag has on its sampling grid.
+
+    A bag of a part of a rig gives the signals that it has.
+
+    :raises RigError: when it is not a bag, or is cut off
+    """
+    recording = read_recording(bag)
+    columns = [Column('stamp_ns', 'ns', recording.stamps), Column('time_s', 's', recording.time)]
+    for name, unit in SIGNALS.items():
+        if name in recording:
+            title = f'{name}_{unit.replace("/", "_per_")}'
+            columns.append(Column(title, unit, recording[name]))
+    conditions = format_conditions(recording.conditions)
+    return Signals(columns, {**recording.metadata, 'conditions': conditions})
+
+
+def write_csv(signals: Signals, path: Path) -> Path:
+    """Write a CSV file with a header; a missing value is an empty cell."""
+
+    def texts(column: Column) -> list[str]:
+        digits = {'stamp_ns': 'd', 'time_s': '.9f'}.get(column.title, '.10g')
+        return ['' if value != value else f'{value:{digits}}' for value in column.values.tolist()]
+
+    def write(file: Path) -> None:
+        rows = zip(*map(texts, signals.columns), strict=True)
+        with file.open('w', encoding='utf-8', newline='') as stream:
+            stream.write(','.join(column.title for column in signals.columns) + '\n')
+            stream.writelines(','.join(row) + '\n' for row in rows)
+
+    return atomic_write(path, write)
+
+
+def write_parquet(signals: Signals, path: Path) -> Path:
+    """Write a Parquet file: units in the metadata of fields, those of the bag in the schema."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise RigError('Parquet needs the package pyarrow: pip install pyarrow') from error
+    arrays = [pyarrow.array(column.values, from_pandas=True) for column in signals.columns]
+    fields = [
+        pyarrow.field(column.title, array.type, metadata={'unit': column.unit})
+        for column, array in zip(signals.columns, arrays, strict=True)
+    ]
+    table = pyarrow.table(arrays, pyarrow.schema(fields, metadata=dict(signals.metadata)))
+    return atomic_write(path, lambda file: parquet.write_table(table, file, compression='zstd'))

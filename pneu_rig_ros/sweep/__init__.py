@@ -1,1 +1,0 @@
-"""Strokes over a grid of conditions and parameters."""
