@@ -23,7 +23,7 @@ from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import PRESSURES, Recording
-from pneu_rig_ros.rig.configuration import shipped_cylinders
+from pneu_rig_ros.rig.configuration import shipped
 
 MUCH_SMALLER = 0.3
 """
@@ -67,7 +67,7 @@ def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restat
             scaled = tuple(_scaled(recording, factor, atmosphere) for recording in recordings)
             yield Restated('pressure_unit', stated, true, system, scaled)
     if system.rig is not None:
-        for name in shipped_cylinders():
+        for name in shipped('cylinder_*.yaml'):
             other = load_system(name)
             if other.hypothesis.model.cylinder != system.hypothesis.model.cylinder:
                 yield Restated('cylinder', system.name, name, other, tuple(recordings))

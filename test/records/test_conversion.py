@@ -12,7 +12,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Recording, importing, read_recording
+from pneu_rig_ros.records import Recording, conversion, read_recording
 from pneu_rig_ros.records.conversion import read_signals, write_bag, write_csv, write_parquet
 from pneu_rig_ros.records.recording import WHOLE, smoothed_velocity
 from pneu_rig_ros.rig import load_configuration
@@ -202,7 +202,7 @@ def test_nothing_half_written_is_left(tmp_path: Path, monkeypatch: pytest.Monkey
     def interrupted(_: int) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(importing, 'BLOCK', 10)
+    monkeypatch.setattr(conversion, 'BLOCK', 10)
     with pytest.raises(KeyboardInterrupt):
         write_bag(part('position'), tmp_path / 'no', progress=interrupted)
     assert os.listdir(tmp_path) == []
