@@ -9,8 +9,8 @@ bytes because they use the same templates. No ROS is needed here.
 import math
 import struct
 from collections.abc import Callable
-from functools import cache, wraps
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from functools import cache, update_wrapper
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
@@ -232,22 +232,32 @@ def pack_string(text: str) -> bytes:
     return _serialize(_message('std_msgs/msg/String', data=text))
 
 
-class _Reader:
-    """Walks through little-endian CDR; alignment counts from the end of the encapsulation."""
+class Reader:
+    """
+    Walks through little-endian CDR; alignment counts from the end of the encapsulation.
+
+    :ivar stamp_at: offset of the stamp that was read, None without one
+    :ivar numbers_at: offset and number of the floats that were read
+    """
 
     def __init__(self, cdr: bytes) -> None:
+        self.stamp_at: int | None = None
+        self.numbers_at: list[tuple[int, int]] = []
         if len(cdr) < _ENCAPSULATION or bytes(cdr[:2]) != _LITTLE_ENDIAN[:2]:
             raise RigError(f'message of {len(cdr)} bytes: not little-endian CDR')
         self._cdr = cdr
         self._at = _ENCAPSULATION
 
     def count(self) -> int:
+        """Return the next number of elements."""
         self._at += -self._at % 4  # the encapsulation is 4 bytes long: no need to subtract it
         (value,) = _COUNT.unpack_from(self._cdr, self._at)
         self._at += 4
         return int(value)
 
     def stamp(self) -> int:
+        """Return a stamp [ns]."""
+        self.stamp_at = self._at
         seconds, nanoseconds = _TIME.unpack_from(self._cdr, self._at)
         self._at += 8
         if nanoseconds >= NANOSECONDS:
@@ -255,20 +265,24 @@ class _Reader:
         return int(seconds) * NANOSECONDS + int(nanoseconds)
 
     def skip_string(self) -> None:
+        """Go beyond a text."""
         end = self.count() + self._at
         if not self._at < end <= len(self._cdr) or self._cdr[end - 1]:
             raise RigError(f'message of {len(self._cdr)} bytes: a text in it does not end')
         self._at = end
 
     def string(self) -> str:
+        """Return a text."""
         start = self._at + -self._at % 4 + _COUNT.size
         self.skip_string()
         return str(self._cdr[start : self._at - 1], 'utf-8')
 
     def doubles(self, count: int) -> tuple[float, ...]:
+        """Return some floats."""
         # An empty sequence is not followed by padding for the elements that it does not have.
         if count:
             self._at += -(self._at - _ENCAPSULATION) % 8
+            self.numbers_at.append((self._at, count))
         values = struct.unpack_from(f'<{count}d', self._cdr, self._at)
         self._at += 8 * count
         return values
@@ -279,37 +293,39 @@ class _Reader:
             raise RigError(f'message of {len(self._cdr)} bytes: {left} bytes too many')
 
 
-_Decoder = Callable[[bytes], _Value]
+class Decoder(Generic[_Value]):
+    """
+    Decodes one type of message; RigError when cut short or with text that is not UTF-8.
 
+    :param read: takes the values from a reader
+    """
 
-def _decoder(decode: _Decoder[_Value]) -> _Decoder[_Value]:
-    """Raise a RigError for data that end too early and for text that is not UTF-8."""
+    def __init__(self, read: Callable[[Reader], _Value]) -> None:
+        self.read = read
+        update_wrapper(self, read)
 
-    @wraps(decode)
-    def guarded(cdr: bytes) -> _Value:
+    def __call__(self, cdr: bytes) -> _Value:
+        """Return the values of a message."""
+        name = self.read.__name__
         try:
-            return decode(cdr)
+            return self.read(Reader(cdr))
         except (struct.error, IndexError) as error:
-            raise RigError(f'{decode.__name__}: {len(cdr)} bytes are too few: {error}') from error
+            raise RigError(f'{name}: {len(cdr)} bytes are too few: {error}') from error
         except UnicodeDecodeError as error:
-            raise RigError(f'{decode.__name__}: not UTF-8: {error}') from error
-
-    return guarded
+            raise RigError(f'{name}: not UTF-8: {error}') from error
 
 
-@_decoder
-def unpack_float64(cdr: bytes) -> float:
+@Decoder
+def unpack_float64(reader: Reader) -> float:
     """Decode std_msgs/Float64. RigError when cut short."""
-    reader = _Reader(cdr)
     (value,) = reader.doubles(1)
     reader.end()
     return value
 
 
-@_decoder
-def unpack_valve_voltages(cdr: bytes) -> tuple[float, float]:
+@Decoder
+def unpack_valve_voltages(reader: Reader) -> tuple[float, float]:
     """Decode u1, u2 [V] of a Float64MultiArray with any layout. RigError unless two values."""
-    reader = _Reader(cdr)
     for _ in range(reader.count()):
         reader.skip_string()
         reader.count()
@@ -322,10 +338,9 @@ def unpack_valve_voltages(cdr: bytes) -> tuple[float, float]:
     return values[0], values[1]
 
 
-@_decoder
-def unpack_joint_state(cdr: bytes) -> JointReading:
+@Decoder
+def unpack_joint_state(reader: Reader) -> JointReading:
     """Decode stamp and first joint of a JointState. RigError when cut short."""
-    reader = _Reader(cdr)
     stamp_ns = reader.stamp()
     reader.skip_string()
     for _ in range(reader.count()):
@@ -336,10 +351,9 @@ def unpack_joint_state(cdr: bytes) -> JointReading:
     return JointReading(stamp_ns, position, velocity, effort)
 
 
-@_decoder
-def unpack_joint_command(cdr: bytes) -> JointReading:
+@Decoder
+def unpack_joint_command(reader: Reader) -> JointReading:
     """Decode stamp and joint `piston` of a JointState of any joints. RigError without it."""
-    reader = _Reader(cdr)
     stamp_ns = reader.stamp()
     reader.skip_string()
     names = [reader.string() for _ in range(reader.count())]
@@ -354,10 +368,9 @@ def unpack_joint_command(cdr: bytes) -> JointReading:
     return JointReading(stamp_ns, position, velocity, effort)
 
 
-@_decoder
-def unpack_fluid_pressure(cdr: bytes) -> PressureReading:
+@Decoder
+def unpack_fluid_pressure(reader: Reader) -> PressureReading:
     """Decode a FluidPressure. RigError when cut short."""
-    reader = _Reader(cdr)
     stamp_ns = reader.stamp()
     reader.skip_string()
     pressure, variance = reader.doubles(2)
@@ -365,16 +378,15 @@ def unpack_fluid_pressure(cdr: bytes) -> PressureReading:
     return PressureReading(stamp_ns, pressure, variance)
 
 
-@_decoder
-def unpack_stamp(cdr: bytes) -> int:
+@Decoder
+def unpack_stamp(reader: Reader) -> int:
     """Decode the stamp [ns] of any message that begins with a Header or a Time."""
-    return _Reader(cdr).stamp()
+    return reader.stamp()
 
 
-@_decoder
-def unpack_string(cdr: bytes) -> str:
+@Decoder
+def unpack_string(reader: Reader) -> str:
     """Decode std_msgs/String. RigError when cut short."""
-    reader = _Reader(cdr)
     text = reader.string()
     reader.end()
     return text

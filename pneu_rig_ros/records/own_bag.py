@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.alike import decode_all
 from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
 from pneu_rig_ros.records.cdr import (
+    Decoder,
     unpack_float64,
     unpack_fluid_pressure,
     unpack_joint_state,
@@ -30,16 +31,16 @@ SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
 STAMPED = (*SAMPLED, 'friction', 'force')
 """Topics whose messages have the stamp of their sample."""
 
-_DECODERS: dict[str, Callable[[bytes], tuple[Any, ...]]] = {
+_DECODERS: dict[str, Decoder[Any]] = {
     'joint_states': unpack_joint_state,
     'chamber_1/pressure': unpack_fluid_pressure,
     'chamber_2/pressure': unpack_fluid_pressure,
     'friction': unpack_joint_state,
     'force': unpack_joint_state,
-    'u': lambda data: (0, unpack_float64(data)),
-    'valve_voltages': lambda data: (0, *unpack_valve_voltages(data)),
+    'u': unpack_float64,
+    'valve_voltages': unpack_valve_voltages,
 }
-"""Topic -> function that returns stamp (0 for none) and values of a message."""
+"""Topic -> decoder of its messages."""
 
 _POSITION, _VELOCITY, _EFFORT = 0, 1, 2
 """Columns in the values of a JointState."""
@@ -117,29 +118,24 @@ def _read_streams(bag: Bag, namespace: str) -> dict[str, Stream]:
         if connection.msgtype != wanted:
             raise RigError(f'{connection.topic} is {connection.msgtype}, must be {wanted}')
     arrivals: dict[str, list[int]] = {topic: [] for topic in _DECODERS}
-    rows: dict[str, list[tuple[Any, ...]]] = {topic: [] for topic in _DECODERS}
+    messages: dict[str, list[bytes]] = {topic: [] for topic in _DECODERS}
     for connection, arrival_ns, cdr in bag.messages(connections):
         topic = names[connection.topic]
         arrivals[topic].append(arrival_ns)
-        try:
-            rows[topic].append(_DECODERS[topic](cdr))
-        except RigError as error:
-            number = len(rows[topic]) + 1
-            raise RigError(f'{connection.topic}: message {number}: {error}') from error
+        messages[topic].append(cdr)
     for connection in connections:
-        count = len(rows[names[connection.topic]])
+        count = len(messages[names[connection.topic]])
         if count != connection.msgcount:
             raise RigError(
                 f'{connection.topic}: {count} messages, the index says {connection.msgcount}'
             )
     streams = {}
-    for topic in _DECODERS:
-        stamps, *values = zip(*rows[topic], strict=True) if rows[topic] else ((),)
-        streams[topic] = Stream(
-            np.array(arrivals[topic], dtype=np.int64),
-            np.array(values, dtype=np.float64).T,
-            np.array(stamps, dtype=np.int64),
-        )
+    for topic, decoder in _DECODERS.items():
+        try:
+            stamps, values = decode_all(decoder, messages[topic])
+        except RigError as error:
+            raise RigError(f'{namespace}/{topic}: {error}') from error
+        streams[topic] = Stream(np.array(arrivals[topic], dtype=np.int64), values, stamps)
     return streams
 
 
