@@ -26,6 +26,8 @@ HELD_OUT = 3
 """Every third recording is held out when none is named for it."""
 SATURATED = 0.5
 """Largest share of a recording that a signal may be at the upper end of its span [-]."""
+MACHINE = ('cylinder', 'valve')
+"""Sections of a recording's configuration that are alike in all recordings of a system."""
 LEAST_DURATION = 1.0
 """A shorter recording is refused [s]."""
 LONGEST_GAP = 0.025
@@ -87,18 +89,21 @@ def read_recordings(
     own = set(bags if system.rig is not None else ())
     tasks = [(path, None if path in own else mapping) for path in paths]
     recordings = map_tasks(executor or SerialExecutor(), _read, tasks, zero)
-    cylinders = [
-        (each.name, each.configuration.model.cylinder)
-        for each in recordings
-        if each.configuration is not None
-    ]
-    for name, cylinder in cylinders:
-        if cylinder != cylinders[0][1]:
-            raise RigError(
-                f'{name}: recorded with another cylinder than {cylinders[0][0]}; '
-                'diagnose recordings of one system at a time'
-            )
+    _check_same_machine(recordings)
     return recordings
+
+
+def _check_same_machine(recordings: Sequence[Recording]) -> None:
+    """Raise RigError for recordings that say they are of different machines."""
+    models = [(r.name, r.configuration.model) for r in recordings if r.configuration is not None]
+    for name, model in models[1:]:
+        first, of_first = models[0]
+        for part in MACHINE:
+            if getattr(model, part) != getattr(of_first, part):
+                raise RigError(
+                    f'{name}: recorded with another {part} than {first}; '
+                    'diagnose recordings of one system at a time'
+                )
 
 
 def read_runs(

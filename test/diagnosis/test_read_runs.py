@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -179,3 +180,13 @@ def test_value_that_is_no_number_is_told_with_its_place(tmp_path: Path) -> None:
     system = load_system(system_file(tmp_path, CHAMBERS))
     line = refused(lambda: read_runs([path], system, mapping(tmp_path / 'map.yaml', *signals)))
     assert 'row 8' in line
+
+
+def test_recordings_with_different_valves_are_refused(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    valve = rig.model.valve._replace(intake_coefficient=6e-8)
+    other = replace(rig, model=rig.model._replace(valve=valve))
+    bags = [simulate(each, 0.34, 1.5, tmp_path / name)
+            for name, each in (('first', rig), ('second', other))]  # fmt: skip
+    line = refused(lambda: diagnose(bags, 'cylinder_1'))
+    assert line.startswith('second: recorded with another valve than first')
