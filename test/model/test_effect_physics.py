@@ -271,6 +271,15 @@ def test_friction_changes_linearly_along_the_stroke() -> None:
     assert levels == pytest.approx(np.array([-0.2, 0.0, 0.2]) * LAW.breakaway_force)
 
 
+def test_friction_bulges_along_the_stroke_with_the_same_mean() -> None:
+    places = np.linspace(0.0, STROKE, 101)
+    levels = [contribute('position_dependent_friction', (0.0, 0.3), position=x)[1] for x in places]
+    ends, middle = levels[0], levels[50]
+    assert levels[-1] == pytest.approx(ends)
+    assert middle - ends == pytest.approx(0.3 * LAW.breakaway_force)
+    assert np.trapezoid(levels, places) == pytest.approx(0.0, abs=1e-3 * STROKE)
+
+
 def test_friction_warms_up_with_the_work() -> None:
     velocity, force, work = 0.02, 3.0, 0.5
     power = force * velocity + LAW.viscous_coefficient * velocity**2

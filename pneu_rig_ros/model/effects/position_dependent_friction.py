@@ -17,6 +17,9 @@ class Parameters(NamedTuple):
     gradient: Annotated[
         float, Quantity('-', -1.0, 1.0, 'share by which F_c and F_smax grow from x = 0 to x = L')
     ]
+    bulge: Annotated[
+        float, Quantity('-', -1.0, 1.0, 'share by which they are larger at x = L/2 than at both')
+    ] = 0.0
 
 
 @compiled
@@ -27,9 +30,11 @@ def contribution(
     state: NDArray[np.float64],
     rate: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Return what is added to F_c and to F_smax [N]: nothing at mid-stroke, linear in x."""
+    """Return what is added to F_c and to F_smax [N], a parabola of mean 0 along the stroke."""
     law = model.friction
-    share = parameters.gradient * (signals.motion.position / model.cylinder.stroke - 0.5)
+    from_middle = signals.motion.position / model.cylinder.stroke - 0.5
+    share = parameters.gradient * from_middle
+    share += parameters.bulge * (1.0 / 3.0 - 4.0 * from_middle * from_middle)
     return share * law.coulomb_force, share * law.breakaway_force
 
 
@@ -43,6 +48,13 @@ EFFECT = Effect(
     parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
-    probes=(Parameters(-0.4), Parameters(-0.1), Parameters(0.1), Parameters(0.4)),
+    probes=(
+        Parameters(-0.4),
+        Parameters(-0.1),
+        Parameters(0.1),
+        Parameters(0.4),
+        Parameters(0.0, -0.2),
+        Parameters(0.0, 0.2),
+    ),
     drivers=('position', 'velocity', 'speed'),
 )
