@@ -9,7 +9,8 @@ import numpy as np
 
 from pneu_rig_ros.diagnosis.balances import BALANCES
 from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, FORCE_OFFSET, INITIAL_TEMPERATURE
-from pneu_rig_ros.diagnosis.run import LARGEST_DELAY, Noise, Run, Span
+from pneu_rig_ros.diagnosis.reading import Noise, Span
+from pneu_rig_ros.diagnosis.run import LARGEST_DELAY, Run
 from pneu_rig_ros.diagnosis.system import System, on_bench
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError

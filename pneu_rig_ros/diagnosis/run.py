@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
-from scipy.special import ndtr
 
 from pneu_rig_ros.analysis.motion import Rest, find_rests
 from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
+from pneu_rig_ros.diagnosis.reading import CLIPPED, Noise, Span, unclipped
 from pneu_rig_ros.diagnosis.weak_form import Flags, Floats
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Gas, Operation
@@ -27,8 +27,6 @@ SMOOTHING = 0.025
 """Window of the parabolas that smooth position and pressures: shorter than a filling [s]."""
 AT_STOP = 3e-4
 """A rest this close to an end stop cannot be distinguished from one at the stop [m]."""
-CLIPPED = 4.0
-"""Standard deviations from the end of a span within which noise is cut off on one side [-]."""
 IMPACT = 0.1
 """Before it rests at an end stop the piston bounces, and its velocity is smeared [s]."""
 SMEARED = 0.046
@@ -37,35 +35,6 @@ FINEST_FIT = 0.5
 """Length of the shortest line fits of the velocity, relative to those that find rests [-]."""
 LARGEST_DELAY = 3.0
 """Largest delay of the pressures that is considered [standard deviations]."""
-
-
-@dataclass(frozen=True)
-class Noise:
-    """Standard deviation of a reading of x [m], p1, p2 [Pa] and of the bench's force [N]."""
-
-    position: float
-    pressure_1: float
-    pressure_2: float
-    force: float = 0.0
-
-    @property
-    def pressures(self) -> tuple[float, float]:
-        """That of p1, p2 [Pa]."""
-        return self.pressure_1, self.pressure_2
-
-    @property
-    def readings(self) -> Floats:
-        """That of x [m], p1, p2 [Pa], shape (3,)."""
-        return np.array([self.position, self.pressure_1, self.pressure_2])
-
-
-@dataclass(frozen=True)
-class Span:
-    """Ends of the sensors' spans: largest x [m], smallest and largest pressure [Pa]."""
-
-    position: float = np.inf
-    low: float = 0.0
-    high: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -312,21 +281,3 @@ class Run:
     def with_readings(self, position: Floats, pressures: Floats) -> Run:
         """Return the run with other readings."""
         return replace(self, position=position, pressures=pressures)
-
-
-def positive_mean(ratio: Floats) -> Floats:
-    """Return E max(y + n, 0) for values y and normal noise n of standard deviation 1."""
-    near = np.clip(ratio, -40.0, 40.0)
-    density = np.exp(-0.5 * near**2) / np.sqrt(2.0 * np.pi)
-    mean: Floats = np.where(ratio < 40.0, near * ndtr(near) + density, ratio)
-    return mean
-
-
-def unclipped(means: Floats, low: float, noise: float) -> Floats:
-    """Return the true values behind means of readings that are cut off below ``low``."""
-    if low <= 0.0 or noise <= 0.0:
-        return means
-    true = np.linspace(0.0, CLIPPED, 200)
-    ratio = (means - low) / noise
-    inverse: Floats = low + noise * np.interp(ratio, positive_mean(true), true)
-    return np.where(ratio < CLIPPED, inverse, means)

@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.random import Generator
 
 from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
@@ -27,7 +26,7 @@ from pneu_rig_ros.diagnosis.fitting import (
     screen,
 )
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
+from pneu_rig_ros.diagnosis.remainder import NEGLIGIBLE, Remainder
 from pneu_rig_ros.diagnosis.scoring import (
     ScoredFit,
     ambiguous,
@@ -35,11 +34,8 @@ from pneu_rig_ros.diagnosis.scoring import (
     excess,
     improves,
     preferred,
-    remaining_share,
     score,
 )
-from pneu_rig_ros.diagnosis.shooting import CycleTest, compare_cycles
-from pneu_rig_ros.diagnosis.windows import windows_of
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 
 MOST_CAUSES = 3
@@ -58,45 +54,30 @@ ANOTHER_CAUSE_LEAVES = 0.7
 """Largest share of the excess that one more cause may leave [-]."""
 CYCLES_EXPLAINED = 0.1
 """Share of the excess of the cycles below which no further cause is searched [-]."""
-NEGLIGIBLE = 0.03
-"""Share of the excess so small that its significance is no measure of a cause [-]."""
 
 
-@dataclass
-class Search:
+@dataclass(kw_only=True)
+class Search(Remainder):
     """
     The search for an explanation.
 
-    :param given: the hypothesis to be explained
-    :param training, held_out: the data
     :param pool: candidates
-    :param rng: of the noise
     :param progress: called with a text at each step
     :param executor: where candidates are screened and fitted
     :param base: what is fitted with every explanation
-    :ivar best: the accepted explanation
-    :ivar calibrated: the base alone
     :ivar ranking: fitted explanations of accepted sizes
     :ivar initial: the data with the noise under the given hypothesis
     :ivar residuals_significant: whether residuals of the given hypothesis are
-    :ivar first_cycle_test: of the given hypothesis, if it was made
     """
 
-    given: Hypothesis
-    training: Dataset
-    held_out: Dataset
     pool: Sequence[Candidate]
-    rng: Generator
     progress: Callable[[str], None] = lambda text: None
     executor: Executor = field(default_factory=SerialExecutor)
     base: Explanation = field(default_factory=Explanation)
-    best: ScoredFit | None = None
-    calibrated: ScoredFit | None = None
     screened: list[Screened] = field(default_factory=list)
     ranking: list[ScoredFit] = field(default_factory=list)
     initial: tuple[Dataset, Dataset] | None = None
     residuals_significant: bool = False
-    first_cycle_test: CycleTest | None = None
 
     def run(self) -> ScoredFit | None:
         """Return the smallest explanation that leaves no significant residual, or the best."""
@@ -127,69 +108,11 @@ class Search:
             beam = [own, *(each for each in others if each.name != own.name)][:BEAM]
         return self.best
 
-    @property
-    def hypothesis(self) -> Hypothesis:
-        """The given hypothesis with the best explanation so far."""
-        return self.given if self.best is None else self.best.explanation.apply(self.given)
-
     def causes(self, explanation: Explanation) -> list[str]:
         """Return the names of the causes, without the base and with a family for its effect."""
         implied = {part.name for part in self.base.parts}
         implied |= {part.effect for part in explanation.parts if isinstance(part, Family)}
         return [name for name in explanation.causes if name not in implied] or explanation.causes
-
-    def significant(self) -> list[SignificantResidual]:
-        """Return the significant residuals of the best explanation so far."""
-        return localise(windows_of(self.training, self.hypothesis))
-
-    def remaining(self, simulated: bool = True) -> float:
-        """
-        Return the share of the excess on held-out data that the best explanation leaves [-].
-
-        :param simulated: whether the cycles count where they are part of the data
-        """
-        dataset = self.held_out if simulated else self.held_out.without_cycles
-        return remaining_share(dataset, self.given, self.hypothesis)
-
-    def cycles_differ(self) -> bool:
-        """Return whether simulated cycles are farther off than those of replicates."""
-        comparisons = self.training.comparisons
-        if not comparisons[0].free:
-            return False
-        test = compare_cycles(self.hypothesis, comparisons, self.rng)
-        if self.best is None:
-            self.first_cycle_test = test
-        return test.significant
-
-    def cycle_residuals(self) -> list[SignificantResidual]:
-        """Return the difference of the given model's cycles, which begins at the breakaways."""
-        test = self.first_cycle_test
-        if test is None:
-            return []
-        names = tuple(comparison.run.name for comparison in self.training.comparisons)
-        place = 'force', 'breakaway', '', '-'
-        values = test.loss, test.expected, test.p_value
-        return [SignificantResidual(*place, *values, '', None, None, names, ())]
-
-    def reproduced(self) -> bool:
-        """Return whether a cause was found, or the held-out data disagree in the same balances."""
-        found = self.best is not None and self.best is not self.calibrated
-        if found or (self.training.cycles is not None and self.cycles_differ()):
-            return True
-        balances = [
-            {residual.balance for residual in localise(windows_of(dataset, self.hypothesis))}
-            for dataset in (self.training, self.held_out)
-        ]
-        return bool(balances[0] & balances[1])
-
-    def leaves_something(self, residuals: Sequence[SignificantResidual]) -> bool:
-        """Return whether something remains, so that the best explanation may be wrong."""
-        simulated = self.training.cycles is not None
-        if self.best is None or self.best is self.calibrated:
-            return bool(residuals) or simulated
-        if residuals:
-            return True
-        return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
 
     def restart(self) -> None:
         """Return to the base and to the initial data."""

@@ -24,8 +24,9 @@ from scipy.stats import mannwhitneyu
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.parallel import map_runs
+from pneu_rig_ros.diagnosis.reading import positive_mean
 from pneu_rig_ros.diagnosis.replicates import simulate_replicate
-from pneu_rig_ros.diagnosis.run import Run, positive_mean
+from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.imposed import Impose

@@ -203,7 +203,16 @@ def diagnose(
         progress(stage, 0.1 + 0.75 * min(next(steps) / SEARCH_STEPS, 1.0))
 
     candidates, base = pool(system, runs, without)
-    search = Search(given, training, held_out, candidates, rng, report, workers, base)
+    search = Search(
+        given=given,
+        training=training,
+        held_out=held_out,
+        rng=rng,
+        pool=candidates,
+        progress=report,
+        executor=workers,
+        base=base,
+    )
     best = search.run()
     progress('testing what is left', 0.85)
     remaining = search.significant()

@@ -10,8 +10,8 @@ import pytest
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.dataset import Dataset, loss, pseudo_huber
 from pneu_rig_ros.diagnosis.read_runs import read_runs
+from pneu_rig_ros.diagnosis.reading import positive_mean, unclipped
 from pneu_rig_ros.diagnosis.replicates import inflation, simulate_replicate
-from pneu_rig_ros.diagnosis.run import positive_mean, unclipped
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.whitening import Source, whitener
 

@@ -19,7 +19,7 @@ def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(tmp_path: P
     training, held_out = (
         Dataset.of(hypothesis, [Comparison(run)], rng).with_cycles(hypothesis, rng) for run in runs
     )
-    search = Search(hypothesis, training, held_out, (), rng)
+    search = Search(given=hypothesis, training=training, held_out=held_out, rng=rng, pool=())
     assert not search.reproduced()
     friction = hypothesis.model.friction
     sticky = friction._replace(breakaway_force=2.0 * friction.breakaway_force)

@@ -1,0 +1,60 @@
+"""Readings of sensors: their noise, and the ends of their spans, where it is cut off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from pneu_rig_ros.diagnosis.weak_form import Floats
+
+CLIPPED = 4.0
+"""Standard deviations from the end of a span within which noise is cut off on one side [-]."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviation of a reading of x [m], p1, p2 [Pa] and of the bench's force [N]."""
+
+    position: float
+    pressure_1: float
+    pressure_2: float
+    force: float = 0.0
+
+    @property
+    def pressures(self) -> tuple[float, float]:
+        """That of p1, p2 [Pa]."""
+        return self.pressure_1, self.pressure_2
+
+    @property
+    def readings(self) -> Floats:
+        """That of x [m], p1, p2 [Pa], shape (3,)."""
+        return np.array([self.position, self.pressure_1, self.pressure_2])
+
+
+@dataclass(frozen=True)
+class Span:
+    """Ends of the sensors' spans: largest x [m], smallest and largest pressure [Pa]."""
+
+    position: float = np.inf
+    low: float = 0.0
+    high: float = np.inf
+
+
+def positive_mean(ratio: Floats) -> Floats:
+    """Return E max(y + n, 0) for values y and normal noise n of standard deviation 1."""
+    near = np.clip(ratio, -40.0, 40.0)
+    density = np.exp(-0.5 * near**2) / np.sqrt(2.0 * np.pi)
+    mean: Floats = np.where(ratio < 40.0, near * ndtr(near) + density, ratio)
+    return mean
+
+
+def unclipped(means: Floats, low: float, noise: float) -> Floats:
+    """Return the true values behind means of readings that are cut off below ``low``."""
+    if low <= 0.0 or noise <= 0.0:
+        return means
+    true = np.linspace(0.0, CLIPPED, 200)
+    ratio = (means - low) / noise
+    inverse: Floats = low + noise * np.interp(ratio, positive_mean(true), true)
+    return np.where(ratio < CLIPPED, inverse, means)

@@ -1,0 +1,100 @@
+"""
+What a hypothesis leaves of the data, and whether that is significant, reproduced and large.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from numpy.random import Generator
+
+from pneu_rig_ros.diagnosis.dataset import Dataset
+from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
+from pneu_rig_ros.diagnosis.scoring import ScoredFit, remaining_share
+from pneu_rig_ros.diagnosis.shooting import CycleTest, compare_cycles
+from pneu_rig_ros.diagnosis.windows import windows_of
+
+NEGLIGIBLE = 0.03
+"""Share of the excess so small that its significance is no measure of a cause [-]."""
+
+
+@dataclass(kw_only=True)
+class Remainder:
+    """
+    What the best explanation so far leaves of the data.
+
+    :param given: the hypothesis to be explained
+    :param training, held_out: the data
+    :param rng: of the noise
+    :ivar best: the accepted explanation
+    :ivar calibrated: the base alone
+    :ivar first_cycle_test: of the given hypothesis, if it was made
+    """
+
+    given: Hypothesis
+    training: Dataset
+    held_out: Dataset
+    rng: Generator
+    best: ScoredFit | None = None
+    calibrated: ScoredFit | None = None
+    first_cycle_test: CycleTest | None = None
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The given hypothesis with the best explanation so far."""
+        return self.given if self.best is None else self.best.explanation.apply(self.given)
+
+    def significant(self) -> list[SignificantResidual]:
+        """Return the significant residuals of the best explanation so far."""
+        return localise(windows_of(self.training, self.hypothesis))
+
+    def remaining(self, simulated: bool = True) -> float:
+        """
+        Return the share of the excess on held-out data that the best explanation leaves [-].
+
+        :param simulated: whether the cycles count where they are part of the data
+        """
+        dataset = self.held_out if simulated else self.held_out.without_cycles
+        return remaining_share(dataset, self.given, self.hypothesis)
+
+    def cycles_differ(self) -> bool:
+        """Return whether simulated cycles are farther off than those of replicates."""
+        comparisons = self.training.comparisons
+        if not comparisons[0].free:
+            return False
+        test = compare_cycles(self.hypothesis, comparisons, self.rng)
+        if self.best is None:
+            self.first_cycle_test = test
+        return test.significant
+
+    def cycle_residuals(self) -> list[SignificantResidual]:
+        """Return the difference of the given model's cycles, which begins at the breakaways."""
+        test = self.first_cycle_test
+        if test is None:
+            return []
+        names = tuple(comparison.run.name for comparison in self.training.comparisons)
+        place = 'force', 'breakaway', '', '-'
+        values = test.loss, test.expected, test.p_value
+        return [SignificantResidual(*place, *values, '', None, None, names, ())]
+
+    def reproduced(self) -> bool:
+        """Return whether a cause was found, or the held-out data disagree in the same balances."""
+        found = self.best is not None and self.best is not self.calibrated
+        if found or (self.training.cycles is not None and self.cycles_differ()):
+            return True
+        balances = [
+            {residual.balance for residual in localise(windows_of(dataset, self.hypothesis))}
+            for dataset in (self.training, self.held_out)
+        ]
+        return bool(balances[0] & balances[1])
+
+    def leaves_something(self, residuals: Sequence[SignificantResidual]) -> bool:
+        """Return whether something remains, so that the best explanation may be wrong."""
+        simulated = self.training.cycles is not None
+        if self.best is None or self.best is self.calibrated:
+            return bool(residuals) or simulated
+        if residuals:
+            return True
+        return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
