@@ -77,7 +77,8 @@ HIDDEN = (
 NONE_HIDDEN = {'nonlinear_opening.exponent': 1.0, 'friction_warm_up.work': 1.0,
                'end_cushion.length': 0.01, 'porous_leak.exponent': 1.0,
                'natural_convection.exponent': 0.25, 'pressure_power_friction.exponent': 1.0,
-               'travel_dependent_friction.limit': 0.5, 'time_dependent_friction.limit': 0.5}  # fmt: skip
+               'travel_dependent_friction.limit': 0.5,
+               'time_dependent_friction.limit': 0.5}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
 
 FOREIGN, WIDTH = len(HIDDEN), 4

@@ -1,4 +1,4 @@
-"""Leakage of the chambers to atmosphere through porous walls or a seal: a power of the pressure."""
+"""Leakage of the chambers to atmosphere through porous walls: a power of the gauge pressure."""
 
 import math
 from typing import Annotated, NamedTuple
