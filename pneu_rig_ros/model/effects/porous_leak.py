@@ -72,10 +72,10 @@ EFFECT = Effect(
     null=Parameters(0.0, 0.0, 1.0),
     contribution=contribution,
     probes=(
-        Parameters(1e-6, 0.0, 1.2),
-        Parameters(0.0, 1e-6, 1.2),
-        Parameters(1e-6, 1e-6, 1.0),
-        Parameters(5e-6, 5e-6, 1.5),
+        Parameters(3e-6, 0.0, 1.2),
+        Parameters(0.0, 3e-6, 1.2),
+        Parameters(3e-6, 3e-6, 1.0),
+        Parameters(2e-5, 2e-5, 1.5),
     ),
     drivers=('position', 'time'),
 )
