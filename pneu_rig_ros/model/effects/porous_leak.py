@@ -73,7 +73,7 @@ EFFECT = Effect(
     contribution=contribution,
     probes=(
         Parameters(3e-6, 0.0, 1.2),
-        Parameters(0.0, 3e-6, 1.2),
+        Parameters(0.0, 2e-5, 1.0),
         Parameters(3e-6, 3e-6, 1.0),
         Parameters(2e-5, 2e-5, 1.5),
     ),
