@@ -6,11 +6,12 @@ Numba unpacks a flat array in a fraction of a microsecond, a record of sixty fie
 
 (
     X, V, P1, P2, Z, H, M1, M2, LINE_1, LINE_2, SPOOL_1, SPOOL_2, WARMTH, STRETCH, LOAD_V,
-) = range(15)  # fmt: skip
+    TRAVEL, ELAPSED,
+) = range(17)  # fmt: skip
 """State: position [m], velocity [m/s], pressures [Pa], bristle deflection [m], film [-], gas
 masses [kg], flows out of the lines [kg/s], spools [V], warmth [-], stretch [m], velocity of the
-load [m/s]."""
-STATES = 15
+load [m/s], way gone [m] and time [s] so far."""
+STATES = 17
 
 (
     STICKING, CONTACT, REST_START, SLIDE_START, SHARE, HELD, TARGET_1, TARGET_2, ANCHORS,
@@ -59,16 +60,25 @@ HIDDEN = (
     'friction_warm_up.drop', 'friction_warm_up.work', 'inclination.angle',
     'load_spring.stiffness', 'load_spring.compression', 'end_cushion.length',
     'end_cushion.stiffness', 'end_cushion.damping', 'load_compliance.compliance',
-    'load_compliance.damping',
+    'load_compliance.damping', 'porous_leak.flow_1', 'porous_leak.flow_2',
+    'porous_leak.exponent', 'natural_convection.conductance_1',
+    'natural_convection.conductance_2', 'natural_convection.exponent',
+    'pressure_power_friction.force', 'pressure_power_friction.exponent',
+    'travel_dependent_friction.rate', 'travel_dependent_friction.limit',
+    'time_dependent_friction.rate', 'time_dependent_friction.limit', 'bore_taper.taper',
 )  # fmt: skip
 """What can be hidden in the equations, effect.parameter, in the order of the places below."""
 (
     DROOP, CROSS, LEAK_1, LEAK_2, NULL_IN, NULL_OUT, HEAT_1, HEAT_2, LINE_TIME, LAG_TIME, PLAY,
     OPENING, SLOPE, ASYMMETRY, GRADIENT, DROP, WORK, ANGLE, SPRING, PRELOAD, CUSHION, CUSHION_K,
-    CUSHION_D, COMPLIANCE, JOINT_D,
+    CUSHION_D, COMPLIANCE, JOINT_D, PORES_1, PORES_2, PORES_POWER, CONVECTION_1, CONVECTION_2,
+    CONVECTION_POWER, LIP, LIP_POWER, TRAVEL_RATE, TRAVEL_LIMIT, TIME_RATE, TIME_LIMIT, TAPER,
 ) = range(len(HIDDEN))  # fmt: skip
 NONE_HIDDEN = {'nonlinear_opening.exponent': 1.0, 'friction_warm_up.work': 1.0,
-               'end_cushion.length': 0.01}  # fmt: skip
+               'end_cushion.length': 0.01, 'porous_leak.exponent': 1.0,
+               'natural_convection.exponent': 0.25, 'pressure_power_friction.exponent': 1.0,
+               'travel_dependent_friction.limit': 0.5,
+               'time_dependent_friction.limit': 0.5}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
 
 FOREIGN, WIDTH = len(HIDDEN), 4

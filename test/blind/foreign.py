@@ -40,11 +40,15 @@ class Form(NamedTuple):
     also: tuple[str, int] | None = None
 
 
-HEAT, DROOP, CURVE = ('wall_heat_transfer',), ('supply_droop',), ('nonlinear_opening',)
-LEAK, CROSS, NULL = ('chamber_leak',), ('cross_piston_leak',), ('valve_null_leak',)
+HEAT = 'wall_heat_transfer', 'natural_convection'
+DROOP, CURVE = ('supply_droop',), ('nonlinear_opening',)
+LEAK = 'chamber_leak', 'porous_leak'
+CROSS, NULL = ('cross_piston_leak',), ('valve_null_leak',)
 LAG, PLAY, LINE = ('valve_lag',), ('spool_hysteresis',), ('line_lag',)
-PRESSURE, SIDE = ('pressure_dependent_friction',), ('direction_dependent_friction',)
-PLACE, WARM = ('position_dependent_friction',), ('friction_warm_up',)
+PRESSURE = 'pressure_dependent_friction', 'pressure_power_friction'
+SIDE = ('direction_dependent_friction',)
+PLACE = ('position_dependent_friction',)
+WARM = 'friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'
 SPRING, CUSHION, JOINT = ('load_spring',), ('end_cushion',), ('load_compliance',)
 BRISTLES, STRIBECK = ('presliding_hysteresis',), ('stribeck',)
 DWELL, FILM = ('dwell_static_friction',), ('film_dynamics',)

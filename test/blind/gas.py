@@ -15,6 +15,9 @@ from .constants import (
     A2,
     AT_LEAK,
     AT_SUPPLY,
+    CONVECTION_1,
+    CONVECTION_2,
+    CONVECTION_POWER,
     CROSS,
     DROOP,
     FOREIGN,
@@ -39,6 +42,9 @@ from .constants import (
     P2,
     P_ATM,
     P_S,
+    PORES_1,
+    PORES_2,
+    PORES_POWER,
     SOURCE,
     SPOOL_1,
     SPOOL_2,
@@ -161,6 +167,22 @@ def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> fl
 
 
 @numba.njit
+def pores(pressure: float, flow: float, c: np.ndarray, e: np.ndarray) -> float:
+    """Flow [kg/s] out through pores, a power of the bars above atmosphere; straight near 0."""
+    bars = 1e-5 * (pressure - c[P_ATM])
+    if abs(bars) < 1e-3:
+        return flow * 1e-3 ** e[PORES_POWER] * bars / 1e-3
+    return math.copysign(flow * abs(bars) ** e[PORES_POWER], bars)
+
+
+@numba.njit
+def convected(gas: float, conductance: float, c: np.ndarray, e: np.ndarray) -> float:
+    """Heat [W] that a rising or falling layer of gas at a temperature [K] takes from the wall."""
+    tens = 0.1 * (c[T_S] - gas)
+    return math.copysign(10.0 * conductance * abs(tens) ** (1.0 + e[CONVECTION_POWER]), tens)
+
+
+@numba.njit
 def foreign_rates(
     y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> None:
@@ -193,11 +215,13 @@ def foreign_rates(
         flow += foreign.null_flow(c[P_S], spools[i], pressure, c, e)
         share = e[AT_LEAK + 3] if i == 0 else 1.0
         flow -= orifice(pressure, outside, e[LEAK_1 + i], c)
+        flow -= pores(pressure, e[PORES_1 + i], c, e)
         flow -= sign * across + share * foreign.leak(y, pressure, c, e)
         volume = c[V10] + c[A1] * y[X] if i == 0 else c[V20] + c[A2] * (c[STROKE] - y[X])
         warmth = foreign.heat(y, dy, i, volume, c, e)
-        if e[HEAT_1 + i] > 0.0:
-            warmth += e[HEAT_1 + i] * (c[T_S] - pressure * volume / (y[M1 + i] * c[R]))
+        if e[HEAT_1 + i] + e[CONVECTION_1 + i] > 0.0:
+            gas = pressure * volume / (y[M1 + i] * c[R])
+            warmth += e[HEAT_1 + i] * (c[T_S] - gas) + convected(gas, e[CONVECTION_1 + i], c, e)
         dy[M1 + i] = flow
         work = k * (rt * flow - sign * pressure * c[A1 + i] * y[V]) + (k - 1.0) * warmth
         dy[P1 + i] = work / foreign.stiffened(volume, pressure, c, e)
@@ -233,13 +257,18 @@ def gas_rates(
     across = orifice(p1, p2, e[CROSS], c)
     flow_1 -= across + orifice(p1, outside, e[LEAK_1], c)
     flow_2 += across - orifice(p2, outside, e[LEAK_2], c)
+    if e[PORES_1] + e[PORES_2] > 0.0:
+        flow_1 -= pores(p1, e[PORES_1], c, e)
+        flow_2 -= pores(p2, e[PORES_2], c, e)
     volume_1 = c[V10] + c[A1] * y[X]
     volume_2 = c[V20] + c[A2] * (c[STROKE] - y[X])
     k, rt = c[KAPPA], c[R] * c[T_S]
     dy[M1], dy[M2] = flow_1, flow_2
     dy[P1] = k / volume_1 * (rt * flow_1 - p1 * c[A1] * y[V])
     dy[P2] = k / volume_2 * (rt * flow_2 + p2 * c[A2] * y[V])
-    if e[HEAT_1] + e[HEAT_2] > 0.0:
+    if e[HEAT_1] + e[HEAT_2] + e[CONVECTION_1] + e[CONVECTION_2] > 0.0:
         gas_1, gas_2 = p1 * volume_1 / (y[M1] * c[R]), p2 * volume_2 / (y[M2] * c[R])
-        dy[P1] += (k - 1.0) / volume_1 * e[HEAT_1] * (c[T_S] - gas_1)
-        dy[P2] += (k - 1.0) / volume_2 * e[HEAT_2] * (c[T_S] - gas_2)
+        heat_1 = e[HEAT_1] * (c[T_S] - gas_1) + convected(gas_1, e[CONVECTION_1], c, e)
+        heat_2 = e[HEAT_2] * (c[T_S] - gas_2) + convected(gas_2, e[CONVECTION_2], c, e)
+        dy[P1] += (k - 1.0) / volume_1 * heat_1
+        dy[P2] += (k - 1.0) / volume_2 * heat_2

@@ -28,6 +28,7 @@ from .constants import (
     CUSHION_D,
     CUSHION_K,
     DROP,
+    ELAPSED,
     F_C,
     F_S,
     FILM,
@@ -38,6 +39,8 @@ from .constants import (
     HELD,
     JOINT_D,
     LAW,
+    LIP,
+    LIP_POWER,
     LOAD,
     LOAD_V,
     MASS,
@@ -57,10 +60,16 @@ from .constants import (
     STRETCH,
     STROKE,
     T_FLUID,
+    TAPER,
     TAU_0,
     TAU_M,
     TAU_P,
     TAU_S,
+    TIME_LIMIT,
+    TIME_RATE,
+    TRAVEL,
+    TRAVEL_LIMIT,
+    TRAVEL_RATE,
     V_B,
     V_FILM,
     V_S,
@@ -97,6 +106,21 @@ def drag(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray)
 
 
 @numba.njit
+def drifted(rate: float, limit: float, progress: float) -> float:
+    """Share [-] by which a level has drifted: at a rate at first, towards a limit."""
+    if rate == 0.0:
+        return 0.0
+    share = limit * (1.0 - math.exp(-abs(rate) * progress / limit))
+    return share if rate > 0.0 else -min(share, 0.9)
+
+
+@numba.njit
+def pressed(pressure: float, c: np.ndarray, e: np.ndarray) -> float:
+    """Friction [N] of a lip that a pressure [Pa] presses on: a power of its bars."""
+    return e[LIP] * max(1e-5 * (pressure - c[P_ATM]), 0.0) ** e[LIP_POWER]
+
+
+@numba.njit
 def levels(
     y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> tuple[float, float]:
@@ -107,7 +131,10 @@ def levels(
         if memory[STICKING] == 1.0:
             side = max(-1.0, min(1.0, 2.0 * bristles / c[F_C]))
         share += e[ASYMMETRY] * side
+    share += drifted(e[TRAVEL_RATE], e[TRAVEL_LIMIT], y[TRAVEL])
+    share += drifted(e[TIME_RATE], e[TIME_LIMIT], y[ELAPSED])
     added = e[SLOPE] * max(y[P1] + y[P2] - 2.0 * c[P_ATM], 0.0)
+    added += pressed(y[P1], c, e) + pressed(y[P2], c, e)
     if e.size > FOREIGN:
         more, most = foreign.added_levels(y, bristles, memory, c, e)
         coulomb = max((1.0 + share) * c[F_C] + added + more, 0.01 * c[F_C])
@@ -209,6 +236,8 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     inner = cushion(e[CUSHION] - y[X], -y[V], e)
     outer = cushion(y[X] - c[STROKE] + e[CUSHION], y[V], e)
     total = weight + spring + inner - outer
+    # what the bore is wider than stated, both chambers press on
+    total += e[TAPER] * c[A1] * (y[X] / c[STROKE] - 0.5) * (y[P1] - y[P2])
     if e.size > FOREIGN:
         total += foreign.load_force(y, c, e)
         if e[AT_PAD] > 0.0:
@@ -262,6 +291,10 @@ def motion_rates(
     dy[H] = film_rate(y, static, coulomb, memory, c, e)
     if e[DROP] != 0.0:
         dy[WARMTH] = (1.0 - y[WARMTH]) * (abs(bristles * v) + c[SIGMA_2] * v * v) / e[WORK]
+    if e[TRAVEL_RATE] != 0.0:
+        dy[TRAVEL] = abs(v)
+    if e[TIME_RATE] != 0.0:
+        dy[ELAPSED] = 1.0
     force = c[A1] * (y[P1] - c[P_ATM]) - c[A2] * (y[P2] - c[P_ATM]) + outer_forces(y, c, e)
     if e.size > FOREIGN:
         z_rate = foreign_bending(v, bristles, level, e)

@@ -12,7 +12,8 @@ Answer = dict[str, Any]
 Score = dict[str, Any]
 """Balance, regime, and the mean, RMS and count of its z-scores."""
 GAS = {'supply_droop', 'cross_piston_leak', 'chamber_leak', 'valve_null_leak', 'line_lag',
-       'wall_heat_transfer', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening'}  # fmt: skip
+       'wall_heat_transfer', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening',
+       'porous_leak', 'natural_convection'}  # fmt: skip
 SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
 GROUPS = ('gas', 'force', 'sensor')
 OF_FORCE = ('friction.', 'cylinder.moving_mass')

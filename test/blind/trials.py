@@ -71,6 +71,13 @@ PAIRS = (
     ('cross_piston_leak', 'position_scale'),
     ('pressure_offset', 'direction_dependent_friction'),
 )
+ALIKE = (
+    ('chamber_leak', 'porous_leak'),
+    ('wall_heat_transfer', 'natural_convection'),
+    ('pressure_dependent_friction', 'pressure_power_friction'),
+    ('friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'),
+)
+"""Laws of one mechanism: a library that has one of them does not lack the mechanism."""
 
 
 class Trial(NamedTuple):
@@ -157,8 +164,20 @@ def _removed() -> Iterator[Trial]:
             key = f'removed/{effect}/{cylinder}/1'
             secret = _hide(effect, cylinder, 'medium')
             yield Trial(
-                key, 'removed', cylinder, 1.0, secret, (effect,), 'medium', without=(effect,)
+                key,
+                'removed',
+                cylinder,
+                1.0,
+                secret,
+                (effect,),
+                'medium',
+                without=alike(effect),
             )
+
+
+def alike(effect: str) -> tuple[str, ...]:
+    """Return the effects that are laws of the same mechanism, itself among them."""
+    return next((group for group in ALIKE if effect in group), (effect,))
 
 
 def _parameter() -> Iterator[Trial]:

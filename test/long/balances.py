@@ -37,7 +37,7 @@ STOP_TOLERANCE = 1e-9
 STEADY = 1e-6
 """Change of ln p V between samples below which its logarithmic mean is as good as its mean [-]."""
 
-UNBOUNDED = {'cross_piston_leak', 'wall_heat_transfer', 'line_lag'}
+UNBOUNDED = {'cross_piston_leak', 'wall_heat_transfer', 'natural_convection', 'line_lag'}
 """Effects with which a pressure has other ways up than supply and piston."""
 
 
@@ -146,16 +146,15 @@ def _pushed(effects: dict[str, Any]) -> bool:
 def _heat(
     chambers: Any, time: Floats, model: Model, effects: dict[str, Any]
 ) -> tuple[Floats, Floats]:
-    """Return the heat that came into each chamber [J], shape (n,): Newton's law, walls at T_s."""
-    given = effects.get('wall_heat_transfer')
-    walls = model.gas.supply_temperature
-    if given is None:
-        return np.zeros(time.size), np.zeros(time.size)
-    flows = [
-        conductance * (walls - p * volume / (mass * model.gas.gas_constant))
-        for conductance, (p, volume, mass) in zip(given, chambers, strict=True)
-    ]
-    return _integral(flows[0], time), _integral(flows[1], time)
+    """Return the heat that came into each chamber [J], shape (n,), from walls at T_s."""
+    cooled = effects.get('wall_heat_transfer', (0.0, 0.0))
+    *convected, power = effects.get('natural_convection', (0.0, 0.0, 0.25))
+    flows = []
+    for newton, convection, (p, volume, mass) in zip(cooled, convected, chambers, strict=True):
+        colder = model.gas.supply_temperature - p * volume / (mass * model.gas.gas_constant)
+        conductance = newton + convection * (np.abs(colder) / 10.0) ** power
+        flows.append(_integral(conductance * colder, time))
+    return flows[0], flows[1]
 
 
 def _overpressure(

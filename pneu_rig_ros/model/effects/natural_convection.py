@@ -1,0 +1,85 @@
+"""Heat exchange between the gas and the cylinder wall by natural convection."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+REFERENCE = 10.0
+"""Difference of temperature at which the conductance is as stated [K]."""
+SMALLEST = 1e-6
+"""Least difference of temperature that drives the gas, as a share of it [-]: a power needs one."""
+
+
+class Parameters(NamedTuple):
+    """
+    Conductance at 10 K between gas and wall, and the power of the difference with which it grows.
+
+    The wall is at supply temperature. The power is that of Rayleigh's number in Nusselt's: 1/4 in
+    laminar and 1/3 in turbulent convection, about 0.2 where it hardly begins.
+    """
+
+    conductance_1: Annotated[
+        float, Quantity('W/K', 0.0, 100.0, 'conductance of chamber 1 at a difference of 10 K')
+    ]
+    conductance_2: Annotated[
+        float, Quantity('W/K', 0.0, 100.0, 'conductance of chamber 2 at a difference of 10 K')
+    ]
+    exponent: Annotated[float, Quantity('-', 0.15, 0.4, 'power of the difference of temperature')]
+
+
+@compiled
+def heat(colder: float, conductance: float, exponent: float) -> float:
+    """
+    Return the heat flow [W] into a gas.
+
+    :param colder: by how much the gas is colder than the wall [K]
+    :param conductance: at a difference of 10 K [W/K]
+    """
+    size = max(abs(colder) / REFERENCE, SMALLEST)
+    return conductance * math.pow(size, exponent) * colder
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the heat flows [W] into the gas of chamber 1 and 2."""
+    if parameters.conductance_1 <= 0.0 and parameters.conductance_2 <= 0.0:
+        return 0.0, 0.0
+    gas, power = signals.gas, parameters.exponent
+    wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
+    colder_1 = wall - gas.pressure_1 * gas.volume_1 / (gas.gas_mass_1 * gas_constant)
+    colder_2 = wall - gas.pressure_2 * gas.volume_2 / (gas.gas_mass_2 * gas_constant)
+    heat_1 = heat(colder_1, parameters.conductance_1, power)
+    return heat_1, heat(colder_2, parameters.conductance_2, power)
+
+
+EFFECT = Effect(
+    title='natural convection of the gas carries heat to and from the chamber walls',
+    balance=Balance.HEAT,
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    source='W. H. McAdams, Heat Transmission, McGraw-Hill 1954; S. W. Churchill, H. H. S. Chu, '
+    'Correlating Equations for Laminar and Turbulent Free Convection From a Vertical Plate, Int. '
+    'J. Heat Mass Transfer 18 (1975)',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.0, 0.25),
+    contribution=contribution,
+    probes=(
+        Parameters(0.05, 0.05, 0.25),
+        Parameters(0.2, 0.0, 0.25),
+        Parameters(0.0, 0.2, 0.25),
+        Parameters(0.6, 0.6, 0.33),
+    ),
+    drivers=('pressure', 'position', 'speed'),
+)

@@ -1,0 +1,64 @@
+"""Seal friction that drifts with time, whether the piston moves or not: warming up, ageing."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+LEAST_LEVEL = 0.1
+"""Share of the friction level that always remains [-]."""
+
+
+class Parameters(NamedTuple):
+    """How fast the friction level changes at the start, and how far it changes at most."""
+
+    rate: Annotated[float, Quantity('1/s', -1.0, 1.0, 'share added in each second at first')]
+    limit: Annotated[float, Quantity('-', 0.05, 2.0, 'share by which the level changes at most')]
+
+
+@compiled
+def contribution(
+    signals: Signals,
+    model: CompiledModel,
+    parameters: Parameters,
+    state: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> tuple[float, float]:
+    """
+    Return what is added to F_c and to F_smax [N].
+
+    At the time t [s] since the start the level has changed by the share::
+
+        +- limit (1 - exp(-|rate| t / limit)), of the sign of the rate
+    """
+    if parameters.rate == 0.0:
+        return 0.0, 0.0
+    done = -math.expm1(-abs(parameters.rate) * max(signals.time, 0.0) / parameters.limit)
+    share = math.copysign(parameters.limit, parameters.rate) * done
+    share = max(share, LEAST_LEVEL - 1.0)
+    return share * model.friction.coulomb_force, share * model.friction.breakaway_force
+
+
+EFFECT = Effect(
+    title='friction drifts with time',
+    balance=Balance.LEVEL,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='L. Simoni, M. Beschi, G. Legnani, A. Visioli, Friction Modeling with Temperature '
+    'Effects for Industrial Robot Manipulators, IROS 2015; here exponential in time',
+    parameters=Parameters,
+    null=Parameters(0.0, 0.5),
+    contribution=contribution,
+    probes=(
+        Parameters(-0.1, 0.5),
+        Parameters(-0.02, 0.5),
+        Parameters(0.02, 0.5),
+        Parameters(0.1, 0.5),
+    ),
+    drivers=('position', 'speed'),
+)
