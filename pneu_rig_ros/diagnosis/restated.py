@@ -119,7 +119,8 @@ def _standardised(system: System, runs: Sequence[Run]) -> list[Floats]:
             (by_position.variance + by_force.variance),
         )
         residuals = comparison.residuals(given)[: len(BALANCES)]
-        rows.append([r / np.sqrt(v) for r, v in zip(residuals, variances, strict=True)])
+        with np.errstate(divide='ignore', invalid='ignore'):  # a closed balance has no noise
+            rows.append([r / np.sqrt(v) for r, v in zip(residuals, variances, strict=True)])
     return [np.concatenate(column) for column in zip(*rows, strict=True)]
 
 
