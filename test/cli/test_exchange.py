@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.cli import output
-from pneu_rig_ros.records import BagWriter, importing
+from pneu_rig_ros.records import BagWriter, conversion
 
 from .conftest import Terminal
 
@@ -113,7 +113,7 @@ def test_import_shows_that_it_reads_and_how_far_it_has_written(
         yield lambda stage, share: shown.append((stage, share))
 
     monkeypatch.setattr(output, 'stage_bar', bar)
-    monkeypatch.setattr(importing, 'BLOCK', 100)
+    monkeypatch.setattr(conversion, 'BLOCK', 100)
     terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--out', 'a')
     stages, shares = zip(*shown, strict=True)
     assert stages == ('reading', *['writing 430 samples'] * 6)
