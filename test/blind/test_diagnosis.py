@@ -16,6 +16,8 @@ from pneu_rig_ros.scenarios.hidden import EFFECTS, hide, true_parameters
 
 from . import places, scores
 from .answers import carry_out
+from .foreign_scores import condition_named
+from .foreign_trials import drawn_foreign
 from .rig import make_bags
 from .settings import settings
 from .systems import SYSTEMS, sizes
@@ -121,6 +123,16 @@ def test_nothing_is_said_to_be_missing_where_nothing_is(key: str) -> None:
     line = carry_out(trial(key))
     assert line['verdict'] == 'consistent', line
     assert line['where'] == []
+
+
+@pytest.mark.parametrize(
+    'name', ['exchanged_chambers', pytest.param('clock_offset', marks=pytest.mark.long)]
+)
+def test_wrong_condition_is_named_and_no_physics(name: str) -> None:
+    trials = drawn_foreign(50, ['conditions'])
+    line = carry_out(next(one for one in trials if one.names == (name,)))
+    assert condition_named(line), line
+    assert line['effects'] == line['parameters'] == []
 
 
 @pytest.mark.long  # in short: diagnosis/test_workflow.py, of an effect that the library lacks
