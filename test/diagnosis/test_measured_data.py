@@ -102,7 +102,7 @@ def test_loop_of_a_lip_seal_grows_with_a_power_of_the_pressure() -> None:
 
 @pytest.mark.long
 def test_bore_of_a_bench_is_named_where_its_area_changes() -> None:
-    """A force that grows with pressure x position, the same in both directions: 1 to 2 N at 7 bar."""
+    """Force grows with pressure x position, alike in both directions: 1 to 2 N at 7 bar."""
     folder = DATA / 'seal_friction_repeats'
     runs = {bar: folder / f'O-ring257_rerun_2_{bar}bar.csv' for bar in (1, 3, 5, 7)}
     told = answer(
