@@ -57,18 +57,6 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'conductance_1': _times((0.3, 0.4, 0.8), 0.3, 1.0, 3.0),
         'conductance_2': _times((0.4, 0.5, 0.8), 0.3, 1.0, 3.0),
     },
-    # at 0.1 bar above atmosphere as much as chamber_leak, at more pressure more
-    'porous_leak': {
-        'flow_1': _times((6e-7, 8e-7, 2e-6), 0.3, 1.0, 3.0),
-        'flow_2': _times((1.2e-6, 1.6e-6, 4e-6), 0.3, 1.0, 3.0),
-        'exponent': _by_size(1.1, 1.2, 1.3),
-    },
-    # gas that was just filled in is some 10 K warmer than the walls
-    'natural_convection': {
-        'conductance_1': _times((0.3, 0.4, 0.8), 0.3, 1.0, 3.0),
-        'conductance_2': _times((0.4, 0.5, 0.8), 0.3, 1.0, 3.0),
-        'exponent': _by_size(0.25, 0.25, 0.33),
-    },
     # metres of line; seen after each change of the command
     'line_lag': {'time_constant': _by_size(0.01, 0.03, 0.08)},
     'valve_lag': {'time_constant': _by_size(0.01, 0.03, 0.1)},
@@ -77,11 +65,6 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     'nonlinear_opening': {'exponent': _by_size(1.03, 1.1, 1.4)},
     # wider seals, steeper growth; 0.1 to 2 bar in the chambers
     'pressure_dependent_friction': {'slope': _times((2e-5, 4e-5, 8e-5), 0.3, 1.0, 3.0)},
-    # saturates over 0.1 to 2 bar
-    'pressure_power_friction': {
-        'force': _times((2.0, 4.0, 8.0), 0.3, 1.0, 3.0),
-        'exponent': _by_size(0.5, 0.6, 0.7),
-    },
     'direction_dependent_friction': {'asymmetry': _by_size(0.04, 0.12, 0.35)},
     'position_dependent_friction': {'gradient': _by_size(0.1, 0.3, 0.8)},
     # the work of friction in one bag is some 2, 3 and 0.5 J
@@ -89,17 +72,6 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'drop': _by_size(0.1, 0.25, 0.5),
         'work': _times((1.5, 1.5, 0.2), 1.0, 1.0, 1.0),
     },
-    # strokes of one bag are some 0.4 m together, in 14 s
-    'travel_dependent_friction': {
-        'rate': _by_size(0.2, 0.6, 2.0),
-        'limit': _by_size(0.5, 0.5, 0.8),
-    },
-    'time_dependent_friction': {
-        'rate': _by_size(0.007, 0.02, 0.07),
-        'limit': _by_size(0.5, 0.5, 0.8),
-    },
-    # 0.1 to 2 bar between the chambers: 0.1 to 3 N at the ends of the stroke
-    'bore_taper': {'taper': _by_size(0.01, 0.03, 0.08)},
     # 0.45 to 6 kg move: 0.3 to 3.5 N at 0.06 rad
     'inclination': {'angle': _by_size(0.02, 0.06, 0.2)},
     'load_spring': {
@@ -124,6 +96,34 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'offset_2': _by_size(-200.0, 600.0, -1500.0),
     },
     'sensor_delay': {'time_constant': _by_size(0.003, 0.008, 0.025)},
+    # at 0.1 bar above atmosphere as much as chamber_leak, at more pressure more
+    'porous_leak': {
+        'flow_1': _times((6e-7, 8e-7, 2e-6), 0.3, 1.0, 3.0),
+        'flow_2': _times((1.2e-6, 1.6e-6, 4e-6), 0.3, 1.0, 3.0),
+        'exponent': _by_size(1.1, 1.2, 1.3),
+    },
+    # gas that was just filled in is some 10 K warmer than the walls
+    'natural_convection': {
+        'conductance_1': _times((0.3, 0.4, 0.8), 0.3, 1.0, 3.0),
+        'conductance_2': _times((0.4, 0.5, 0.8), 0.3, 1.0, 3.0),
+        'exponent': _by_size(0.25, 0.25, 0.33),
+    },
+    # saturates over 0.1 to 2 bar
+    'pressure_power_friction': {
+        'force': _times((2.0, 4.0, 8.0), 0.3, 1.0, 3.0),
+        'exponent': _by_size(0.5, 0.6, 0.7),
+    },
+    # strokes of one bag are some 0.4 m together, in 14 s
+    'travel_dependent_friction': {
+        'rate': _by_size(0.2, 0.6, 2.0),
+        'limit': _by_size(0.5, 0.5, 0.8),
+    },
+    'time_dependent_friction': {
+        'rate': _by_size(0.007, 0.02, 0.07),
+        'limit': _by_size(0.5, 0.5, 0.8),
+    },
+    # 0.1 to 2 bar between the chambers: 0.1 to 3 N at the ends of the stroke
+    'bore_taper': {'taper': _by_size(0.01, 0.03, 0.08)},
 }
 
 Law = Callable[[dict[str, Any], float], tuple[Changes, Changes]]

@@ -13,12 +13,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, LAWS, Changes, Secret, hide, join
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, LAWS, Changes, Secret, hide, join
 
 from .circumstances import AS_STATED, WRONG, Circumstances, drawn_wrong
 from .foreign import FORMS, KNOWN, UNKNOWN, mechanism
 from .foreign_strengths import STRENGTHS
-from .fresh import FRESH, some_of
+from .fresh import FRESH, SETTLED, some_of
 from .sensors import drawn_gains
 from .settings import settings
 from .trials import Trial, shuffled
@@ -150,7 +150,7 @@ def _world(
 
 def _nuisance(seed: int, random: Generator) -> Iterator[Trial]:
     """Yield strong causes, foreign and of the library by turns, among weak ones."""
-    effects = [name for name in EFFECTS if name not in LAWS]
+    effects = [name for name in SETTLED if name not in LAWS]
     count = COUNTS['nuisance']
     foreign, own = some_of(KNOWN, count, random), some_of(effects, count, random)
     for number in range(count):

@@ -27,10 +27,14 @@ FRESH = 'fresh'
 """Keys begin with it."""
 ONE_PRESSURE = 'one_pressure'
 """A whole rig whose second pressure is not measured."""
+ADDED = ('porous_leak', 'natural_convection', 'pressure_power_friction',
+         'travel_dependent_friction', 'time_dependent_friction', 'bore_taper')  # fmt: skip
+"""Effects that the kept answers do not know: drawn apart, so that other draws stay the same."""
+SETTLED = tuple(name for name in EFFECTS if name not in ADDED)
 RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'uncalibrated')
 SYSTEM_PARTS = (*SYSTEMS, ONE_PRESSURE)
 FRESH_PARTS = (*RIG_PARTS, *SYSTEM_PARTS)
-SINGLES, PAIRED, REMOVED, CALIBRATIONS = 36, 10, 12, 7
+SINGLES, PAIRED, REMOVED, CALIBRATIONS = 30, 10, 12, 7
 WRONG = {1: 10, 2: 3, 3: 2}
 """Number of wrong parameters -> trials."""
 NOTHING, UNCALIBRATED_NOTHING, SYSTEM_NOTHING = 14, 4, 2
@@ -44,7 +48,8 @@ IN_CHAMBER_1 = ('supply_droop', 'chamber_leak', 'valve_null_leak', 'wall_heat_tr
 
 def drawn(seed: int = SEED) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
-    makers = (_single, _none, _parameter, _pair, _removed, _uncalibrated, _systems, _one_pressure)
+    makers = (_single, _none, _parameter, _pair, _removed, _uncalibrated, _systems, _one_pressure,
+              _added)  # fmt: skip
     return shuffled([
         trial for place, make in enumerate(makers)
         for trial in make(seed, np.random.default_rng([seed, place]))
@@ -81,7 +86,12 @@ def _hiding(
 
 
 def _single(seed: int, random: Generator) -> Iterator[Trial]:
-    groups = [(name,) for name in some_of(EFFECTS, SINGLES, random)]
+    groups = [(name,) for name in some_of(SETTLED, SINGLES, random)]
+    yield from _hiding(seed, 'single', groups, random)
+
+
+def _added(seed: int, random: Generator) -> Iterator[Trial]:
+    groups = [(name,) for name in some_of(ADDED, len(ADDED), random)]
     yield from _hiding(seed, 'single', groups, random)
 
 
@@ -91,7 +101,7 @@ def _pair(seed: int, random: Generator) -> Iterator[Trial]:
 
 
 def _removed(seed: int, random: Generator) -> Iterator[Trial]:
-    groups = [(name,) for name in some_of(EFFECTS, REMOVED, random)]
+    groups = [(name,) for name in some_of(SETTLED, REMOVED, random)]
     for trial in _hiding(seed, 'removed', groups, random):
         yield trial._replace(without=alike(trial.names[0]))
 
@@ -117,7 +127,7 @@ def _parameter(seed: int, random: Generator) -> Iterator[Trial]:
 
 def _uncalibrated(seed: int, random: Generator) -> Iterator[Trial]:
     # to sensors whose slopes are open anyway, position_scale is nothing else
-    known = [name for name in EFFECTS if name != 'position_scale']
+    known = [name for name in SETTLED if name != 'position_scale']
     groups: list[tuple[str, ...]] = [(name,) for name in some_of(known, CALIBRATIONS, random)]
     groups += UNCALIBRATED_NOTHING * [()]
     for trial in _hiding(seed, 'uncalibrated', groups, random):

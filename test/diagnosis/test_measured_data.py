@@ -44,9 +44,10 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
         )
     )  # fmt: skip
     assert told['verdict'] == 'effect'
-    assert told['effects'][0]['name'] == 'wall_heat_transfer'
+    assert told['effects'][0]['name'] == 'natural_convection'
+    assert 0.15 < told['effects'][0]['parameters']['exponent']['value'] < 0.35
     assert told['gap']['cut'] > 0.6
-    # of 68 and 155 kPa some 5 and 4 kPa remain; a fit to this run itself leaves 3 to 4 kPa
+    # of 68 and 155 kPa some 6 and 3 kPa remain; a fit to this run itself leaves 3 to 4 kPa
     for pressure in ('pressure_1', 'pressure_2'):
         signal = told['gap']['signals'][pressure]
         assert signal['after'] < 0.1 * signal['before']
@@ -65,7 +66,6 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
     [
         ('NAPN', 1.1e-5, 1.9e-5),
         pytest.param('O-ring257', 3e-6, 9e-6, marks=pytest.mark.long),
-        pytest.param('KDN', 1e-6, 4e-6, marks=pytest.mark.long),
     ],
 )
 def test_seals_lack_friction_that_grows_with_pressure(name: str, low: float, high: float) -> None:
@@ -74,6 +74,45 @@ def test_seals_lack_friction_that_grows_with_pressure(name: str, low: float, hig
     assert told['effects'][0]['name'] == 'pressure_dependent_friction'
     assert low < told['effects'][0]['parameters']['slope']['value'] < high
     assert told['gap']['cut'] > (0.5 if name == 'NAPN' else 0.25)
+
+
+@pytest.mark.long
+def test_friction_of_a_compact_seal_grows_more_than_linearly_with_pressure() -> None:
+    """Half of the loop of KDN is 5.6, 5.7, 6.2 and 7.0 N at 1, 3, 5 and 7 bar."""
+    told = seal('KDN')
+    assert told['verdict'] == 'effect'
+    assert told['effects'][0]['name'] == 'pressure_power_friction'
+    assert told['effects'][0]['parameters']['exponent']['value'] > 1.2
+    assert told['gap']['cut'] > 0.4
+
+
+@pytest.mark.long
+def test_loop_of_a_lip_seal_grows_with_a_power_of_the_pressure() -> None:
+    """Two pressures cannot show a power; from 3.3, 6.9 and 11.9 N at 1, 3 and 7 bar it is 0.66."""
+    runs = {bar: DATA / 'seal_friction' / f'NAPN_{bar}bar.csv' for bar in (1, 3, 5, 7)}
+    told = answer(
+        diagnose(
+            [runs[1], runs[3], runs[7]], SYSTEMS / 'seal_NAPN.yaml', [runs[5]],
+            mapping=SYSTEMS / 'seal_friction.map.yaml',
+        )
+    )  # fmt: skip
+    assert told['effects'][0]['name'] == 'pressure_power_friction'
+    assert told['effects'][0]['parameters']['exponent']['value'] == pytest.approx(0.66, abs=0.1)
+
+
+@pytest.mark.long
+def test_bore_of_a_bench_is_named_where_its_area_changes() -> None:
+    """Force grows with pressure x position, alike in both directions: 1 to 2 N at 7 bar."""
+    folder = DATA / 'seal_friction_repeats'
+    runs = {bar: folder / f'O-ring257_rerun_2_{bar}bar.csv' for bar in (1, 3, 5, 7)}
+    told = answer(
+        diagnose(
+            [runs[3], runs[5]], SYSTEMS / 'seal_O-ring257.yaml', [runs[1], runs[7]],
+            mapping=SYSTEMS / 'seal_friction.map.yaml',
+        )
+    )  # fmt: skip
+    assert told['effects'][0]['name'] == 'bore_taper'
+    assert told['effects'][0]['parameters']['taper']['value'] == pytest.approx(6e-3, abs=2e-3)
 
 
 @pytest.mark.long
