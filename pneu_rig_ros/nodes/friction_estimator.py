@@ -77,8 +77,9 @@ class FrictionEstimatorNode(RigNode):
             'filter starts': self._restarts,
             'incomplete samples': self._samples.dropped,
         }
-        warnings = () if self._filter else ('waiting for rig_description',)
-        return NodeStatus('running', values, warnings)
+        if self._filter is None:
+            return NodeStatus('', values, ('waiting for rig_description',))
+        return NodeStatus('running', values, (self._samples.off_grid(self._interval_ns),))
 
 
 main = partial(runner.main, [FrictionEstimatorNode])

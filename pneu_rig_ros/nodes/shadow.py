@@ -158,7 +158,7 @@ class ShadowNode(RigNode):
         outside = ', '.join(name for name, share in shares.items() if share > limit)
         alarm = f'model and rig disagree: {outside} outside the noise band' if outside else None
         state = 'running' if self._observer.running else 'waiting for a rest'
-        return NodeStatus(state, values, (alarm,))
+        return NodeStatus(state, values, (self._samples.off_grid(self._interval_ns), alarm))
 
 
 main = partial(runner.main, [ShadowNode])
