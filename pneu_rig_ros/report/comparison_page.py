@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Comparison
+from pneu_rig_ros.analysis.comparison import SIMULATED, Comparison
 from pneu_rig_ros.analysis.metrics import AnalysedRun
 from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import CONDITIONS
@@ -108,6 +108,17 @@ def condition_texts(comparison: Comparison) -> list[str]:
     ]
 
 
+def ratio_note(comparison: Comparison) -> str:
+    """Return in lines why the ratio to the noise may be above 1; '' for two bags."""
+    if comparison.second != SIMULATED:
+        return ''
+    return (
+        'above 1 for the true model, too: it runs freely from the first readings,\n'
+        'in which slips at another time and gain errors of the sensors add up.\n'
+        'diagnose fits these gains and judges the balances of mass and force'
+    )
+
+
 def write_page(
     path: Path, comparison: Comparison, progress: Callable[[int], None] = lambda _: None
 ) -> Path:
@@ -131,6 +142,7 @@ def write_page(
         events=event_rows(comparison),
         pairs=list(itertools.zip_longest(*(run.events.cycles for run in runs))),
         conditions=condition_texts(comparison),
+        note=ratio_note(comparison),
         pictures=pictures,
         duration=comparison.measured.recording.duration,
     )
