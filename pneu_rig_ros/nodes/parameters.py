@@ -20,6 +20,7 @@ class Parameter(NamedTuple):
     :param low: smallest allowed number [unit]
     :param high: largest allowed number [unit]
     :param choices: allowed names; empty for any text
+    :param constraint: what else its value must be
     :param read_only: whether it is fixed while the node runs
     """
 
@@ -31,12 +32,19 @@ class Parameter(NamedTuple):
     high: float = math.inf
     choices: tuple[str, ...] = ()
     read_only: bool = True
+    constraint: str = ''
+
+    @property
+    def allowed(self) -> str:
+        """The constraints besides type and range; '' without any."""
+        names = ', '.join(choice or "''" for choice in self.choices)
+        return f'one of {names}' if names else self.constraint
 
     def descriptor(self) -> ParameterDescriptor:
         """Return the descriptor, by which ROS tools show the parameter and rclpy checks it."""
         descriptor = ParameterDescriptor(
             description=self.description + (f' [{self.unit}]' if self.unit else ''),
-            additional_constraints=f'one of {", ".join(self.choices)}' if self.choices else '',
+            additional_constraints=self.allowed,
             read_only=self.read_only,
         )
         if math.isfinite(self.low) and math.isfinite(self.high):
@@ -64,4 +72,4 @@ def declare(node: Node, table: Iterable[Parameter]) -> None:
         except ParameterException as error:
             raise RigError(f'{where}: {error}') from error
         if parameter.choices and value not in parameter.choices:
-            raise RigError(f'{where}: {value!r}, allowed {", ".join(parameter.choices)}')
+            raise RigError(f'{where}: {value!r}, allowed is {parameter.allowed}')

@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -11,6 +12,7 @@ from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import SetBool, Trigger
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.parameters import FRICTION_MODELS
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
@@ -31,6 +33,20 @@ RUNTIME_SETTERS = {'supply_pressure': Rig.set_supply_pressure, 'load_mass': Rig.
 """Quantities that may change while the rig runs, and the methods that set them."""
 
 
+def quantity_parameters(cylinder: RigConfiguration) -> Iterator[Parameter]:
+    """Yield the parameters whose defaults come from a cylinder."""
+    for name, quantity in OVERRIDES.items():
+        yield Parameter(
+            name,
+            float(getattr(cylinder.model.operation, name)),
+            quantity.description,
+            quantity.unit,
+            quantity.low,
+            quantity.high,
+            read_only=name not in RUNTIME_SETTERS,
+        )
+
+
 class PlantNode(RigNode):
     """
     Publishes the sensor readings of the rig and receives the valve voltages.
@@ -43,17 +59,32 @@ class PlantNode(RigNode):
 
     PARAMETERS = (
         Parameter('cylinder', 'cylinder_2', 'name of a shipped cylinder, or a YAML file'),
-        Parameter('friction', '', 'friction model; empty: that of the cylinder'),
-        Parameter('sensors', '', "'rig' or 'ideal' sensors; empty: those of the cylinder"),
+        Parameter(
+            'friction',
+            '',
+            'friction model; empty: that of the cylinder',
+            choices=('', *FRICTION_MODELS),
+        ),
+        Parameter(
+            'sensors', '', 'of the readings; empty: of the cylinder', choices=('', 'rig', 'ideal')
+        ),
         Parameter('seed', -1, 'seed of the sensor noise; -1: of the cylinder', '-', -1, 2**53),
         Parameter('interval_ns', 0, 'sampling interval; 0: that of the cylinder', 'ns', 0, 10**9),
-        Parameter('speed', 1.0, 'simulated over real time; 0: lock step', '-', 0.0, 1000.0),
+        Parameter(
+            'speed',
+            1.0,
+            'simulated over real time; 0: lock step',
+            '-',
+            0.0,
+            1000.0,
+            constraint='0, or at least 0.001; other than 1 with use_sim_time only',
+        ),
         Parameter('paused', False, 'whether to start paused; ~/pause changes it'),
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('plant', context, overrides)
-        self._declare_quantities()
+        declare(self, quantity_parameters(load_configuration(self.text('cylinder'))))
         self._rig = Rig(self._configuration())
         self._rig.warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
@@ -79,25 +110,6 @@ class PlantNode(RigNode):
         self._timer = PeriodicTimer(self.period_ns) if self._speed else None
         self._wall_clock = WallClock()
         self._prepare()
-
-    def _declare_quantities(self) -> None:
-        """Declare the quantities whose defaults come from the cylinder."""
-        operation = load_configuration(self.text('cylinder')).model.operation
-        declare(
-            self,
-            (
-                Parameter(
-                    name,
-                    float(getattr(operation, name)),
-                    quantity.description,
-                    quantity.unit,
-                    quantity.low,
-                    quantity.high,
-                    read_only=name not in RUNTIME_SETTERS,
-                )
-                for name, quantity in OVERRIDES.items()
-            ),
-        )
 
     def _configuration(self) -> RigConfiguration:
         """Return the configuration of the declared parameters; RigError if it is not valid."""

@@ -44,7 +44,14 @@ class RecorderNode(RigNode):
 
     period_ns = 20_000_000
 
-    PARAMETERS = (Parameter('output', '', 'directory to create; empty: runs/ and the date'),)
+    PARAMETERS = (
+        Parameter(
+            'output',
+            '',
+            'directory to create; empty: runs/ and the date',
+            constraint='must not exist',
+        ),
+    )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('recorder', context, overrides)

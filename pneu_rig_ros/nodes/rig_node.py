@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, ClassVar, TypeVar
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -36,6 +37,13 @@ COMMON = (
 )
 
 
+def _keep_time_source(changes: list[RosParameter]) -> SetParametersResult:
+    """Refuse another time source for a running node: stamps would jump by decades."""
+    if any(change.name == 'use_sim_time' for change in changes):
+        return SetParametersResult(reason='use_sim_time is fixed while the node runs')
+    return SetParametersResult(successful=True)
+
+
 class RigNode(Node):
     """
     A node that polls its subscriptions: `Runner` calls `update` whenever its `loop_timer` returns.
@@ -58,6 +66,7 @@ class RigNode(Node):
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
         super().__init__(name, context=context, parameter_overrides=given)
         declare(self, (*COMMON, *self.PARAMETERS))
+        self.add_on_set_parameters_callback(_keep_time_source)
         self.rate = RateCounter()
         """Messages published, or recorded."""
         self.refused = 0
