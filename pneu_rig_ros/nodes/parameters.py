@@ -35,10 +35,14 @@ class Parameter(NamedTuple):
     constraint: str = ''
 
     @property
+    def names(self) -> str:
+        """The choices as text."""
+        return ', '.join(choice or "''" for choice in self.choices)
+
+    @property
     def allowed(self) -> str:
         """The constraints besides type and range; '' without any."""
-        names = ', '.join(choice or "''" for choice in self.choices)
-        return f'one of {names}' if names else self.constraint
+        return f'one of {self.names}' if self.choices else self.constraint
 
     def descriptor(self) -> ParameterDescriptor:
         """Return the descriptor, by which ROS tools show the parameter and rclpy checks it."""
@@ -72,4 +76,4 @@ def declare(node: Node, table: Iterable[Parameter]) -> None:
         except ParameterException as error:
             raise RigError(f'{where}: {error}') from error
         if parameter.choices and value not in parameter.choices:
-            raise RigError(f'{where}: {value!r}, allowed is {parameter.allowed}')
+            raise RigError(f'{where}: {value!r}, allowed {parameter.names}')
