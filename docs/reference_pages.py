@@ -72,17 +72,17 @@ def topics() -> Lines:
 
 
 def node_parameters(name: str) -> list[Any]:
-    """Return the parameters of a node; those of the plant with the defaults of cylinder_2."""
+    """Return the parameters of a node, the shared ones first; for the plant of cylinder_2."""
     from pneu_rig_ros.nodes.plant import quantity_parameters
 
-    own = importlib.import_module(f'pneu_rig_ros.nodes.{name}')
+    node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), NODES[name])
     more = quantity_parameters(load_configuration('cylinder_2')) if name == 'plant' else ()
-    return [*getattr(own, NODES[name]).PARAMETERS, *more]
+    return [*node.SHARED, *node.PARAMETERS, *more]
 
 
 def nodes() -> Lines:
     """Yield the page of the nodes and their parameters."""
-    from pneu_rig_ros.nodes.rig_node import COMMON
+    from pneu_rig_ros.nodes.managed_node import ManagedNode
 
     yield from ('# Nodes and parameters', '', 'Given with `--ros-args -p NAME:=VALUE`, or all')
     yield 'together with `--params-file`: `config/nodes.yaml` holds every default. A wrong type'
@@ -92,11 +92,14 @@ def nodes() -> Lines:
     for name, kind in NODES.items():
         node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), kind)
         yield from ('', f'## {name}', '', paragraph(node.__doc__))
-        yield from table(PARAMETER_HEADS, map(_parameter_row, node_parameters(name)))
+        shared = len(node.SHARED)
+        yield from table(PARAMETER_HEADS, map(_parameter_row, node_parameters(name)[shared:]))
         if name == 'plant':
             yield 'The last defaults are those of the cylinder, here of cylinder_2.'
     yield from ('', '## Of every node', '', 'Besides `use_sim_time`, which every ROS node has:')
-    yield from table(PARAMETER_HEADS, map(_parameter_row, COMMON))
+    yield from table(PARAMETER_HEADS, map(_parameter_row, ManagedNode.SHARED))
+    yield '`autostart` is of plant, valve_command, friction_estimator, recorder and shadow alone.'
+    yield ''
     yield '`rig` runs plant, valve_command, friction_estimator and recorder in one process; its'
     yield 'nodes have the names and parameters above.'
 
@@ -113,12 +116,7 @@ def _parameter_row(p: Any) -> tuple[object, ...]:
 
 def parameter_schema() -> str:
     """Return all parameters in the form of generate_parameter_library, as YAML."""
-    from pneu_rig_ros.nodes.rig_node import COMMON
-
-    nodes = {
-        name: {p.name: _schema_entry(p) for p in (*node_parameters(name), *COMMON)}
-        for name in NODES
-    }
+    nodes = {name: {p.name: _schema_entry(p) for p in node_parameters(name)} for name in NODES}
     return yaml.safe_dump(nodes, sort_keys=False, allow_unicode=True, width=99)
 
 

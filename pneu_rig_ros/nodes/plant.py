@@ -17,8 +17,9 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
-from pneu_rig_ros.nodes.parameters import Parameter, declare
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.managed_node import ManagedNode
+from pneu_rig_ros.nodes.parameters import Parameter
+from pneu_rig_ros.nodes.rig_node import Overrides
 from pneu_rig_ros.records.cdr import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
@@ -47,7 +48,7 @@ def quantity_parameters(cylinder: RigConfiguration) -> Iterator[Parameter]:
         )
 
 
-class PlantNode(RigNode):
+class PlantNode(ManagedNode):
     """
     Publishes the sensor readings of the rig and receives the valve voltages.
 
@@ -84,7 +85,14 @@ class PlantNode(RigNode):
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('plant', context, overrides)
-        declare(self, quantity_parameters(load_configuration(self.text('cylinder'))))
+        self.add_on_set_parameters_callback(self._on_parameters)
+
+    def dependent_parameters(self) -> Iterator[Parameter]:
+        """Return the quantities, whose defaults come from the cylinder."""
+        return quantity_parameters(load_configuration(self.text('cylinder')))
+
+    def set_up(self) -> None:
+        """Read the cylinder, compile, create publishers, subscription and services."""
         self._rig = Rig(self._configuration())
         self._rig.warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
@@ -97,19 +105,30 @@ class PlantNode(RigNode):
         topics = self._messages.by_topic(self.simulated_time)
         self._publish = {topic: self.advertise(topic).publish for topic in topics}
         self._commands = self.subscribe('valve_voltages')
-        self.create_service(Trigger, '~/reset', self._on_reset)
-        self.create_service(SetBool, '~/pause', self._on_pause)
-        self.add_on_set_parameters_callback(self._on_parameters)
+        self.offer(Trigger, '~/reset', self._on_reset)
+        self.offer(SetBool, '~/pause', self._on_pause)
         self._described = False
-        self._start_ns: int | None = None
-        self._tick = 0
         self._awaiting = False
+        self._tick = 0
         self._saturated = 0
-        self._late_before = 0
-        self._voltages = valve_voltages(0.0)
         self._timer = PeriodicTimer(self.period_ns) if self._speed else None
+
+    def start(self) -> None:
+        """Go on where the rig is, valves shut; the clock starts with the next tick."""
+        self._voltages = valve_voltages(0.0)
+        self._start_ns: int | None = None
+        self._late_before = 0
         self._wall_clock = WallClock()
+        self._await_nothing()
+        if not self.simulated_time:
+            self._tick = 0
         self._prepare()
+
+    def _await_nothing(self) -> None:
+        """Give up the answer to the last sample; the next one has the next stamp."""
+        if self._awaiting:
+            self._awaiting = False
+            self._tick += 1
 
     def _configuration(self) -> RigConfiguration:
         """Return the configuration of the declared parameters; RigError if it is not valid."""
@@ -222,9 +241,7 @@ class PlantNode(RigNode):
         """Return to the initial state; time goes on."""
         self._rig.reset()
         self._voltages = valve_voltages(0.0)
-        if self._awaiting:
-            self._awaiting = False
-            self._tick += 1
+        self._await_nothing()
         self._prepare()
         response.success = True
         response.message = 'initial state, noise restarted'
@@ -238,6 +255,8 @@ class PlantNode(RigNode):
 
     def _on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
         """Apply changed parameters to the running rig and publish its new description."""
+        if not self.configured:
+            return SetParametersResult(successful=True)
         try:
             for change in changes:
                 if change.name in RUNTIME_SETTERS:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, ClassVar, TypeVar
 
 from rcl_interfaces.msg import SetParametersResult
@@ -52,9 +53,14 @@ class RigNode(Node):
     :param context: of ROS; the global one when not given
     """
 
+    SHARED: ClassVar[tuple[Parameter, ...]] = COMMON
+    """Parameters that all nodes of this kind have."""
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
+    """Further parameters."""
     period_ns: int = 0
     """Least time between two updates [ns]; 0: update as soon as a message arrives."""
+    active: bool = True
+    """Whether the node runs; see `ManagedNode`."""
     done: bool = False
     """Whether the node has finished, so that its process ends."""
     unique: ClassVar[bool] = True
@@ -65,7 +71,8 @@ class RigNode(Node):
     def __init__(self, name: str, context: Context | None, overrides: Overrides) -> None:
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
         super().__init__(name, context=context, parameter_overrides=given)
-        declare(self, (*COMMON, *self.PARAMETERS))
+        declare(self, (*self.SHARED, *self.PARAMETERS))
+        declare(self, self.dependent_parameters())
         self.add_on_set_parameters_callback(_keep_time_source)
         self.rate = RateCounter()
         """Messages published, or recorded."""
@@ -75,20 +82,40 @@ class RigNode(Node):
         self._qos_monitor = QosMonitor(self)
         self._volatile_publishers: list[Publisher] = []
         self._ready = False
-        self._local_subscriptions: Counter[str] = Counter()
+        self.process_nodes: Iterable[RigNode] = ()
+        """The nodes of this process, once a `Runner` has them."""
+        self._owned: list[Callable[[], object]] = []
+
+    def dependent_parameters(self) -> Iterable[Parameter]:
+        """Return the parameters whose defaults depend on the value of another."""
+        return ()
 
     def advertise(self, topic_name: str) -> Publisher:
         """Create a publisher of a topic in `records.topics`."""
         publisher = create_publisher(self, topic_name, self._qos_monitor)
         if not TOPICS[topic_name].latched:
             self._volatile_publishers.append(publisher)
+        self._owned.append(partial(self.destroy_publisher, publisher))
         return publisher
 
     def subscribe(self, topic_name: str, depth: int = 0) -> PolledSubscription:
         """Create a polled subscription to a topic in `records.topics`; depth 0: as published."""
         subscription = PolledSubscription(self, topic_name, self._qos_monitor, depth)
         self.polled_subscriptions.append(subscription)
+        self._owned.append(subscription.destroy)
         return subscription
+
+    def offer(self, kind: type, name: str, answer: Callable[[Any, Any], Any]) -> None:
+        """Create a service."""
+        self._owned.append(partial(self.destroy_service, self.create_service(kind, name, answer)))
+
+    def release(self) -> None:
+        """Destroy publishers, subscriptions and services."""
+        self._ready = False
+        for owned in (self._volatile_publishers, self.polled_subscriptions):
+            owned.clear()
+        while self._owned:
+            self._owned.pop()()
 
     def take_decoded(
         self, subscription: PolledSubscription, decode: Callable[[bytes], _Value]
@@ -144,19 +171,13 @@ class RigNode(Node):
         """Whether time is simulated, i.e. `use_sim_time`."""
         return self.flag('use_sim_time')
 
-    def set_process_nodes(self, nodes: Iterable['RigNode']) -> None:
-        """Make `ready` wait also for the subscriptions of the nodes in this process."""
-        self._local_subscriptions = Counter(
-            subscription.name for node in nodes for subscription in node.polled_subscriptions
-        )
-
     def ready(self) -> bool:
         """Return whether each topic of this node has had the required number of subscribers."""
         if not self._ready:
             required = int(self.number('wait_for_subscribers'))
+            local = Counter(s.name for n in self.process_nodes for s in n.polled_subscriptions)
             self._ready = all(
-                publisher.get_subscription_count()
-                >= max(required, self._local_subscriptions[publisher.topic_name])
+                publisher.get_subscription_count() >= max(required, local[publisher.topic_name])
                 for publisher in self._volatile_publishers
             )
         return self._ready
@@ -178,7 +199,7 @@ class RigNode(Node):
     def full_status(self) -> NodeStatus:
         """Return the status with the rate and the problems that any node may have."""
         rate = self.rate.update()
-        status = self.status()
+        status = self.status() if self.active else NodeStatus('inactive', {})
         name = self.get_fully_qualified_name()
         duplicate = f'another {name} is running: give one rig a namespace'
         return NodeStatus(

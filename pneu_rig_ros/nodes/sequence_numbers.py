@@ -25,6 +25,10 @@ class LossCounter:
         self.total = 0
         self._last: dict[str, deque[int]] = {}
 
+    def resume(self) -> None:
+        """Begin again after a pause, in which no message was expected."""
+        self._last.clear()
+
     def add(self, topic_name: str, sequence_number: int) -> None:
         """Add the next message of a topic."""
         if topic_name in SHARED_TOPICS:

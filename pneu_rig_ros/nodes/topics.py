@@ -82,6 +82,7 @@ class PolledSubscription:
         self._depth = depth
         self._taken: dict[tuple[int, int], None] = {}
         self.conflict = PublisherConflict()
+        self._subscriptions: list[Subscription] = []
         self.handles: list[Any] = []
         """Of its one or two subscriptions."""
         self.name: str = self._subscribe(reliable=True).topic_name
@@ -99,8 +100,15 @@ class PolledSubscription:
             else None,
             raw=True,
         )
+        self._subscriptions.append(subscription)
         self.handles.append(subscription.handle)
         return subscription
+
+    def destroy(self) -> None:
+        """End the subscription."""
+        self.handles.clear()
+        while self._subscriptions:
+            self._node.destroy_subscription(self._subscriptions.pop())
 
     def _accept_best_effort(self) -> None:
         if len(self.handles) == 1:

@@ -50,6 +50,7 @@ WITH_ROSBAGS = {'backports.zstd', 'lz4'}
 NO_WHEEL = {
     'launch',
     'launch_ros',
+    'lifecycle_msgs',
     'rcl_interfaces',
     'rmw_fastrtps_cpp',
     'robot_state_publisher',
