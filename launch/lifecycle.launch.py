@@ -59,14 +59,28 @@ def after(node: LifecycleNode, transition: str, state: str, then: Action) -> Act
     return RegisterEventHandler(handler)
 
 
-def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, the nodes and the order of their transitions."""
+def rig() -> list[Action]:
+    """Return the nodes and the order of their transitions."""
     output, cylinder = (
         ParameterValue(LaunchConfiguration(name), value_type=str)
         for name in ('output', 'cylinder')
     )
     recorder = rig_node('recorder', output=output, autostart=False)
     plant = rig_node('plant', cylinder=cylinder, autostart=False, wait_for_subscribers=1)
+    return [
+        rig_node('valve_command'),
+        rig_node('friction_estimator'),
+        after(recorder, 'configuring', 'inactive', change(recorder, ACTIVATE)),
+        after(recorder, 'activating', 'active', change(plant, CONFIGURE)),
+        after(plant, 'configuring', 'inactive', change(plant, ACTIVATE)),
+        recorder,
+        plant,
+        change(recorder, CONFIGURE),
+    ]
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the arguments and the rig."""
     return LaunchDescription(
         [
             *(
@@ -74,13 +88,6 @@ def generate_launch_description() -> LaunchDescription:
                 for name, (default, description) in ARGUMENTS.items()
             ),
             SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
-            rig_node('valve_command'),
-            rig_node('friction_estimator'),
-            after(recorder, 'configuring', 'inactive', change(recorder, ACTIVATE)),
-            after(recorder, 'activating', 'active', change(plant, CONFIGURE)),
-            after(plant, 'configuring', 'inactive', change(plant, ACTIVATE)),
-            recorder,
-            plant,
-            change(recorder, CONFIGURE),
+            *rig(),
         ]
     )
