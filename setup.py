@@ -36,15 +36,15 @@ setup(
         ),
         (f'share/{package}/launch', sorted(glob('launch/*.py'))),
     ],
-    python_requires='>=3.10,<3.14',
+    python_requires='>=3.10',
     install_requires=[
         'aiohttp>=3.9',
-        'backports.zstd',
+        "backports.zstd; python_version < '3.14'",  # there it is in the standard library
         'click',
         'jinja2',
         'lz4',
         'matplotlib',
-        'mcap>=1.6,<2',
+        'mcap>=1.6',
         'numba',
         'numpy',
         'pyyaml',

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import yaml
 
 import pneu_rig_ros
 from pneu_rig_ros.cli import command
@@ -23,7 +24,8 @@ from pneu_rig_ros.model.effect import Balance
 from pneu_rig_ros.model.parameters import SECTIONS
 from pneu_rig_ros.model.quantity import Choice, Quantity, QuantityList, specifications
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.rig.configuration import OVERRIDES, Sampling
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.configuration import Sampling
 from pneu_rig_ros.rig.sensors import Sensors
 
 MADE = '<!-- made by docs/reference_pages.py from the code; do not edit -->'
@@ -69,28 +71,35 @@ def topics() -> Lines:
         yield from table(('topic', 'type', 'content', 'published'), rows)
 
 
+def node_parameters(name: str) -> list[Any]:
+    """Return the parameters of a node, the shared ones first; for the plant of cylinder_2."""
+    from pneu_rig_ros.nodes.plant import quantity_parameters
+
+    node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), NODES[name])
+    more = quantity_parameters(load_configuration('cylinder_2')) if name == 'plant' else ()
+    return [*node.SHARED, *node.PARAMETERS, *more]
+
+
 def nodes() -> Lines:
     """Yield the page of the nodes and their parameters."""
-    from pneu_rig_ros.nodes.plant import RUNTIME_SETTERS
-    from pneu_rig_ros.nodes.rig_node import COMMON
+    from pneu_rig_ros.nodes.managed_node import ManagedNode
 
     yield from ('# Nodes and parameters', '', 'Given with `--ros-args -p NAME:=VALUE`, or all')
     yield 'together with `--params-file`: `config/nodes.yaml` holds every default. A wrong type'
     yield 'or a value out of range is refused. *At run time*: `ros2 param set` may change it.'
+    yield 'The same as a schema, in the form of generate_parameter_library:'
+    yield '{download}`parameters.yaml`.'
     for name, kind in NODES.items():
         node = getattr(importlib.import_module(f'pneu_rig_ros.nodes.{name}'), kind)
         yield from ('', f'## {name}', '', paragraph(node.__doc__))
-        rows = [_parameter_row(p) for p in node.PARAMETERS]
+        shared = len(node.SHARED)
+        yield from table(PARAMETER_HEADS, map(_parameter_row, node_parameters(name)[shared:]))
         if name == 'plant':
-            for key, q in OVERRIDES.items():
-                changes = 'yes' if key in RUNTIME_SETTERS else ''
-                allowed = bounds(q.low, q.high)
-                rows.append(
-                    (f'`{key}`', 'of the cylinder', q.unit, allowed, q.description, changes)
-                )
-        yield from table(PARAMETER_HEADS, rows)
+            yield 'The last defaults are those of the cylinder, here of cylinder_2.'
     yield from ('', '## Of every node', '', 'Besides `use_sim_time`, which every ROS node has:')
-    yield from table(PARAMETER_HEADS, [_parameter_row(p) for p in COMMON])
+    yield from table(PARAMETER_HEADS, map(_parameter_row, ManagedNode.SHARED))
+    yield '`autostart` is of plant, valve_command, friction_estimator, recorder and shadow alone.'
+    yield ''
     yield '`rig` runs plant, valve_command, friction_estimator and recorder in one process; its'
     yield 'nodes have the names and parameters above.'
 
@@ -100,9 +109,32 @@ PARAMETER_HEADS = ('parameter', 'default', 'unit', 'range', 'meaning', 'at run t
 
 def _parameter_row(p: Any) -> tuple[object, ...]:
     default = str(p.default).lower() if isinstance(p.default, bool) else repr(p.default)
-    allowed = ', '.join(f'`{c}`' for c in p.choices) or bounds(p.low, p.high)
+    allowed = '; '.join(filter(None, (bounds(p.low, p.high), p.allowed)))
     changes = '' if p.read_only else 'yes'
     return f'`{p.name}`', f'`{default}`', p.unit, allowed, p.description, changes
+
+
+def parameter_schema() -> str:
+    """Return all parameters in the form of generate_parameter_library, as YAML."""
+    nodes = {name: {p.name: _schema_entry(p) for p in node_parameters(name)} for name in NODES}
+    return yaml.safe_dump(nodes, sort_keys=False, allow_unicode=True, width=99)
+
+
+def _schema_entry(p: Any) -> dict[str, Any]:
+    kind = type(p.default)
+    entry = {
+        'type': {bool: 'bool', int: 'int', float: 'double', str: 'string'}[kind],
+        'default_value': p.default,
+        'description': p.descriptor().description,
+        'read_only': p.read_only,
+    }
+    if p.allowed:
+        entry['additional_constraints'] = p.allowed
+    if p.choices:
+        entry['validation'] = {'one_of<>': [list(p.choices)]}
+    elif math.isfinite(p.low) and math.isfinite(p.high):
+        entry['validation'] = {'bounds<>': [kind(p.low), kind(p.high)]}
+    return entry
 
 
 def configuration() -> Lines:
@@ -218,10 +250,12 @@ PAGES: dict[str, Callable[[], Lines]] = {
 def write(folder: Path) -> None:
     """Write all pages into a folder; what has not changed is left alone, for faster builds."""
     folder.mkdir(exist_ok=True)
+    texts = {'parameters.yaml': parameter_schema()}
     for name, page in PAGES.items():
         first, *rest = page()
-        text = '\n'.join([first, '', MADE, *rest, ''])
-        path = folder / f'{name}.md'
+        texts[f'{name}.md'] = '\n'.join([first, '', MADE, *rest, ''])
+    for name, text in texts.items():
+        path = folder / name
         if not path.exists() or path.read_text(encoding='utf-8') != text:
             path.write_text(text, encoding='utf-8')
 

@@ -17,6 +17,7 @@ PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 MANIFEST = ElementTree.parse(ROOT.parent / 'package.xml')
 ROS = {key.text for key in MANIFEST.iter('exec_depend') if key.text and '-' not in key.text}
+STANDARD = sys.stdlib_module_names | {'compression'}  # which Python has from 3.14 on
 SCIENCE = {'numpy', 'numba', 'yaml'}
 BAGS = SCIENCE | {'backports', 'lz4', 'mcap', 'rosbags'}
 TABLES = BAGS | {'pint', 'pyarrow'}
@@ -133,7 +134,7 @@ def test_imports_only_what_its_layer_may(module: Path) -> None:
         first = name.split('.')[0]
         if first == PACKAGE:
             assert '.'.join(name.split('.')[:2]) in allowed, f'{here} imports {name}'
-        elif first not in sys.stdlib_module_names:
+        elif first not in STANDARD:
             assert first in outside, f'{here} imports {name}'
 
 
@@ -166,7 +167,7 @@ def test_every_package_imported_is_declared(folder: str, extras: tuple[str, ...]
     }
     own = {path.stem for path in (*ROOT.parent.glob('*'), *ROOT.parent.glob('test/*'))} | {''}
     known, providers = declared(*extras), packages_distributions()
-    for name in sorted(names - sys.stdlib_module_names - ROS - own):
+    for name in sorted(names - STANDARD - ROS - own):
         candidates = {canonicalize_name(provider) for provider in providers.get(name, [name])}
         assert candidates & known, f'{folder} imports {name}, setup.py lacks it'
 

@@ -24,7 +24,14 @@ def texts(tree: ast.AST) -> set[str]:
 
 def test_all_are_there() -> None:
     names = {path.name.split('.')[0] for path in FILES}
-    assert names == {'rig', 'closed_loop', 'shadow', 'replay', 'ros2_control'}
+    assert names == {
+        'rig',
+        'closed_loop',
+        'lifecycle',
+        'shadow',
+        'replay',
+        'ros2_control',
+    }
 
 
 @pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)

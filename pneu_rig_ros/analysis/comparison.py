@@ -39,6 +39,9 @@ LEAST_OVERLAP = 4
 INITIAL_TIME = 0.01
 """Length of the readings whose mean is the initial position [s]."""
 
+SIMULATED = 'simulated'
+"""Label of a second run that is a model's."""
+
 
 class Condition(NamedTuple):
     """
@@ -134,7 +137,7 @@ def compare_with_model(
     simulated = simulate_record(recording, model, name)
     noise = _sensors(recording.configuration or configuration)
     used = configured_conditions(model)
-    return _comparison(measured, simulated, noise, 0.0, used, 'simulated')
+    return _comparison(measured, simulated, noise, 0.0, used, SIMULATED)
 
 
 def compare_with_bag(bag: Path | str, other: Path | str, shift: float | None = None) -> Comparison:

@@ -18,7 +18,7 @@ from pneu_rig_ros.cli.effects import effects
 from pneu_rig_ros.cli.gap import gap
 from pneu_rig_ros.cli.options import examples
 from pneu_rig_ros.cli.sweep import sweep
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 
 UNREAD, ERROR, INTERRUPTED = 1, 2, 130
 """Exit codes: the reader of the output has gone, an error, Ctrl-C or SIGTERM."""
@@ -126,5 +126,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(message: str) -> int:
-    print(f'pneu-rig: error: {" ".join(message.split())}', file=sys.stderr)
+    print(f'pneu-rig: error: {one_line(message, LONGEST_LINE)}', file=sys.stderr)
     return ERROR

@@ -66,7 +66,12 @@ def compare(
 
 
 def _print(comparison: Comparison, files: dict[str, Path]) -> None:
-    from pneu_rig_ros.report.comparison_page import condition_texts, event_rows, signal_rows
+    from pneu_rig_ros.report.comparison_page import (
+        condition_texts,
+        event_rows,
+        ratio_note,
+        signal_rows,
+    )
 
     rows = (
         (row.signal, row.rmse, row.largest, row.bias, row.unit, row.noise, row.multiple)
@@ -76,11 +81,13 @@ def _print(comparison: Comparison, files: dict[str, Path]) -> None:
     output.console().print()
     output.print_table(('', '>measured', f'>{comparison.second}'), event_rows(comparison))
     output.console().print()
+    note = ratio_note(comparison)
     output.print_values(
         {
             'measured': comparison.measured.recording.name,
             comparison.second: comparison.simulated.recording.name,
             'conditions': ',\n'.join(condition_texts(comparison)) or output.UNKNOWN,
+            **({'RMSE / noise': note} if note else {}),
             **({'shifted by': f'{-comparison.shift:.3f} s'} if comparison.shift else {}),
             **files,
         }

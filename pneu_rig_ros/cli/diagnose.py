@@ -19,6 +19,9 @@ MOST_MISSING = 3
 COMPARING, DRAWING = 0.96, 0.97
 """Fractions of the work at which models are compared, and at which the report is drawn [-]."""
 
+OF_BALANCES = 'the balances of mass and force; to the RMSE, slips at another time add'
+"""What the gap is of, where it is not of simulated cycles."""
+
 BALANCES = ('balance', 'model and measurement', '>remaining excess')
 SIGNIFICANT = (
     'balance',
@@ -137,12 +140,14 @@ def show(data: dict[str, Any], out: Path) -> None:
     terminal = output.console()
     terminal.print(data['sentence'])
     how = 'from rest to rest' if data['gap']['free_run'] else 'along the measured motion'
+    bags = ', '.join(data['gap']['bags'])
     tables: tuple[tuple[str, Sequence[str], Sequence[Sequence[str]]], ...] = (
         ('Balances', BALANCES, rows.balance_rows(data, MOST_MISSING)),
         ('Significant residuals of the given model', SIGNIFICANT, rows.where_rows(data)),
         ('Candidate explanations', RANKING, rows.ranking_texts(data, MOST_RANKED)),
         ('Changed and added parameters', ADDED, rows.added_rows(data)),
-        (f'RMSE {how} on {", ".join(data["gap"]["bags"])}', IMPROVED, rows.gap_rows(data)),
+        (f'RMSE {how} on {bags}', IMPROVED, rows.gap_rows(data)),
+        (f'RMSE in a free run on {bags}', IMPROVED, rows.gap_rows(data, 'free_run')),
         ('Events in the same recordings', EVENTS, rows.event_rows(data)),
     )
     for title, heads, cells in tables:
@@ -154,6 +159,7 @@ def show(data: dict[str, Any], out: Path) -> None:
     alike = [' or '.join(names) for names in data['indistinguishable']]
     values = {
         'gap': rows.cut_text(data),
+        'gap of': OF_BALANCES if data['gap']['of'] == 'residuals' else '',
         'remains': rows.remaining_text(data),
         'indistinguishable': '; '.join(alike),
         'next experiment': '\n'.join(rows.next_lines(data)),

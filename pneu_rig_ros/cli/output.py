@@ -7,6 +7,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,12 +29,27 @@ NAME_WIDTH = 19
 PIPE_WIDTH = 110
 """Width of a table that is printed into a pipe or file [character]."""
 
+AS_IS: Any = {'highlight': False, 'markup': False, 'emoji': False}
+"""Texts are printed as they are: names may have brackets and colons."""
+
 
 def console(stderr: bool = False, quiet: bool = False) -> Console:
     """Return a terminal that colours nothing by itself and breaks no path."""
-    from rich.console import Console
+    return _terminal()(stderr=stderr, quiet=quiet, soft_wrap=True, **AS_IS)
 
-    return Console(stderr=stderr, quiet=quiet, highlight=False, markup=False, soft_wrap=True)
+
+@cache
+def _terminal() -> type[Console]:
+    """Return the class of terminals that texts from anybody's file cannot command."""
+    from rich.console import Console
+    from rich.text import Text
+
+    class Terminal(Console):
+        def render_str(self, text: str, **options: Any) -> Text:
+            lines = map(printable, text.split('\n'))
+            return super().render_str('\n'.join(lines), **options)
+
+    return Terminal
 
 
 def print_table(
@@ -46,7 +62,6 @@ def print_table(
     :param lines: whether there is a line between two rows
     """
     from rich import box
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_lines=lines)
@@ -56,7 +71,7 @@ def print_table(
     for row in rows:
         table.add_row(*row)
     width = None if console().is_terminal else PIPE_WIDTH
-    Console(highlight=False, markup=False, width=width).print(table)
+    _terminal()(width=width, **AS_IS).print(table)
 
 
 def print_json(data: Mapping[str, Any]) -> None:
@@ -65,16 +80,11 @@ def print_json(data: Mapping[str, Any]) -> None:
 
 
 def print_values(values: Mapping[str, object]) -> None:
-    """
-    Print names and values in two columns; lines of a value are never cut or wrapped.
-
-    They may come from anybody's file: nothing but their text reaches the terminal.
-    """
+    """Print names and values in two columns; lines of a value are never cut or wrapped."""
     terminal = console()
     for name, value in values.items():
         terminal.print(f'{name:<{NAME_WIDTH}}', style='dim', end='')
-        lines = map(printable, str(value).split('\n'))
-        terminal.print(f'\n{"":<{NAME_WIDTH}}'.join(lines))
+        terminal.print(str(value).replace('\n', f'\n{"":<{NAME_WIDTH}}'))
 
 
 def print_summary(summary: Summary, files: Mapping[str, Path], as_json: bool = False) -> None:
@@ -120,7 +130,7 @@ def progress_bar(
 
     count = f'{{task.completed:5.1f}} of {{task.total:g}} {unit}'
     columns = (
-        TextColumn('{task.description}'),
+        TextColumn('{task.description}', markup=False),
         BarColumn(),
         TextColumn(count if unit else '{task.completed:g} of {task.total:g}'),
         TimeRemainingColumn(),

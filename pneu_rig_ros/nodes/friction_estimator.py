@@ -8,13 +8,14 @@ from rclpy.context import Context
 from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.managed_node import ManagedNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
 from pneu_rig_ros.nodes.sync import SampleSubscription
 from pneu_rig_ros.records.cdr import FrictionMessage
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 
 
-class FrictionEstimatorNode(RigNode):
+class FrictionEstimatorNode(ManagedNode):
     """
     Publishes the friction force of Eq. 2 with the stamp of its sample.
 
@@ -31,6 +32,9 @@ class FrictionEstimatorNode(RigNode):
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('friction_estimator', context, overrides)
+
+    def set_up(self) -> None:
+        """Create publisher and subscriptions; read the cylinder, if one is given."""
         self._publish = self.advertise('friction').publish
         self._descriptions = self.subscribe('rig_description')
         self._samples = SampleSubscription(self)
@@ -63,7 +67,11 @@ class FrictionEstimatorNode(RigNode):
                 self._publish(self._message.pack(force, stamp_ns))
                 self.rate.count += 1
 
-    def close(self) -> None:
+    def start(self) -> None:
+        """Restart the filter with the next sample."""
+        self._last_ns = 0
+
+    def stop(self) -> None:
         """Estimate the friction of the samples since the last update."""
         self.update()
 
@@ -76,8 +84,9 @@ class FrictionEstimatorNode(RigNode):
             'filter starts': self._restarts,
             'incomplete samples': self._samples.dropped,
         }
-        warnings = () if self._filter else ('waiting for rig_description',)
-        return NodeStatus('running', values, warnings)
+        if self._filter is None:
+            return NodeStatus('', values, ('waiting for rig_description',))
+        return NodeStatus('running', values, (self._samples.off_grid(self._interval_ns),))
 
 
 main = partial(runner.main, [FrictionEstimatorNode])

@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -11,11 +12,13 @@ from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import SetBool, Trigger
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.parameters import FRICTION_MODELS
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode, declare
+from pneu_rig_ros.nodes.managed_node import ManagedNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
 from pneu_rig_ros.records.cdr import PlantMessages, pack_string, unpack_valve_voltages
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
@@ -30,7 +33,14 @@ RUNTIME_SETTERS = {'supply_pressure': Rig.set_supply_pressure, 'load_mass': Rig.
 """Quantities that may change while the rig runs, and the methods that set them."""
 
 
-class PlantNode(RigNode):
+def quantity_parameters(cylinder: RigConfiguration) -> Iterator[Parameter]:
+    """Yield the parameters whose defaults come from a cylinder."""
+    operation = cylinder.model.operation
+    for name, one in OVERRIDES.items():
+        yield Parameter.of(name, one, float(getattr(operation, name)), name not in RUNTIME_SETTERS)
+
+
+class PlantNode(ManagedNode):
     """
     Publishes the sensor readings of the rig and receives the valve voltages.
 
@@ -42,17 +52,39 @@ class PlantNode(RigNode):
 
     PARAMETERS = (
         Parameter('cylinder', 'cylinder_2', 'name of a shipped cylinder, or a YAML file'),
-        Parameter('friction', '', 'friction model; empty: that of the cylinder'),
-        Parameter('sensors', '', "'rig' or 'ideal' sensors; empty: those of the cylinder"),
+        Parameter(
+            'friction',
+            '',
+            'friction model; empty: that of the cylinder',
+            choices=('', *FRICTION_MODELS),
+        ),
+        Parameter(
+            'sensors', '', 'of the readings; empty: of the cylinder', choices=('', 'rig', 'ideal')
+        ),
         Parameter('seed', -1, 'seed of the sensor noise; -1: of the cylinder', '-', -1, 2**53),
         Parameter('interval_ns', 0, 'sampling interval; 0: that of the cylinder', 'ns', 0, 10**9),
-        Parameter('speed', 1.0, 'simulated over real time; 0: lock step', '-', 0.0, 1000.0),
+        Parameter(
+            'speed',
+            1.0,
+            'simulated over real time; 0: lock step',
+            '-',
+            0.0,
+            1000.0,
+            constraint='0, or at least 0.001; other than 1 with use_sim_time only',
+        ),
         Parameter('paused', False, 'whether to start paused; ~/pause changes it'),
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('plant', context, overrides)
-        self._declare_quantities()
+        self.add_on_set_parameters_callback(self._on_parameters)
+
+    def dependent_parameters(self) -> Iterator[Parameter]:
+        """Return the quantities, whose defaults come from the cylinder."""
+        return quantity_parameters(load_configuration(self.text('cylinder')))
+
+    def set_up(self) -> None:
+        """Read the cylinder, compile, create publishers, subscription and services."""
         self._rig = Rig(self._configuration())
         self._rig.warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
@@ -65,28 +97,30 @@ class PlantNode(RigNode):
         topics = self._messages.by_topic(self.simulated_time)
         self._publish = {topic: self.advertise(topic).publish for topic in topics}
         self._commands = self.subscribe('valve_voltages')
-        self.create_service(Trigger, '~/reset', self._on_reset)
-        self.create_service(SetBool, '~/pause', self._on_pause)
-        self.add_on_set_parameters_callback(self._on_parameters)
+        self.offer(Trigger, '~/reset', self._on_reset)
+        self.offer(SetBool, '~/pause', self._on_pause)
         self._described = False
-        self._start_ns: int | None = None
-        self._tick = 0
         self._awaiting = False
+        self._tick = 0
         self._saturated = 0
-        self._late_before = 0
-        self._voltages = valve_voltages(0.0)
         self._timer = PeriodicTimer(self.period_ns) if self._speed else None
+
+    def start(self) -> None:
+        """Go on where the rig is, valves shut; the clock starts with the next tick."""
+        self._voltages = valve_voltages(0.0)
+        self._start_ns: int | None = None
+        self._late_before = 0
         self._wall_clock = WallClock()
+        self._await_nothing()
+        if not self.simulated_time:
+            self._tick = 0
         self._prepare()
 
-    def _declare_quantities(self) -> None:
-        """Declare the quantities whose defaults come from the cylinder."""
-        operation = load_configuration(self.text('cylinder')).model.operation
-        parameters = (
-            Parameter.of(name, one, float(getattr(operation, name)), name not in RUNTIME_SETTERS)
-            for name, one in OVERRIDES.items()
-        )
-        declare(self, parameters)
+    def _await_nothing(self) -> None:
+        """Give up the answer to the last sample; the next one has the next stamp."""
+        if self._awaiting:
+            self._awaiting = False
+            self._tick += 1
 
     def _configuration(self) -> RigConfiguration:
         """Return the configuration of the declared parameters; RigError if it is not valid."""
@@ -199,9 +233,7 @@ class PlantNode(RigNode):
         """Return to the initial state; time goes on."""
         self._rig.reset()
         self._voltages = valve_voltages(0.0)
-        if self._awaiting:
-            self._awaiting = False
-            self._tick += 1
+        self._await_nothing()
         self._prepare()
         response.success = True
         response.message = 'initial state, noise restarted'
@@ -215,6 +247,8 @@ class PlantNode(RigNode):
 
     def _on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
         """Apply changed parameters to the running rig and publish its new description."""
+        if not self.configured:
+            return SetParametersResult(successful=True)
         try:
             for change in changes:
                 if change.name in RUNTIME_SETTERS:

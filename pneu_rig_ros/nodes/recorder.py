@@ -13,7 +13,8 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.managed_node import ManagedNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
 from pneu_rig_ros.nodes.topics import LossCounter, ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
@@ -31,7 +32,7 @@ STAMPED = {CLOCK} | {
 }
 
 
-class RecorderNode(RigNode):
+class RecorderNode(ManagedNode):
     """
     Writes the raw messages of all topics to a rosbag2 directory with MCAP storage.
 
@@ -42,10 +43,20 @@ class RecorderNode(RigNode):
 
     period_ns = 20_000_000
 
-    PARAMETERS = (Parameter('output', '', 'directory to create; empty: runs/ and the date'),)
+    PARAMETERS = (
+        Parameter(
+            'output',
+            '',
+            'directory to create; empty: runs/ and the date',
+            constraint='must not exist',
+        ),
+    )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('recorder', context, overrides)
+
+    def set_up(self) -> None:
+        """Create the bag and the subscriptions."""
         default = f'runs/{datetime.now():%Y-%m-%d_%H-%M-%S}'
         self._writer = BagWriter(free_path(Path(self.text('output') or default)))
         self._failure: str | None = None
@@ -60,6 +71,10 @@ class RecorderNode(RigNode):
             if not topic.extra:
                 self._writer.add_topic(subscription.name, topic.type)
         self.get_logger().info(f'recording to {self._writer.path.resolve()}')
+
+    def start(self) -> None:
+        """Count losses from the next messages on."""
+        self._losses.resume()
 
     def update(self) -> None:
         """Write all messages that have arrived; discard them after a write error."""
@@ -125,13 +140,16 @@ class RecorderNode(RigNode):
         self._writer.write(subscription.name, subscription.topic.type, log_time_ns, message.cdr)
         self.rate.count += 1
 
-    def close(self) -> None:
+    def stop(self) -> None:
+        """Write the waiting messages."""
+        self.update()
+
+    def finish(self) -> None:
         """
-        Write the waiting messages, then index and metadata.
+        Write index and metadata.
 
         :raises RigError: when the bag could not be written completely
         """
-        self.update()
         if self._failure is not None:
             with contextlib.suppress(RigError):  # the index may still fit
                 self._writer.close(bag_metadata(self._description))
@@ -144,8 +162,9 @@ class RecorderNode(RigNode):
 
     def abort(self) -> None:
         """Remove the empty bag."""
-        self._writer.abort()
-        shutil.rmtree(self._writer.path)
+        if self.configured:
+            self._writer.abort()
+            shutil.rmtree(self._writer.path)
 
     def status(self) -> NodeStatus:
         """Return losses and bag for `/diagnostics`."""

@@ -35,7 +35,7 @@ class ReplayNode(RigNode):
     """
 
     PARAMETERS = (
-        Parameter('bag', '', 'bag directory'),
+        Parameter('bag', '', 'bag directory', constraint='must be given'),
         Parameter('rate', 1.0, 'playback rate: recorded over playback time', '-', 0.01, 100.0),
         Parameter('repeat', False, 'whether the bag is played in a loop'),
         Parameter('clock', False, 'whether /clock is published, from the log times'),

@@ -5,9 +5,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import astuple
+from functools import partial
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.exceptions import ParameterException
@@ -35,6 +41,7 @@ class Parameter(NamedTuple):
     :param low: smallest allowed number [unit]
     :param high: largest allowed number [unit]
     :param choices: allowed names; empty for any text
+    :param constraint: what else its value must be
     :param read_only: whether it is fixed while the node runs
     """
 
@@ -46,6 +53,17 @@ class Parameter(NamedTuple):
     high: float = math.inf
     choices: tuple[str, ...] = ()
     read_only: bool = True
+    constraint: str = ''
+
+    @property
+    def names(self) -> str:
+        """The choices as text."""
+        return ', '.join(choice or "''" for choice in self.choices)
+
+    @property
+    def allowed(self) -> str:
+        """The constraints besides type and range; '' without any."""
+        return f'one of {self.names}' if self.choices else self.constraint
 
     @classmethod
     def of(
@@ -59,7 +77,7 @@ class Parameter(NamedTuple):
         """Return the descriptor, by which ROS tools show the parameter and rclpy checks it."""
         descriptor = ParameterDescriptor(
             description=self.description + (f' [{self.unit}]' if self.unit else ''),
-            additional_constraints=f'one of {", ".join(self.choices)}' if self.choices else '',
+            additional_constraints=self.allowed,
             read_only=self.read_only,
         )
         if math.isfinite(self.low) and math.isfinite(self.high):
@@ -87,7 +105,7 @@ def declare(node: Node, table: Iterable[Parameter]) -> None:
         except ParameterException as error:
             raise RigError(f'{where}: {error}') from error
         if parameter.choices and value not in parameter.choices:
-            raise RigError(f'{where}: {value!r}, allowed {", ".join(parameter.choices)}')
+            raise RigError(f'{where}: {value!r}, allowed {parameter.names}')
 
 
 Overrides = Mapping[str, Any] | None
@@ -104,6 +122,13 @@ COMMON = (
 )
 
 
+def _keep_time_source(changes: list[RosParameter]) -> SetParametersResult:
+    """Refuse another time source for a running node: stamps would jump by decades."""
+    if any(change.name == 'use_sim_time' for change in changes):
+        return SetParametersResult(reason='use_sim_time is fixed while the node runs')
+    return SetParametersResult(successful=True)
+
+
 class RigNode(Node):
     """
     A node that polls its subscriptions: `Runner` calls `update` whenever its `loop_timer` returns.
@@ -112,9 +137,14 @@ class RigNode(Node):
     :param context: of ROS; the global one when not given
     """
 
+    SHARED: ClassVar[tuple[Parameter, ...]] = COMMON
+    """Parameters that all nodes of this kind have."""
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
+    """Further parameters."""
     period_ns: int = 0
     """Least time between two updates [ns]; 0: update as soon as a message arrives."""
+    active: bool = True
+    """Whether the node runs; see `ManagedNode`."""
     done: bool = False
     """Whether the node has finished, so that its process ends."""
     unique: ClassVar[bool] = True
@@ -125,7 +155,9 @@ class RigNode(Node):
     def __init__(self, name: str, context: Context | None, overrides: Overrides) -> None:
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
         super().__init__(name, context=context, parameter_overrides=given)
-        declare(self, (*COMMON, *self.PARAMETERS))
+        declare(self, (*self.SHARED, *self.PARAMETERS))
+        declare(self, self.dependent_parameters())
+        self.add_on_set_parameters_callback(_keep_time_source)
         self.rate = RateCounter()
         """Messages published, or recorded."""
         self.refused = 0
@@ -134,20 +166,40 @@ class RigNode(Node):
         self._qos_monitor = QosMonitor(self)
         self._volatile_publishers: list[Publisher] = []
         self._ready = False
-        self._local_subscriptions: Counter[str] = Counter()
+        self.process_nodes: Iterable[RigNode] = ()
+        """The nodes of this process, once a `Runner` has them."""
+        self._owned: list[Callable[[], object]] = []
+
+    def dependent_parameters(self) -> Iterable[Parameter]:
+        """Return the parameters whose defaults depend on the value of another."""
+        return ()
 
     def advertise(self, topic_name: str) -> Publisher:
         """Create a publisher of a topic in `records.topics`."""
         publisher = create_publisher(self, topic_name, self._qos_monitor)
         if not TOPICS[topic_name].latched:
             self._volatile_publishers.append(publisher)
+        self._owned.append(partial(self.destroy_publisher, publisher))
         return publisher
 
     def subscribe(self, topic_name: str, depth: int = 0) -> PolledSubscription:
         """Create a polled subscription to a topic in `records.topics`; depth 0: as published."""
         subscription = PolledSubscription(self, topic_name, self._qos_monitor, depth)
         self.polled_subscriptions.append(subscription)
+        self._owned.append(subscription.destroy)
         return subscription
+
+    def offer(self, kind: type, name: str, answer: Callable[[Any, Any], Any]) -> None:
+        """Create a service."""
+        self._owned.append(partial(self.destroy_service, self.create_service(kind, name, answer)))
+
+    def release(self) -> None:
+        """Destroy publishers, subscriptions and services."""
+        self._ready = False
+        for owned in (self._volatile_publishers, self.polled_subscriptions):
+            owned.clear()
+        while self._owned:
+            self._owned.pop()()
 
     def take_decoded(
         self, subscription: PolledSubscription, decode: Callable[[bytes], _Value]
@@ -203,19 +255,13 @@ class RigNode(Node):
         """Whether time is simulated, i.e. `use_sim_time`."""
         return self.flag('use_sim_time')
 
-    def set_process_nodes(self, nodes: Iterable['RigNode']) -> None:
-        """Make `ready` wait also for the subscriptions of the nodes in this process."""
-        self._local_subscriptions = Counter(
-            subscription.name for node in nodes for subscription in node.polled_subscriptions
-        )
-
     def ready(self) -> bool:
         """Return whether each topic of this node has had the required number of subscribers."""
         if not self._ready:
             required = int(self.number('wait_for_subscribers'))
+            local = Counter(s.name for n in self.process_nodes for s in n.polled_subscriptions)
             self._ready = all(
-                publisher.get_subscription_count()
-                >= max(required, self._local_subscriptions[publisher.topic_name])
+                publisher.get_subscription_count() >= max(required, local[publisher.topic_name])
                 for publisher in self._volatile_publishers
             )
         return self._ready
@@ -237,7 +283,7 @@ class RigNode(Node):
     def full_status(self) -> NodeStatus:
         """Return the status with the rate and the problems that any node may have."""
         rate = self.rate.update()
-        status = self.status()
+        status = self.status() if self.active else NodeStatus('inactive', {})
         name = self.get_fully_qualified_name()
         duplicate = f'another {name} is running: give one rig a namespace'
         return NodeStatus(

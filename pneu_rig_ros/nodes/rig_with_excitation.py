@@ -1,6 +1,5 @@
 """The rig and an excitation in one process that ends with the profile, for experiments."""
 
-from collections.abc import Iterable
 from functools import partial
 
 from pneu_rig_ros.nodes import runner
@@ -9,7 +8,6 @@ from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.recorder import RecorderNode
-from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 
 
@@ -21,16 +19,11 @@ class LockStepPlant(PlantNode):
     plant woke the process, that message would wait for 20 ms.
     """
 
-    def set_process_nodes(self, nodes: Iterable[RigNode]) -> None:
-        """Store the subscriptions of the loop."""
-        nodes = list(nodes)
-        super().set_process_nodes(nodes)
-        loop = PlantNode, ExcitationNode, ValveCommandNode
-        self._loop = [s for n in nodes if isinstance(n, loop) for s in n.polled_subscriptions]
-
     def loop_timer(self) -> LoopTimer:
         """Return what waits for the messages of the loop."""
-        return MessageWaitSet(self._loop, self.context)
+        loop = PlantNode, ExcitationNode, ValveCommandNode
+        nodes = (node for node in self.process_nodes if isinstance(node, loop))
+        return MessageWaitSet([s for n in nodes for s in n.polled_subscriptions], self.context)
 
 
 class ProfileOnce(ExcitationNode):

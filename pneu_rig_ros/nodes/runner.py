@@ -20,11 +20,14 @@ from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import DiagnosticsPublisher
 from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
-from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
+from pneu_rig_ros.nodes.loop_timer import PeriodicTimer, claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
+
+IDLE_PERIOD_NS = 20_000_000
+"""Between two cycles of the loop while the first node is not active."""
 
 DESTRUCTION_TIMEOUT = 3
 """Longest time that the destruction of the nodes takes [s]; it is some 0.1 s."""
@@ -44,12 +47,18 @@ class Runner:
         self._executor = SingleThreadedExecutor(context=nodes[0].context)
         for node in nodes:
             self._executor.add_node(node)
-            node.set_process_nodes(nodes)
+            node.process_nodes = nodes
         self.duplicates = DuplicateNameGuard(nodes)
         self._diagnostics = [DiagnosticsPublisher(node, node.full_status) for node in nodes]
         self._due = [0] * len(nodes)
         self._service_due = 0
-        self._timer = nodes[0].loop_timer()
+        self._choose_timer()
+
+    def _choose_timer(self) -> None:
+        """Follow the first node; while it is not active, serve the transitions of all."""
+        self._first_active = self.nodes[0].active
+        idle = PeriodicTimer(IDLE_PERIOD_NS)
+        self._timer = self.nodes[0].loop_timer() if self._first_active else idle
 
     def run(self, keep_running: Callable[[], bool]) -> None:
         """Loop until `keep_running()` returns False or ROS is shut down."""
@@ -65,7 +74,7 @@ class Runner:
         """Update every node that is due, then serve services if they are due."""
         now = time.monotonic_ns()
         for index, node in enumerate(self.nodes):
-            if now >= self._due[index]:
+            if now >= self._due[index] and node.active:
                 node.update()
                 if index:
                     self._due[index] = now + node.period_ns
@@ -76,6 +85,8 @@ class Runner:
         """Serve one waiting request, and publish diagnostics once a second."""
         self._service_due = now + SERVICE_PERIOD_NS
         self._executor.spin_once(timeout_sec=0)
+        if self.nodes[0].active is not self._first_active:
+            self._choose_timer()
         self.duplicates.update()
         for diagnostics in self._diagnostics:
             diagnostics.publish_if_due(now)

@@ -17,7 +17,8 @@ from pneu_rig_ros.control.observer import (
 )
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.managed_node import ManagedNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
 from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS, Sample, SampleSubscription
 from pneu_rig_ros.records.cdr import SampleMessages, unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -28,7 +29,7 @@ LONGEST_GAP = 20
 """Samples missing in a row after which the model waits for a rest."""
 
 
-class ShadowNode(RigNode):
+class ShadowNode(ManagedNode):
     """
     Publishes the prediction of each sample on `predicted/...`, its error on `residual/...`.
 
@@ -50,6 +51,9 @@ class ShadowNode(RigNode):
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('shadow', context, overrides)
+
+    def set_up(self) -> None:
+        """Create publishers and subscriptions; load the model, or compile one."""
         self._messages = [
             SampleMessages(f'{prefix}/', effort, self.frame_prefix)
             for prefix, effort in (('predicted', True), ('residual', False))
@@ -63,7 +67,6 @@ class ShadowNode(RigNode):
         self._inputs = self.subscribe(self.text('input'))
         self._samples = SampleSubscription(self)
         self._pending_inputs: deque[tuple[int, tuple[float, float]]] = deque()
-        self._voltages = valve_voltages(0.0)
         self._observer: Observer | None = None
         self._last_ns = 0
         self._residual = Residual(0.0, 0.0, 0.0)
@@ -71,6 +74,13 @@ class ShadowNode(RigNode):
             self._start_model(load_configuration(self.text('model')))
         else:
             Observer(load_configuration('cylinder_2'))  # compile before the first sample
+
+    def start(self) -> None:
+        """Begin with the next rest, valves shut."""
+        self._pending_inputs.clear()
+        self._voltages = valve_voltages(0.0)
+        if self._observer is not None:
+            self._observer.reset()
 
     def _start_model(self, configuration: RigConfiguration) -> None:
         """Start a model, its noise band and its alarm."""
@@ -157,7 +167,7 @@ class ShadowNode(RigNode):
         outside = ', '.join(name for name, share in shares.items() if share > limit)
         alarm = f'model and rig disagree: {outside} outside the noise band' if outside else None
         state = 'running' if self._observer.running else 'waiting for a rest'
-        return NodeStatus(state, values, (alarm,))
+        return NodeStatus(state, values, (self._samples.off_grid(self._interval_ns), alarm))
 
 
 main = partial(runner.main, [ShadowNode])

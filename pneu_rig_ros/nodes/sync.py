@@ -71,11 +71,22 @@ class SampleSubscription:
         self._node = node
         self._joints, *self._chambers = map(node.subscribe, SAMPLE_TOPICS)
         self._synchronizer = TimeSynchronizer(len(SAMPLE_TOPICS))
+        self._stamps: deque[int] = deque(maxlen=2)
 
     @property
     def dropped(self) -> int:
         """Number of messages dropped because their sample is incomplete."""
         return self._synchronizer.dropped
+
+    def off_grid(self, interval_ns: int) -> str | None:
+        """Return a warning if the last samples were not on a grid of this interval."""
+        step_ns = self._stamps[-1] - self._stamps[0] if self._stamps else 0
+        if step_ns <= 0 or step_ns % interval_ns == 0:
+            return None
+        return (
+            f'samples are {step_ns * 1e-6:g} ms apart, not on the grid of the sampling.interval '
+            f'of the configuration, {interval_ns * 1e-6:g} ms'
+        )
 
     def take_all(self) -> Iterator[Sample]:
         """Yield the samples that have become complete, in order."""
@@ -89,6 +100,7 @@ class SampleSubscription:
             queue.extend(self._node.take_decoded(chamber, _decode_pressure))
         for stamp_ns, (joint_values, pressure_1, pressure_2) in self._synchronizer.complete():
             sent_ns, position, velocity = joint_values
+            self._stamps.append(stamp_ns)
             yield Sample(stamp_ns, sent_ns, position, velocity, pressure_1, pressure_2)
 
 

@@ -36,6 +36,10 @@ class LossCounter:
         self.total = 0
         self._last: dict[str, deque[int]] = {}
 
+    def resume(self) -> None:
+        """Begin again after a pause, in which no message was expected."""
+        self._last.clear()
+
     def add(self, topic_name: str, sequence_number: int) -> None:
         """Add the next message of a topic."""
         if topic_name in SHARED_TOPICS:
@@ -141,6 +145,7 @@ class PolledSubscription:
         self._depth = depth
         self._taken: dict[tuple[int, int], None] = {}
         self.conflict = PublisherConflict()
+        self._subscriptions: list[Subscription] = []
         self.handles: list[Any] = []
         """Of its one or two subscriptions."""
         self.name: str = self._subscribe(reliable=True).topic_name
@@ -158,8 +163,15 @@ class PolledSubscription:
             else None,
             raw=True,
         )
+        self._subscriptions.append(subscription)
         self.handles.append(subscription.handle)
         return subscription
+
+    def destroy(self) -> None:
+        """End the subscription."""
+        self.handles.clear()
+        while self._subscriptions:
+            self._node.destroy_subscription(self._subscriptions.pop())
 
     def _accept_best_effort(self) -> None:
         if len(self.handles) == 1:

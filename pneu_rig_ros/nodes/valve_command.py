@@ -8,7 +8,8 @@ from rclpy.context import Context
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.managed_node import ManagedNode
+from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
 from pneu_rig_ros.records.cdr import pack_valve_voltages, unpack_float64, unpack_stamp
 from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
@@ -21,7 +22,7 @@ HIGHEST_RATE = 2000.0
 ON_COMMAND, ON_SAMPLE = 'command', 'sample'
 
 
-class ValveCommandNode(RigNode):
+class ValveCommandNode(ManagedNode):
     """
     Answers each command `u` [V] with `valve_voltages` [V].
 
@@ -47,14 +48,31 @@ class ValveCommandNode(RigNode):
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__('valve_command', context, overrides)
+
+    def set_up(self) -> None:
+        """Create publisher and subscriptions."""
         self._publish = self.advertise('valve_voltages').publish
         self._commands = self.subscribe('u')
         by_sample = self.text('trigger') == ON_SAMPLE
         self._samples = self.subscribe('joint_states') if by_sample else None
+        self._command_rate = RateCounter()
+
+    def start(self) -> None:
+        """Wait for a command."""
         self._u: float | None = None
         self._command_ns = time.monotonic_ns()
         self._now_ns = 0
-        self._command_rate = RateCounter()
+
+    def stop(self) -> None:
+        """Close the valves if they are open."""
+        if self._u:
+            self._u = 0.0
+            self._answer()
+
+    def close(self) -> None:
+        """Close the valves, but in simulated time, where each answer belongs to a sample."""
+        if not self.simulated_time:
+            super().close()
 
     def loop_timer(self) -> LoopTimer:
         """Return a wait set with a least interval between two answers."""

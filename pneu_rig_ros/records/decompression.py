@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import struct
+import sys
 from bz2 import BZ2Decompressor
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from backports import zstd
 from lz4.frame import LZ4FrameDecompressor
 
 from pneu_rig_ros.errors import RigError
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
 
 LARGEST_CHUNK = 2**27
 """Of a bag's chunk, decompressed [byte]; recorders write some MB."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, printable
 from pneu_rig_ros.records.conditions import (
     BAG_FILES,
     conditions_beside,
@@ -100,7 +100,7 @@ def _on_grid(path: Path, columns: Columns, zero: float) -> Recording:
         grid.filled(),
         missing=dict.fromkeys(grid.signals, grid.missing),
         arrival_ns=arrival,
-        metadata={'source': str(path), **columns.metadata},
+        metadata={'source': printable(str(path)), **columns.metadata},
         configuration=configuration,
         protected=columns.protected,
         notes=tuple(note for note in notes if note),

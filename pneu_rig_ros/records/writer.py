@@ -65,7 +65,8 @@ class BagWriter:
     A bag being written. Use as a context manager or call ``close``.
 
     :param path: directory to create; its parents are created as needed
-    :raises RigError: when the path exists or cannot be created
+    :raises RigError: when the path exists, cannot be created or has a name that is not printable,
+        which no metadata could hold
     """
 
     path: Path
@@ -84,6 +85,8 @@ class BagWriter:
         self._flushed = time.monotonic()
         self._storage = self.path / f'{self.path.name}.mcap'
         with self._one_line_errors():
+            if not self.path.name.isprintable():
+                raise RigError(f'{self.path}: the name of a bag must be printable')
             if self.path.exists():
                 raise RigError(f'{self.path} exists; name a bag that does not, or remove it')
             self.path.mkdir(parents=True)

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.analysis.comparison import Comparison
+from pneu_rig_ros.analysis.comparison import SIMULATED, Comparison
 from pneu_rig_ros.analysis.metrics import AnalysedRun
 from pneu_rig_ros.records.conditions import CONDITIONS
 from pneu_rig_ros.records.whole_files import atomic_write
@@ -222,6 +222,17 @@ def condition_texts(comparison: Comparison) -> list[str]:
     ]
 
 
+def ratio_note(comparison: Comparison) -> str:
+    """Return in lines why the ratio to the noise may be above 1; '' for two bags."""
+    if comparison.second != SIMULATED:
+        return ''
+    return (
+        'above 1 for the true model, too: it runs freely from the first readings,\n'
+        'in which slips at another time and gain errors of the sensors add up.\n'
+        'diagnose fits these gains and judges the balances of mass and force'
+    )
+
+
 def write_page(
     path: Path, comparison: Comparison, progress: Callable[[int], None] = lambda _: None
 ) -> Path:
@@ -245,6 +256,7 @@ def write_page(
         events=event_rows(comparison),
         pairs=list(itertools.zip_longest(*(run.events.cycles for run in runs))),
         conditions=condition_texts(comparison),
+        note=ratio_note(comparison),
         pictures=pictures,
         duration=comparison.measured.recording.duration,
     )

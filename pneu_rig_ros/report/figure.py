@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.analysis.friction import Floats, friction_of
 from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, printable
 from pneu_rig_ros.records import Recording
 
 BLUE, ORANGE, GREEN, GREY = '#1f5a94', '#d1660b', '#2c8a5a', '#8a8f98'
@@ -69,6 +69,11 @@ SIGNALS = {
 def plain_name(name: str) -> str:
     """Return the name of a cylinder or a signal with blanks."""
     return name.replace('_', ' ')
+
+
+def literal(text: str) -> str:
+    """Return the text of anybody's file for a figure, which then sees no formula in it."""
+    return printable(text).replace('$', r'\$')
 
 
 def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
@@ -161,6 +166,6 @@ def title_of(recording: Recording) -> str:
         drive = (recording.voltage_1 - recording.voltage_2) / 2
         u = f'u = {drive[np.abs(drive).argmax()]:.2f} V, '
     supply = f'$p_s$ = {operation.supply_pressure / BAR:g} bar abs'
-    title = f'{plain_name(configuration.name).capitalize()}: {u}{supply}'
-    law = recording.metadata.get('friction_model', '')
+    title = f'{literal(plain_name(configuration.name)).capitalize()}: {u}{supply}'
+    law = literal(recording.metadata.get('friction_model', ''))
     return f'{title}, load {operation.load_mass:g} kg' + (f' ({law})' if law else '')

@@ -27,7 +27,7 @@ from pneu_rig_ros.report.dependence import (
     dependence,
 )
 from pneu_rig_ros.report.diagnosis_rows import UNITS
-from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE
+from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, literal
 
 Floats = NDArray[np.float64]
 Spans = Sequence[tuple[float, float]]
@@ -171,7 +171,7 @@ def _draw_track(axes: Axes, track: Track, scale: float, spans: Spans) -> None:
         axes.errorbar(breaks.middle, scale * breaks.residual, deviation, elinewidth=0.8, **BREAK)
     height = scale * half_height(track)
     axes.set_ylim(-height, height)
-    axes.set_title(track.name, fontsize=8, loc='left', pad=2)
+    axes.set_title(literal(track.name), fontsize=8, loc='left', pad=2)
     axes.tick_params(labelsize=8)
 
 

@@ -24,7 +24,12 @@ def test_tables_and_page(terminal: Terminal, bag: Path) -> None:
     assert done.code == 0, done.err
     for text in ('RMSE / noise', 'pressure 2', 'median dwell', 'supply pressure 400000 Pa'):
         assert text in done.out
-    assert (terminal.directory / 'page.html').read_text().startswith('<!DOCTYPE html>')
+    page = (terminal.directory / 'page.html').read_text()
+    assert page.startswith('<!DOCTYPE html>')
+    note = 'diagnose fits these gains'
+    assert note in done.out
+    assert note in page
+    assert note not in terminal.run('compare', bag, '--model', bag).out
     again = terminal.run('compare', bag, '--model', 'cylinder_2', '--out', 'page.html')
     assert (again.code, 'page.html exists' in again.err) == (2, True)
     assert terminal.run('compare', bag, '--model', bag, '--quiet') == (0, '', '')

@@ -25,7 +25,7 @@ from ros.bystander import DOMAIN
 
 from pneu_rig_ros.cli import command, main
 from pneu_rig_ros.nodes.embedding import embedded
-from pneu_rig_ros.nodes.rig_node import COMMON, RigNode
+from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.configuration import OVERRIDES
@@ -231,7 +231,8 @@ def node_class(name: str) -> type[RigNode]:
 
 @pytest.mark.parametrize('words', words_of(*PACKAGE), ids=' '.join)
 def test_parameters_of_node_exist(words: list[str]) -> None:
-    declared = {p.name for p in (*node_class(words[3]).PARAMETERS, *COMMON)}
+    kind = node_class(words[3])
+    declared = {p.name for p in (*kind.PARAMETERS, *kind.SHARED)}
     declared |= {'use_sim_time', *(OVERRIDES if words[3] == 'plant' else ())}
     assert {word.split(':=')[0] for word in words[4:] if ':=' in word} <= declared
 

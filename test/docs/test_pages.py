@@ -7,6 +7,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+import yaml
 
 from pneu_rig_ros.cli import command
 from pneu_rig_ros.model import effects
@@ -87,6 +88,20 @@ def test_reference_names_everything(site: Path) -> None:
         key = line.strip('# ').split(':')[0]
         if line.startswith(('    ', '    # ')) and key != 'use_sim_time':
             assert f'>{key}<' in pages['nodes'], key
+
+
+def test_schema_has_every_parameter(site: Path) -> None:
+    (path,) = (site / '_downloads').rglob('parameters.yaml')
+    schema = yaml.safe_load(path.read_text())
+    assert schema['plant']['speed']['validation'] == {'bounds<>': [0.0, 1000.0]}
+    assert schema['valve_command']['trigger']['validation'] == {
+        'one_of<>': [['command', 'sample']]
+    }
+    written = yaml.safe_load((DOCS.parent / 'config' / 'nodes.yaml').read_text())
+    for name, node in written.items():
+        known = schema[name.removeprefix('/**/')]
+        for key, value in node['ros__parameters'].items():
+            assert key == 'use_sim_time' or known[key]['default_value'] == value, (name, key)
 
 
 def test_every_symbol_of_the_nomenclature_has_a_key() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from dataclasses import replace
@@ -26,11 +27,13 @@ NAMES = (
     '{{ 7 * 191 }}{% for x in y %}',
     '=cmd|calc!A0',
     r'$\frac{',
+    r'$\frac{$ [/] :bug:',
     '..%2f..%2fetc',
     "'; DROP TABLE rigs; --",
 )
 HASH = 'RIHS01_' + '0' * 64
 TOLD = ('cylinder', 'friction_model', 'package_version', 'git_revision', 'seed')
+BYTES = os.fsdecode(b'n\xff')
 TERMINAL = 'x\x1b[2J\x1b]0;owned\x07\u202e\r\n'
 
 
@@ -80,6 +83,23 @@ def test_nothing_in_a_bag_commands_the_terminal(
     assert all(line.isprintable() for line in shown.split('\n'))
     assert main(['info', str(tmp_path / TERMINAL)]) == 2
     assert capsys.readouterr().err.strip().isprintable()
+
+
+@pytest.mark.parametrize('name', [BYTES, TERMINAL.strip()])
+def test_file_name_that_is_no_text_is_escaped(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, mapping = tmp_path / f'{name}.csv', tmp_path / 'map.yaml'
+    table.write_text('t,x\n' + ''.join(f'{k * 0.001:.3f},{k}\n' for k in range(50)))
+    mapping.write_text('time: {column: t, unit: s}\nposition: {column: x, unit: mm}\n')
+    words = ['import', str(table), '--map', str(mapping), '--out']
+    assert main([*words, str(tmp_path / name)]) == 2
+    assert 'the name of a bag must be printable' in capsys.readouterr().err
+    assert main([*words, str(tmp_path / 'bag')]) == 0
+    assert all(line.isprintable() for line in capsys.readouterr().out.split('\n'))
+    assert read_recording(tmp_path / 'bag').metadata['source'].isprintable()
+    simulate(load_configuration('cylinder_1'), 0.5, 0.4, tmp_path / 'rig').rename(tmp_path / name)
+    assert main(['view', str(tmp_path / name), '--out', str(tmp_path / 'view.html')]) == 0
 
 
 def test_name_of_a_rig_is_one_line() -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import re
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from pneu_rig_ros.diagnosis.latent import smooth
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
+from pneu_rig_ros.errors import printable
 from pneu_rig_ros.report.dependence import dependence
 from pneu_rig_ros.report.diagnosis_page import spans_of, write_files
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
@@ -25,6 +28,11 @@ from pneu_rig_ros.report.latent_figures import connected, draw_latent, tracks_of
 
 COMMAND = importlib.import_module('pneu_rig_ros.cli.diagnose')
 """The module: in its package the name is that of the command."""
+HOSTILE = (
+    '<script>alert(1)<∕script>',
+    'x\x1b[2J\x1b]0;owned\x07',
+    os.fsdecode(b'$\\frac{$ [red] :bug: {{ 7 * 7 }} \xff'),
+)
 GAUGES, SLOPE = (1e5, 4e5), 1e-5
 
 
@@ -152,9 +160,30 @@ def test_command_says_what_the_python_call_finds(
     assert list(tmp_path.iterdir()) == [tmp_path / 'answer']
 
 
+def test_names_of_files_are_text(
+    bench_files: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tables = [tmp_path / f'{name}.csv' for name in HOSTILE]
+    for table, source in zip(tables, bench_files.tables, strict=True):
+        table.write_bytes(source.read_bytes())
+    system = tmp_path / f'{HOSTILE[0]}.yaml'
+    system.write_text(bench_files.system.read_text().replace('name: seal', 'name: "<i>[/]"'))
+    words = [*tables[:2], '--verify', tables[2], '--model', system, '--map', bench_files.mapping]
+    arguments = [*map(str, words), '--workers', '1', '--out', str(tmp_path / 'answer')]
+    assert main(['diagnose', *arguments]) == 0
+    shown = capsys.readouterr().out
+    assert all(line.isprintable() for line in shown.split('\n'))
+    page = (tmp_path / 'answer' / 'report.html').read_text()
+    assert '<script' not in page
+    assert '<i>[/]' not in page
+    assert all(escape(printable(name)) in page for name in HOSTILE[::2])
+
+
 def _check_terminal(text: str, folder: Path) -> None:
     assert 'pressure_dependent_friction' in text
     assert re.search(r'gas_1 +closed: no ', text)
     assert re.search(r'force +sliding in', text)
     assert 'RMSE along the measured motion on run_2' in text
+    assert 'RMSE in a free run' not in text  # of a system that is not a rig
+    assert re.search('gap of +the balances of mass and force', text)
     assert str(folder / 'report.html') in text.replace('\n', '')

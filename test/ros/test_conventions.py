@@ -5,6 +5,9 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rclpy.context import Context
+from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from yourdfpy import URDF
 
@@ -55,6 +58,28 @@ def test_headers_name_links_of_the_robot_and_diagnostics_the_rig(
         assert messages[name].header.frame_id == f'{prefix}{link}'
         assert link in links
     assert ids == {f'pneu_rig/{namespace}'.rstrip('/')}
+
+
+def test_parameters_are_described_and_the_time_source_stays(
+    context: Context, bystander: Bystander
+) -> None:
+    runner = Runner([PlantNode(context)])
+
+    def ask(kind: Any, name: str, **request: Any) -> Any:
+        return bystander.call(runner, kind, f'plant/{name}', kind.Request(**request))
+
+    names = ['supply_pressure', 'friction', 'seed', 'speed']
+    answer = ask(DescribeParameters, 'describe_parameters', names=names)
+    supply, friction, seed, speed = answer.descriptors
+    assert (supply.floating_point_range[0].to_value, supply.read_only) == (1.1e6, False)
+    assert "one of '', coulomb_viscous, lugre" in friction.additional_constraints
+    assert seed.integer_range[0].from_value == -1
+    assert 'use_sim_time' in speed.additional_constraints
+    assert all(one.read_only for one in (friction, seed, speed))
+    change = Parameter('use_sim_time', value=True).to_parameter_msg()
+    (result,) = ask(SetParameters, 'set_parameters', parameters=[change]).results
+    assert 'fixed while the node runs' in result.reason
+    runner.close()
 
 
 def test_valves_are_told_to_shut_before_any_command(new_context: Any) -> None:

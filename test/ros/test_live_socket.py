@@ -5,14 +5,24 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import aiohttp
 import pytest
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters
+from rclpy.executors import SingleThreadedExecutor
 
 from pneu_rig_ros.nodes.embedding import embedded
 from pneu_rig_ros.nodes.live import History, LiveNode
+from pneu_rig_ros.records.cdr import pack_string
+from pneu_rig_ros.records.description import describe
+from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.web.server import serve
+
+from .bystander import Bystander, until
 
 pytestmark = pytest.mark.live
 
@@ -43,11 +53,49 @@ def test_rig_without_a_plant_says_so(node_page: str) -> None:
     assert answer['samples']['time'] == []
 
 
+MARKUP = '</script><img src=x onerror=alert(1)><b>$&</b>'
+
+
+def test_names_and_reasons_from_topics_and_services_are_text(
+    bystander: Bystander, open_page: Callable[[str], Any]
+) -> None:
+    def refuse(_: object, response: SetParameters.Response) -> SetParameters.Response:
+        response.results = [SetParametersResult(reason=MARKUP)]
+        return response
+
+    bystander.create_service(SetParameters, 'plant/set_parameters', refuse)
+    executor = SingleThreadedExecutor(context=bystander.context)
+    executor.add_node(bystander)
+    with served() as address:
+        rig = replace(load_configuration('cylinder_2'), name=MARKUP)
+        bystander.speak('rig_description')(pack_string(describe(rig)))
+        page = open_page(address)
+
+        def shows(name: str, text: str) -> bool:
+            executor.spin_once(timeout_sec=0.05)
+            page.wait_for_timeout(50)
+            return text in page.locator(f'#{name}').inner_text()
+
+        until(lambda: shows('name', MARKUP) and page.locator('#supply').is_enabled())
+        page.locator('#supply').fill('5')
+        until(lambda: shows('notice', MARKUP))
+        assert page.locator('b, img').count() == 0
+        page.close()
+    executor.shutdown()
+
+
 @pytest.fixture(scope='module')
 def node_page() -> Iterator[str]:
     """Serve the page of a live node where no rig runs; yield its address."""
+    with served('nobody') as address:
+        yield address
+
+
+@contextmanager
+def served(namespace: str = '') -> Iterator[str]:
+    """Serve the page of a live node; yield its address."""
     ended = threading.Event()
-    with embedded(LiveNode, 'nobody') as (node, run), serve(node, 0) as address:
+    with embedded(LiveNode, namespace) as (node, run), serve(node, 0) as address:
         loop = threading.Thread(target=run, args=(lambda: not ended.is_set(),))
         loop.start()
         yield address

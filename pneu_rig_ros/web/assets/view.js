@@ -105,6 +105,7 @@ function triangle(ctx, x, y, dot) {
 const REGIME_COLOURS = ['dwell', 'presliding', 'breakaway', 'sliding', 'end-stop'].map(
   (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
 const drawing = bag.rig && new CylinderDrawing(document.querySelector('svg.cylinder'), bag.rig);
+const swatch = Object.assign(document.createElement('span'), { className: 'swatch' });
 const readings = new Readings(document.getElementById('readings'), [
   'time', 'position', 'velocity', 'pressure_1', 'pressure_2',
   ...['friction', 'voltage_1', 'voltage_2'].filter((name) => name in signals)]);
@@ -116,8 +117,8 @@ function showAt(t) {
   readings.show({ ...values, velocity: values.velocity_fit, time: t });
   document.getElementById('slider').value = t;
   const regime = regimeAt(t);
-  document.getElementById('regime').innerHTML = regime == null ? '' :
-    `<span class="swatch" style="background:${REGIME_COLOURS[regime]}"></span>${bag.regime_names[regime]}`;
+  swatch.style.background = REGIME_COLOURS[regime];
+  document.getElementById('regime').replaceChildren(...(regime == null ? [] : [swatch, bag.regime_names[regime]]));
   markNear(t);
 }
 
