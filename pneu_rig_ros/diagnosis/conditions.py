@@ -50,7 +50,7 @@ def restated_row(restated: Restated) -> dict[str, Any]:
 
 def sentence(row: Mapping[str, Any]) -> str:
     """Return a row in words."""
-    return f'{row["name"]} is {row["true"]}, stated {row["stated"]}'
+    return f'{row["name"]} {row["true"]}, stated {row["stated"]}'
 
 
 def _span(values: Sequence[float], unit: str) -> str:

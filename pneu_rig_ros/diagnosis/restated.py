@@ -61,7 +61,7 @@ def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restat
     """Yield what may be instead of what is stated."""
     if all(name in recording for recording in recordings for name in PRESSURES):
         exchanged = tuple(_exchanged(recording) for recording in recordings)
-        yield Restated('exchanged_chambers', 'as named', 'pressure_1 is p2', system, exchanged)
+        yield Restated('exchanged_chambers', 'p1 and p2', 'p2 and p1', system, exchanged)
         atmosphere = system.hypothesis.model.gas.atmospheric_pressure
         for stated, true, factor in UNITS:
             scaled = tuple(_scaled(recording, factor, atmosphere) for recording in recordings)

@@ -100,7 +100,9 @@ def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
     if parameters:
         names = [str(row['name']) for row in parameters]
         texts.append(f'{" and ".join(names)} {"have" if len(names) > 1 else "has"} another value')
-    texts += [condition_rows.sentence(row) for row in conditions]
+    if conditions:
+        rows = [condition_rows.sentence(row) for row in conditions]
+        texts.append('Not as stated: ' + ' and '.join(rows))
     remaining = diagnosis.search.remaining()
     if remaining >= 0.01:
         texts.append(f'{remaining:.0%} of the excess over the noise remains')
@@ -265,6 +267,8 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the excess and the RMSE on held-out data, before and after."""
     given, improved, held_out = diagnosis.given, diagnosis.improved, diagnosis.search.held_out
     before, after = (excess(held_out, hypothesis) for hypothesis in (given, improved))
+    if diagnosis.restated is not None:
+        before = diagnosis.stated_excess
     return {
         'of': 'residuals' if held_out.cycles is None else 'cycles',
         'before': before,

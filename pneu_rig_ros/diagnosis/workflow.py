@@ -32,7 +32,13 @@ from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.read_runs import prepare_runs, read_recordings, split_paths
 from pneu_rig_ros.diagnosis.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.run import Run
-from pneu_rig_ros.diagnosis.scoring import ScoredFit, improves, remaining_share, score
+from pneu_rig_ros.diagnosis.scoring import (
+    ScoredFit,
+    excess,
+    improves,
+    remaining_share,
+    score,
+)
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.weak_form import Floats
@@ -62,6 +68,7 @@ class Diagnosis:
 
     :param system: as given, or as it was found to be
     :param restated: what was found to be otherwise than stated, None where nothing was
+    :param stated_excess: misfit of the held-out data as stated, where something is restated [-]
     :param training, held_out: data with the noise under the given hypothesis
     :param search: for the explanation
     :param windows: of the training data under the given hypothesis
@@ -74,6 +81,7 @@ class Diagnosis:
 
     system: System
     restated: Restated | None
+    stated_excess: float
     training: Dataset
     held_out: Dataset
     search: Search
@@ -189,10 +197,11 @@ def diagnose(
     progress('localising residuals', 0.06)
     training, held_out = _datasets(system, runs, count, rng)
     windows = windows_of(training, system.hypothesis)
-    where, restated = localise(windows), None
+    where, restated, stated = localise(windows), None, 0.0
     if rms(training.whitened(system.hypothesis)) > DISCREPANT:
         found = otherwise(system, recordings, runs, paths)
         if found is not None:
+            stated = excess(held_out, system.hypothesis)
             restated, runs = found
             system = restated.system
             training, held_out = _datasets(system, runs, count, rng)
@@ -233,6 +242,7 @@ def diagnose(
     return Diagnosis(
         system,
         restated,
+        stated,
         training,
         held_out,
         search,

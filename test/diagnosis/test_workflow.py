@@ -180,6 +180,7 @@ def test_supply_that_is_not_as_stated_is_a_condition_and_no_physics(tmp_path: Pa
     assert row['value'] == pytest.approx(1.0 / stated, rel=0.005)
     assert low < row['value'] < high
     assert data['verdict'] == 'conditions'
+    assert data['sentence'].startswith('Not as stated: supply_pressure ')
     assert data['gap']['cut'] > 0.9
 
 
