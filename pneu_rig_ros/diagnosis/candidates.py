@@ -117,7 +117,7 @@ class Candidate:
             return SENSOR
         return GAS if balance in GAS_BALANCES else FORCE
 
-    def surprise(self, values: Sequence[float]) -> float:
+    def negative_log_prior(self, values: Sequence[float]) -> float:
         """Return the negative log density of values before the data, 0 where it is uniform [-]."""
         return 0.0
 
@@ -159,7 +159,7 @@ class Condition(Candidate):
         """Its name."""
         return self.name.removeprefix(CONDITIONS)
 
-    def surprise(self, values: Sequence[float]) -> float:
+    def negative_log_prior(self, values: Sequence[float]) -> float:
         """
         Return the negative log density of a ratio, relative to that of a parameter [-].
 
@@ -212,10 +212,10 @@ class Explanation:
         return np.array([coordinate.to_internal(value) for coordinate, value in pairs])
 
     @property
-    def surprise(self) -> float:
+    def negative_log_prior(self) -> float:
         """Negative log density of all values before the data [-]."""
         pairs = zip(self.parts, self.values, strict=True)
-        return sum(part.surprise(values) for part, values in pairs)
+        return sum(part.negative_log_prior(values) for part, values in pairs)
 
     def with_theta(self, theta: Floats) -> Explanation:
         """Return the explanation with other values, in internal representation."""

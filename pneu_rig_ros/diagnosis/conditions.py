@@ -19,33 +19,28 @@ DISPLAYED = {
 
 
 def fitted_row(
-    name: str, value: float, interval: tuple[float, float], operations: Sequence[Operation]
+    name: str, estimate: Mapping[str, Any], operations: Sequence[Operation]
 ) -> dict[str, Any]:
     """
     Return a condition whose value was fitted, as in diagnosis.json.
 
-    :param value: ratio to what is stated [-], or the difference from zero [m, s]
+    :param estimate: value, interval and unit of the ratio to what is stated, or of the difference
+        from zero
     :param operations: conditions as stated, of the training data
     """
-    is_ratio = name in Operation._fields
-    stated = [float(getattr(each, name)) if is_ratio else 0.0 for each in operations]
-    true = [value * each if is_ratio else each + value for each in stated]
-    factor, unit = DISPLAYED[name]
-    return {
-        'name': name,
-        'stated': _span([factor * each for each in stated], unit),
-        'true': _span([factor * each for each in true], unit),
-        'value': value,
-        'interval': list(interval),
-        'unit': '-' if is_ratio else {'mm': 'm', 'ms': 's'}[unit],
-    }
+    value = estimate['value']
+    if name in Operation._fields:
+        stated = [float(getattr(each, name)) for each in operations]
+        true = [value * each for each in stated]
+    else:
+        stated, true = [0.0], [value]
+    return {'name': name, 'stated': _span(stated, name), 'true': _span(true, name), **estimate}
 
 
 def restated_row(restated: Restated) -> dict[str, Any]:
     """Return what is otherwise than stated as a whole, as in diagnosis.json."""
-    stated, true = restated.stated, restated.true
-    unknown: Mapping[str, Any] = {'value': None, 'interval': None, 'unit': ''}
-    return {'name': restated.name, 'stated': stated, 'true': true, **unknown}
+    texts = {'name': restated.name, 'stated': restated.stated, 'true': restated.true}
+    return {**texts, 'value': None, 'interval': None, 'unit': ''}
 
 
 def sentence(row: Mapping[str, Any]) -> str:
@@ -53,7 +48,8 @@ def sentence(row: Mapping[str, Any]) -> str:
     return f'{row["name"]} {row["true"]}, stated {row["stated"]}'
 
 
-def _span(values: Sequence[float], unit: str) -> str:
-    """Return the values of all recordings for a reader."""
-    texts = list(dict.fromkeys(f'{value:.3g}' for value in (min(values), max(values))))
-    return f'{" to ".join(texts)} {unit}'
+def _span(values: Sequence[float], name: str) -> str:
+    """Return the values [SI] of a condition in all recordings for a reader."""
+    factor, unit = DISPLAYED[name]
+    texts = [f'{factor * value:.3g}' for value in (min(values), max(values))]
+    return f'{" to ".join(dict.fromkeys(texts))} {unit}'

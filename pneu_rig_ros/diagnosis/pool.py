@@ -72,8 +72,8 @@ GAIN_SCALE = 0.05
 """Internal unit of a gain [-]."""
 SUPPLY_RATIO, LOAD_RATIO = 1.1, 1.5
 """Largest ratios of true to stated supply pressure (a gauge) and load (a guess) [-]."""
-SUPPLY_ERROR, LOAD_ERROR = 0.03, 0.15
-"""Their usual relative errors [-]: a gauge of class 1.6 is read at half its span."""
+SUPPLY_ERROR = 0.03
+"""Usual relative error of a stated supply pressure [-]: a gauge of class 1.6 at half its span."""
 ZERO_ERROR, ZERO_SCALE = 0.02, 1e-3
 """Largest error of the zero of the position, unit of its fit [m]."""
 LEAST_CLOCK, CLOCK_ERROR, CLOCK_SCALE = 2e-3, 0.5, 0.02
@@ -187,7 +187,7 @@ def _conditions(
     if not system.shut and balances & {'gas_1', 'gas_2'}:
         yield _condition('supply_pressure', GAS, SUPPLY_RATIO, SUPPLY_ERROR)
     if 'force' in balances and any(run.operation.load_mass > 0.0 for run in runs):
-        yield _condition('load_mass', FORCE, LOAD_RATIO, LOAD_ERROR)
+        yield _condition('load_mass', FORCE, LOAD_RATIO)
     if system.rig is not None:
         quantity = Quantity('m', -ZERO_ERROR, ZERO_ERROR, 'position reading at the inner end')
         yield _difference(POSITION_ZERO, quantity, ZERO_SCALE)
@@ -196,7 +196,7 @@ def _conditions(
             yield _difference(SENSOR_CLOCK, quantity, CLOCK_SCALE)
 
 
-def _condition(name: str, group: str, ratio: float, error: float) -> Condition:
+def _condition(name: str, group: str, ratio: float, error: float = 0.0) -> Condition:
     quantity = Quantity('-', 1.0 / ratio, ratio, 'times what was stated')
     coordinate = Coordinate('times', quantity, 1.0 / ratio, ratio, 1.0, True, 1.0)
     starts = tuple((ratio**share,) for share in (-0.3, 0.3))

@@ -107,17 +107,6 @@ def _check_same_machine(recordings: Sequence[Recording]) -> None:
                 )
 
 
-def read_runs(
-    paths: Sequence[Path],
-    system: System,
-    mapping: Path | None,
-    executor: Executor | None = None,
-) -> list[Run]:
-    """Return recordings, see :func:`read_recordings`, prepared for a system."""
-    recordings = read_recordings(paths, system, mapping, executor)
-    return prepare_runs(recordings, system, paths)
-
-
 def prepare_runs(
     recordings: Sequence[Recording], system: System, paths: Sequence[Path]
 ) -> list[Run]:

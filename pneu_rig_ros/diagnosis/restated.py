@@ -2,8 +2,7 @@
 Recordings that are not what is stated: exchanged sensors, another unit, another cylinder.
 
 None of these is a small change, so no fit finds them: each is tried as a whole, before any cause
-is searched. It has to bring the residuals down in all balances at once, which no effect does for a
-wrong one.
+is searched. It has to bring the residuals of all balances down at once.
 """
 
 from __future__ import annotations
@@ -27,15 +26,16 @@ from pneu_rig_ros.rig.configuration import shipped
 
 MUCH_SMALLER = 0.3
 """
-Ratio of the residuals to those as stated, geometric mean over the balances, at most [-]. An effect
-of the library that is there leaves the residuals of a wrong statement larger, not smaller.
+Ratio of the residuals to those as stated, geometric mean over the balances, at most [-]. It was
+0.01 to 0.11 for the right statement in 16 trials with a wrong one, and 2.4 or more for any other
+in 25 trials in which all was as stated and an effect was hidden.
 """
 COMPARED = 0.9
 """Share of the windows that both must have [-]."""
 UNITS = (('psi', 'bar', 1e5 / 6894.757), ('bar', 'MPa', 10.0), ('kPa', 'bar', 100.0))
 """
-Unit that is stated, that may be true, and their ratio [-]. The other way round no pressure is
-within the range of a rig.
+Unit that is stated, that may be true, and their ratio [-]. The other way round the pressures of a
+rig are refused as out of range.
 """
 
 
@@ -48,6 +48,8 @@ class Restated:
     :param stated, true: for a reader
     :param system: the system then
     :param recordings: the recordings then
+    :param runs: the same, prepared for the system
+    :param excess: misfit of the held-out data as stated [-]
     """
 
     name: str
@@ -55,6 +57,8 @@ class Restated:
     true: str
     system: System
     recordings: tuple[Recording, ...]
+    runs: tuple[Run, ...] = ()
+    excess: float = 0.0
 
 
 def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restated]:
@@ -88,7 +92,7 @@ def _scaled(recording: Recording, factor: float, atmosphere: float) -> Recording
 
 def otherwise(
     system: System, recordings: Sequence[Recording], runs: Sequence[Run], paths: Sequence[Path]
-) -> tuple[Restated, list[Run]] | None:
+) -> Restated | None:
     """
     Return what the recordings show to be otherwise than stated, with the runs then.
 
@@ -96,15 +100,16 @@ def otherwise(
     :return: None where all is as stated, or nothing else is clearly better
     """
     before = _standardised(system, runs)
-    least, best = MUCH_SMALLER, None
+    least = MUCH_SMALLER
+    best: Restated | None = None
     for each in restated(system, recordings):
         try:
-            then = prepare_runs(each.recordings, each.system, paths)
+            then = tuple(prepare_runs(each.recordings, each.system, paths))
         except RigError:  # it cannot be so
             continue
         ratio = _ratio(before, _standardised(each.system, then))
         if ratio < least:
-            least, best = ratio, (each, then)
+            least, best = ratio, replace(each, runs=then)
     return best
 
 

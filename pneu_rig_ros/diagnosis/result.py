@@ -215,12 +215,8 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
             )
         elif isinstance(part, Condition):
             operations = [each.run.operation for each in diagnosis.training.comparisons]
-            (one,) = rows.values()
-            low, high = one['interval']
-            yield (
-                part,
-                condition_rows.fitted_row(part.condition, one['value'], (low, high), operations),
-            )
+            (estimate,) = rows.values()
+            yield part, condition_rows.fitted_row(part.condition, estimate, operations)
         elif part.is_parameter:
             (row,) = rows.values()
             low, high = row['interval']
@@ -268,7 +264,7 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
     given, improved, held_out = diagnosis.given, diagnosis.improved, diagnosis.search.held_out
     before, after = (excess(held_out, hypothesis) for hypothesis in (given, improved))
     if diagnosis.restated is not None:
-        before = diagnosis.stated_excess
+        before = diagnosis.restated.excess
     return {
         'of': 'residuals' if held_out.cycles is None else 'cycles',
         'before': before,

@@ -75,7 +75,7 @@ def score(fit: Fit, given: Hypothesis, training: Dataset, held_out: Dataset) -> 
     parts = [dataset.losses(hypothesis) for dataset in (training, held_out)]
     count = sum(whiten.kept.sum() for noise in training.noises for whiten in noise)
     penalty = 0.5 * len(fit.explanation.coordinates) * float(np.log(max(count, 1)))
-    penalty += fit.explanation.surprise
+    penalty += fit.explanation.negative_log_prior
     simulated = training.cycles is not None
     return ScoredFit(fit, np.concatenate(parts), penalty, parts[1].size, simulated)
 

@@ -68,7 +68,6 @@ class Diagnosis:
 
     :param system: as given, or as it was found to be
     :param restated: what was found to be otherwise than stated, None where nothing was
-    :param stated_excess: misfit of the held-out data as stated, where something is restated [-]
     :param training, held_out: data with the noise under the given hypothesis
     :param search: for the explanation
     :param windows: of the training data under the given hypothesis
@@ -81,7 +80,6 @@ class Diagnosis:
 
     system: System
     restated: Restated | None
-    stated_excess: float
     training: Dataset
     held_out: Dataset
     search: Search
@@ -197,14 +195,13 @@ def diagnose(
     progress('localising residuals', 0.06)
     training, held_out = _datasets(system, runs, count, rng)
     windows = windows_of(training, system.hypothesis)
-    where, restated, stated = localise(windows), None, 0.0
+    where, restated = localise(windows), None
     if rms(training.whitened(system.hypothesis)) > DISCREPANT:
-        found = otherwise(system, recordings, runs, paths)
-        if found is not None:
-            stated = excess(held_out, system.hypothesis)
-            restated, runs = found
-            system = restated.system
-            training, held_out = _datasets(system, runs, count, rng)
+        restated = otherwise(system, recordings, runs, paths)
+    if restated is not None:
+        restated = replace(restated, excess=excess(held_out, system.hypothesis))
+        system, runs = restated.system, list(restated.runs)
+        training, held_out = _datasets(system, runs, count, rng)
     given = system.hypothesis
     steps = itertools.count(1)
 
@@ -242,7 +239,6 @@ def diagnose(
     return Diagnosis(
         system,
         restated,
-        stated,
         training,
         held_out,
         search,

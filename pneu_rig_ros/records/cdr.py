@@ -233,20 +233,18 @@ def pack_string(text: str) -> bytes:
 
 
 class Reader:
-    """
-    Walks through little-endian CDR; alignment counts from the end of the encapsulation.
-
-    :ivar stamp_at: offset of the stamp that was read, None without one
-    :ivar numbers_at: offset and number of the floats that were read
-    """
+    """Walks through little-endian CDR; alignment counts from the end of the encapsulation."""
 
     def __init__(self, cdr: bytes) -> None:
-        self.stamp_at: int | None = None
-        self.numbers_at: list[tuple[int, int]] = []
         if len(cdr) < _ENCAPSULATION or bytes(cdr[:2]) != _LITTLE_ENDIAN[:2]:
             raise RigError(f'message of {len(cdr)} bytes: not little-endian CDR')
         self._cdr = cdr
         self._at = _ENCAPSULATION
+
+    @property
+    def size(self) -> int:
+        """Bytes of the message."""
+        return len(self._cdr)
 
     def count(self) -> int:
         """Return the next number of elements."""
@@ -257,7 +255,6 @@ class Reader:
 
     def stamp(self) -> int:
         """Return a stamp [ns]."""
-        self.stamp_at = self._at
         seconds, nanoseconds = _TIME.unpack_from(self._cdr, self._at)
         self._at += 8
         if nanoseconds >= NANOSECONDS:
@@ -282,7 +279,6 @@ class Reader:
         # An empty sequence is not followed by padding for the elements that it does not have.
         if count:
             self._at += -(self._at - _ENCAPSULATION) % 8
-            self.numbers_at.append((self._at, count))
         values = struct.unpack_from(f'<{count}d', self._cdr, self._at)
         self._at += 8 * count
         return values
@@ -306,11 +302,15 @@ class Decoder(Generic[_Value]):
 
     def __call__(self, cdr: bytes) -> _Value:
         """Return the values of a message."""
+        return self.from_reader(Reader(cdr))
+
+    def from_reader(self, reader: Reader) -> _Value:
+        """Return the values of the message that a reader has."""
         name = self.read.__name__
         try:
-            return self.read(Reader(cdr))
+            return self.read(reader)
         except (struct.error, IndexError) as error:
-            raise RigError(f'{name}: {len(cdr)} bytes are too few: {error}') from error
+            raise RigError(f'{name}: {reader.size} bytes are too few: {error}') from error
         except UnicodeDecodeError as error:
             raise RigError(f'{name}: not UTF-8: {error}') from error
 

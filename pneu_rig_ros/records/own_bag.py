@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.alike import decode_all
 from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
+from pneu_rig_ros.records.bulk_cdr import decode_all
 from pneu_rig_ros.records.cdr import (
     Decoder,
     unpack_float64,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.read_runs import prepare_run
+from pneu_rig_ros.diagnosis.read_runs import prepare_run, prepare_runs, read_recordings
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.records.recording import Recording
@@ -61,3 +61,8 @@ def measured(
 ) -> Run:
     """Return a run of a rig, prepared to be compared with a system."""
     return prepare_run(recorded(name, rig, timeline), system, Path(name))
+
+
+def read_runs(paths: list[Path], system: System, known: Path) -> list[Run]:
+    """Return text tables, prepared for a system."""
+    return prepare_runs(read_recordings(paths, system, known), system, paths)

@@ -55,7 +55,7 @@ def in_psi(recording: Recording) -> Recording:
 
 def found(recording: Recording, system: System) -> tuple[str, str] | None:
     result = otherwise(system, [recording], [run_of(recording, system)], [NAME])
-    return None if result is None else (result[0].name, result[0].true)
+    return None if result is None else (result.name, result.true)
 
 
 @pytest.mark.parametrize(
@@ -71,8 +71,8 @@ def test_wrong_statement_is_found_with_the_recording_then(
     wrong = change(as_stated)
     result = otherwise(system, [wrong], [run_of(wrong, system)], [NAME])
     assert result is not None
-    restated, (run,) = result
-    assert restated.name == name
+    assert result.name == name
+    (run,) = result.runs
     right = run_of(as_stated, system)
     np.testing.assert_allclose(run.pressures, right.pressures, rtol=1e-9)
 

@@ -10,7 +10,6 @@ import jsonschema
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.read_runs import read_runs
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.system import load_system
@@ -28,6 +27,7 @@ from .parts import (
     table,
     vessel_run,
 )
+from .runs import read_runs
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json.loads((ROOT / 'docs' / 'diagnosis.schema.json').read_text())

@@ -36,23 +36,23 @@ def seal(name: str) -> dict[str, Any]:
 @pytest.mark.long  # test_workflow.py has such chambers in short
 def test_sealed_chambers_lack_heat_transfer() -> None:
     folder = DATA / 'sealed_chambers'
-    told = answer(
+    data = answer(
         diagnose(
             [folder / '2021.07.26T10.51.44.exp'], SYSTEMS / 'sealed_chambers.yaml',
             [folder / '2022.01.28T16.46.31.exp'],
             mapping=SYSTEMS / 'sealed_chambers.map.yaml',
         )
     )  # fmt: skip
-    assert told['verdict'] == 'effect'
-    assert told['effects'][0]['name'] == 'natural_convection'
-    assert 0.15 < told['effects'][0]['parameters']['exponent']['value'] < 0.35
-    assert told['gap']['cut'] > 0.6
+    assert data['verdict'] == 'effect'
+    assert data['effects'][0]['name'] == 'natural_convection'
+    assert 0.15 < data['effects'][0]['parameters']['exponent']['value'] < 0.35
+    assert data['gap']['cut'] > 0.6
     # of 68 and 155 kPa some 6 and 3 kPa remain; a fit to this run itself leaves 3 to 4 kPa
     for pressure in ('pressure_1', 'pressure_2'):
-        signal = told['gap']['signals'][pressure]
+        signal = data['gap']['signals'][pressure]
         assert signal['after'] < 0.1 * signal['before']
         assert signal['after'] < 8e3
-    late = {row['recording'][:4]: row['value'] for row in told['each_recording']
+    late = {row['recording'][:4]: row['value'] for row in data['each_recording']
             if row['name'] == 'clock_offset'}  # fmt: skip
     # so late are the pressures by a fit to the pressures; here to their rates
     assert late['2021'] == pytest.approx(0.333, abs=0.04)
@@ -69,35 +69,35 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
     ],
 )
 def test_seals_lack_friction_that_grows_with_pressure(name: str, low: float, high: float) -> None:
-    told = seal(name)
-    assert told['verdict'] == 'effect'
-    assert told['effects'][0]['name'] == 'pressure_dependent_friction'
-    assert low < told['effects'][0]['parameters']['slope']['value'] < high
-    assert told['gap']['cut'] > (0.5 if name == 'NAPN' else 0.25)
+    data = seal(name)
+    assert data['verdict'] == 'effect'
+    assert data['effects'][0]['name'] == 'pressure_dependent_friction'
+    assert low < data['effects'][0]['parameters']['slope']['value'] < high
+    assert data['gap']['cut'] > (0.5 if name == 'NAPN' else 0.25)
 
 
 @pytest.mark.long
 def test_friction_of_a_compact_seal_grows_more_than_linearly_with_pressure() -> None:
     """Half of the loop of KDN is 5.6, 5.7, 6.2 and 7.0 N at 1, 3, 5 and 7 bar."""
-    told = seal('KDN')
-    assert told['verdict'] == 'effect'
-    assert told['effects'][0]['name'] == 'pressure_power_friction'
-    assert told['effects'][0]['parameters']['exponent']['value'] > 1.2
-    assert told['gap']['cut'] > 0.4
+    data = seal('KDN')
+    assert data['verdict'] == 'effect'
+    assert data['effects'][0]['name'] == 'pressure_power_friction'
+    assert data['effects'][0]['parameters']['exponent']['value'] > 1.2
+    assert data['gap']['cut'] > 0.4
 
 
 @pytest.mark.long
 def test_loop_of_a_lip_seal_grows_with_a_power_of_the_pressure() -> None:
     """Two pressures cannot show a power; from 3.3, 6.9 and 11.9 N at 1, 3 and 7 bar it is 0.66."""
     runs = {bar: DATA / 'seal_friction' / f'NAPN_{bar}bar.csv' for bar in (1, 3, 5, 7)}
-    told = answer(
+    data = answer(
         diagnose(
             [runs[1], runs[3], runs[7]], SYSTEMS / 'seal_NAPN.yaml', [runs[5]],
             mapping=SYSTEMS / 'seal_friction.map.yaml',
         )
     )  # fmt: skip
-    assert told['effects'][0]['name'] == 'pressure_power_friction'
-    assert told['effects'][0]['parameters']['exponent']['value'] == pytest.approx(0.66, abs=0.1)
+    assert data['effects'][0]['name'] == 'pressure_power_friction'
+    assert data['effects'][0]['parameters']['exponent']['value'] == pytest.approx(0.66, abs=0.1)
 
 
 @pytest.mark.long
@@ -105,14 +105,14 @@ def test_bore_of_a_bench_is_named_where_its_area_changes() -> None:
     """Force grows with pressure x position, alike in both directions: 1 to 2 N at 7 bar."""
     folder = DATA / 'seal_friction_repeats'
     runs = {bar: folder / f'O-ring257_rerun_2_{bar}bar.csv' for bar in (1, 3, 5, 7)}
-    told = answer(
+    data = answer(
         diagnose(
             [runs[3], runs[5]], SYSTEMS / 'seal_O-ring257.yaml', [runs[1], runs[7]],
             mapping=SYSTEMS / 'seal_friction.map.yaml',
         )
     )  # fmt: skip
-    assert told['effects'][0]['name'] == 'bore_taper'
-    assert told['effects'][0]['parameters']['taper']['value'] == pytest.approx(6e-3, abs=2e-3)
+    assert data['effects'][0]['name'] == 'bore_taper'
+    assert data['effects'][0]['parameters']['taper']['value'] == pytest.approx(6e-3, abs=2e-3)
 
 
 @pytest.mark.long

@@ -9,14 +9,13 @@ import pytest
 
 from pneu_rig_ros.diagnosis.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.dataset import Dataset, loss, pseudo_huber
-from pneu_rig_ros.diagnosis.read_runs import read_runs
 from pneu_rig_ros.diagnosis.reading import positive_mean, unclipped
 from pneu_rig_ros.diagnosis.replicates import inflation, simulate_replicate
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.whitening import Source, whitener
 
 from .parts import BENCH, bench_run, mapping, system_file, table
-from .runs import configured, measured, system_of
+from .runs import configured, measured, read_runs, system_of
 
 REPLICATES = 4
 SUPPLIES = (5e5, 6e5)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.read_runs import prepare_run, read_runs, split_paths
+from pneu_rig_ros.diagnosis.read_runs import prepare_run, split_paths
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
@@ -17,7 +17,7 @@ from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.simulate import simulate
 
 from .parts import BENCH, BLOCK, CHAMBERS, bench_run, chamber_run, mapping, system_file, table
-from .runs import configured
+from .runs import configured, read_runs
 
 SENSORS = """
 sensors: {{kind: rig, resolution: 12 bit, position_span: {position_span} m, position_class: 0 -,

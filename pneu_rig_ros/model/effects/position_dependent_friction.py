@@ -18,7 +18,8 @@ class Parameters(NamedTuple):
         float, Quantity('-', -1.0, 1.0, 'share by which F_c and F_smax grow from x = 0 to x = L')
     ]
     bulge: Annotated[
-        float, Quantity('-', -1.0, 1.0, 'share by which they are larger at x = L/2 than at both')
+        float,
+        Quantity('-', -1.0, 1.0, 'share by which both are larger at x = L/2 than at the ends'),
     ] = 0.0
 
 

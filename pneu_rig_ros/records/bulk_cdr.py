@@ -59,37 +59,53 @@ def decode_all(
     all_stamps[alike] = stamps[right]
     all_values[alike] = np.column_stack(columns)[right]
     for index in np.flatnonzero(~alike).tolist():
-        all_stamps[index], *all_values[index] = _decoded(decoder, messages[index], index + 1)
+        _, (all_stamps[index], *all_values[index]) = _decoded(decoder, messages[index], index + 1)
     return all_stamps, all_values
 
 
 def layout_of(decoder: Decoder[Any], message: bytes) -> Layout:
     """Return where a message has its stamp and values; RigError where it cannot be decoded."""
-    _decoded(decoder, message, 1)
-    reader = Reader(message)
-    decoder.read(reader)
+    reader, _ = _decoded(decoder, message, 1)
     fixed, marked = np.ones(len(message), dtype=np.bool_), bytearray(message)
     if reader.stamp_at is not None:
         fixed[reader.stamp_at : reader.stamp_at + STAMP] = False
-    for at, count in reader.numbers_at:
-        fixed[at : at + NUMBER * count] = False
-        for offset in range(at, at + NUMBER * count, NUMBER):
-            # a number that says where it is: the decoder then says which it takes
-            struct.pack_into('<d', marked, offset, float(offset))
-    _, *marks = _decoded(decoder, bytes(marked), 1)
+    for at in reader.numbers_at:
+        fixed[at : at + NUMBER] = False
+        # a number that says where it is: the decoder then says which it takes
+        struct.pack_into('<d', marked, at, float(at))
+    _, (_, *marks) = _decoded(decoder, bytes(marked), 1)
     return Layout(reader.stamp_at, [None if math.isnan(m) else int(m) for m in marks], fixed)
 
 
-def _decoded(decoder: Decoder[Any], message: bytes, number: int) -> tuple[Any, ...]:
-    """Return the stamp [ns], 0 without one, and the values of one message."""
-    reader = Reader(message)
+class _Locating(Reader):
+    """A reader that notes the offsets of the stamp and of all floats."""
+
+    def __init__(self, cdr: bytes) -> None:
+        super().__init__(cdr)
+        self.stamp_at: int | None = None
+        self.numbers_at: list[int] = []
+
+    def stamp(self) -> int:
+        self.stamp_at = self._at
+        return super().stamp()
+
+    def doubles(self, count: int) -> tuple[float, ...]:
+        values = super().doubles(count)
+        self.numbers_at += range(self._at - NUMBER * count, self._at, NUMBER)
+        return values
+
+
+def _decoded(
+    decoder: Decoder[Any], message: bytes, number: int
+) -> tuple[_Locating, tuple[Any, ...]]:
+    """Return the reader of one message, with its stamp [ns], 0 without one, and its values."""
     try:
-        value = decoder(message)
-        decoder.read(reader)
+        reader = _Locating(message)
+        value = decoder.from_reader(reader)
     except RigError as error:
         raise RigError(f'message {number}: {error}') from error
     values = value if isinstance(value, tuple) else (value,)
-    return values if reader.stamp_at is not None else (0, *values)
+    return reader, values if reader.stamp_at is not None else (0, *values)
 
 
 def _stamps(

@@ -8,7 +8,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.alike import decode_all
+from pneu_rig_ros.records.bulk_cdr import decode_all
 from pneu_rig_ros.records.cdr import (
     Decoder,
     pack_float64,
