@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 BANNED = {
-    r'(?<!\.)\b(told|tells?)\b(?! ((them|it|both|two) )?apart)': 'reported; says, prints',
+    r'(?<!\.)(?<!tight to )\b(told|tells?)\b(?! ((them|it|both|two) )?apart)': 'reported; prints',
     r'\bin noises\b': 'in standard deviations',
     r'\b(left|leaves?|leave) out\b': 'held-out, excluded, omitted, skipped',
     r'\bsays? nothing\b': 'is ignored, has no information',

@@ -61,7 +61,7 @@ EVENTS = ('', '>measured', '>before', '>after')
     multiple=True,
     type=options.PATH,
     metavar='BAG...',
-    help='held-out bags for validation  [default: every third BAG]',
+    help='held-out bags for validation  [default: every third BAG, of one its last third]',
 )
 @options.map_option(help='columns, signals and units of BAGs that are text tables (see import)')
 @options.out_directory(
@@ -159,7 +159,9 @@ def show(data: dict[str, Any], out: Path) -> None:
     alike = [' or '.join(names) for names in data['indistinguishable']]
     values = {
         'gap': rows.cut_text(data),
-        'gap of': OF_BALANCES if data['gap']['of'] == 'residuals' else '',
+        'gap of': OF_BALANCES
+        if data['gap']['of'] == 'residuals' and data['gap']['before']
+        else '',
         'remains': rows.remaining_text(data),
         'indistinguishable': '; '.join(alike),
         'next experiment': '\n'.join(rows.next_lines(data)),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from pneu_rig_ros.analysis.motion import find_rests
 from pneu_rig_ros.diagnosis.balances import BALANCES
 from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, FORCE_OFFSET, INITIAL_TEMPERATURE
 from pneu_rig_ros.diagnosis.reading import Noise, Span
@@ -37,6 +39,8 @@ LEAST_GAP = 5
 """Samples of a slower signal that may be missing in succession."""
 ESTIMATED = ('velocity', 'friction')
 """Signals that are not used: the estimator of the rig, e.g., begins later."""
+TEMPERATURE_DRIFT = 2.0
+"""By how much the temperature of a vessel may drift in a recording, as that of a room does [K]."""
 SLOWEST_SAMPLING = 0.02
 """At a longer interval the breakaways of a free piston do not show [s]."""
 
@@ -47,7 +51,9 @@ def split_paths(
     """
     Return the bags, or tables, of training data and those of held-out data.
 
-    :raises RigError: when one does not exist or is given twice, or there are too few
+    Of a single recording there are none: see :func:`split_in_time`.
+
+    :raises RigError: when one does not exist or is given twice
     """
     seen: dict[Path, Path] = {}
     for path in (*paths, *verify):
@@ -62,10 +68,8 @@ def split_paths(
                 'data'
             )
         seen[place] = path
-    if verify:
+    if verify or len(paths) < 2:
         return list(paths), list(verify)
-    if len(paths) < 2:
-        raise RigError('only one recording given; add another, or a held-out one with --verify')
     held_out = list(paths[HELD_OUT - 1 :: HELD_OUT]) or [paths[-1]]
     return [path for path in paths if path not in held_out], held_out
 
@@ -94,6 +98,34 @@ def read_recordings(
     return recordings
 
 
+def split_in_time(recording: Recording) -> list[Recording]:
+    """
+    Return the earlier part of a recording and its last third, which is held out.
+
+    A free piston has to rest where it is cut: nothing else is known of its bristle.
+
+    :raises RigError: when it never rests
+    """
+    cut, conditions = recording.size - recording.size // HELD_OUT, dict(recording.conditions)
+    if 'position' in recording and not on_bench(recording):
+        rests = find_rests(recording.position, recording.interval, recording.noise['position'])
+        if not rests:
+            raise RigError(
+                f'{recording.name}: the only recording, and its piston never rests, so that no '
+                'part of it can be held out; add another one'
+            )
+        middles = [(rest.first + rest.end) // 2 for rest in rests]
+        nearest = int(np.argmin(np.abs(np.array(middles) - cut)))
+        cut = middles[nearest]
+        conditions['rest_time'] = (cut - rests[nearest].first) * recording.interval
+    first, later = recording.cut(0, cut), recording.cut(cut, recording.size)
+    at, end = cut * recording.interval, recording.duration
+    return [
+        replace(first, name=f'{recording.name}, 0 to {at:.1f} s'),
+        replace(later, name=f'{recording.name}, {at:.1f} to {end:.1f} s', conditions=conditions),
+    ]
+
+
 def _check_same_machine(recordings: Sequence[Recording]) -> None:
     """Raise RigError for recordings that say they are of different machines."""
     models = [(r.name, r.configuration.model) for r in recordings if r.configuration is not None]
@@ -111,8 +143,27 @@ def prepare_runs(
     recordings: Sequence[Recording], system: System, paths: Sequence[Path]
 ) -> list[Run]:
     """Return recordings, prepared for a system; RigError where one cannot be of the system."""
-    pairs = zip(recordings, paths, strict=True)
-    return [prepare_run(recording, system, path) for recording, path in pairs]
+    pairs = list(zip(recordings, paths, strict=True))
+    runs = [prepare_run(recording, system, path) for recording, path in pairs]
+    if not system.constant_volume:
+        return runs
+    lengths = {path: sum(r.duration for r, of in pairs if of == path) for path in paths}
+    return [with_drift(run, system, lengths[path]) for run, path in zip(runs, paths, strict=True)]
+
+
+def with_drift(run: Run, system: System, duration: float) -> Run:
+    """
+    Return a run of a vessel with what the drift of its temperature adds to the gas source [kg/s].
+
+    :param duration: in which it drifts, that of the whole recording [s]
+    """
+    model = system.hypothesis.model
+    gas, dead = model.gas, (model.cylinder.cap_dead_volume, model.cylinder.rod_dead_volume)
+    rate = TEMPERATURE_DRIFT / gas.supply_temperature / duration
+    enthalpy = gas.heat_capacity_ratio * gas.gas_constant * gas.supply_temperature
+    sources = rate * run.pressures.mean(axis=0) * np.array(dead) / enthalpy
+    drift = {f'gas_{i}': float(source) for i, source in enumerate(sources, start=1)}
+    return replace(run, repeatability={**drift, **run.repeatability})
 
 
 def _read(task: tuple[Path, Path | None], zero: float) -> Recording:

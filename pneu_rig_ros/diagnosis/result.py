@@ -34,6 +34,8 @@ Rows = Sequence[Mapping[str, Any]]
 VERSION = 2
 MOST_INTERVALS = 6
 """Intervals of each significant residual, longest first."""
+ENDS = 20
+"""Parts of a recording of which the first and the last show by how much a pressure changed."""
 UNEXPLAINED = 3.0
 """Local means from which on a residual without a cause is listed [standard deviations]."""
 
@@ -57,7 +59,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             'verify': [each.run.name for each in diagnosis.held_out.comparisons],
         },
         'verdict': diagnosis.verdict,
-        'sentence': sentence(diagnosis, parameters, effects, conditions),
+        'sentence': sentence(diagnosis, parameters, effects, conditions) + _judged_by(diagnosis),
         'balances': _balances(diagnosis),
         'where': [_residual(residual) for residual in diagnosis.significant],
         'intervals': [
@@ -81,6 +83,8 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
 def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:
     """Return the verdict in one sentence, from rows of the answer."""
     verdict = diagnosis.verdict
+    if verdict == CONSISTENT and diagnosis.system.constant_volume and not diagnosis.given.effects:
+        return _tight(diagnosis)
     if verdict == CONSISTENT:
         allowed = ', '.join(
             f'{value:.2g} {UNITS[name]}' for name, value in diagnosis.system.repeatability.items()
@@ -107,6 +111,27 @@ def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
     if remaining >= 0.01:
         texts.append(f'{remaining:.0%} of the excess over the noise remains')
     return '; '.join(texts) + '.'
+
+
+def _tight(diagnosis: Diagnosis) -> str:
+    """Return the sentence on a vessel that loses no more than its temperature may drift."""
+    runs = [each.run for data in (diagnosis.training, diagnosis.held_out)
+            for each in data.comparisons]  # fmt: skip
+    changes, limits = [], []
+    for run in runs:
+        chamber = 1 if 'gas_1' in run.balances else 2
+        ends = [part.mean() for part in np.array_split(run.smooth[:, chamber], ENDS)[:: ENDS - 1]]
+        changes.append(abs(ends[1] / ends[0] - 1.0))
+        limits.append(HALF_WIDTH * run.repeatability[f'gas_{chamber}'])
+    return (
+        f'Too tight to tell: no pressure changes by more than {max(changes):.2%}, which a drift '
+        f'of the temperature may do too; a leak below {1e6 * max(limits):.2g} mg/s cannot be seen.'
+    )
+
+
+def _judged_by(diagnosis: Diagnosis) -> str:
+    """Return how a single recording was used, '' for several."""
+    return ' There is one recording: its last part was held out.' if diagnosis.single else ''
 
 
 def _form_text(shape: Mapping[str, Any] | None) -> str:

@@ -29,7 +29,12 @@ from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.pool import pool
-from pneu_rig_ros.diagnosis.read_runs import prepare_runs, read_recordings, split_paths
+from pneu_rig_ros.diagnosis.read_runs import (
+    prepare_runs,
+    read_recordings,
+    split_in_time,
+    split_paths,
+)
 from pneu_rig_ros.diagnosis.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.scoring import (
@@ -75,6 +80,7 @@ class Diagnosis:
     :param best: the accepted explanation, None where nothing is missing
     :param unknown: empirical terms for what no cause explains
     :param errors: of fits of the best explanation to replicates, shape (replicates, coordinates)
+    :param single: whether training and held-out data are parts of one recording
     :param seconds: duration of the diagnosis [s]
     """
 
@@ -90,6 +96,7 @@ class Diagnosis:
     errors: Floats
     next_experiment: NextExperiment | None
     seed: int
+    single: bool
     seconds: float
 
     @property
@@ -176,7 +183,8 @@ def diagnose(
 
     :param bags: recordings, bags or text tables
     :param model: name of a cylinder, or file of a rig or of any other system
-    :param verify: held-out recordings for validation; every third of the others if omitted
+    :param verify: held-out recordings for validation; every third of the others if omitted, of
+        a single one its last third
     :param seed: of the noise of simulated readings and replicates
     :param without: effects that are not candidates
     :param executor: where candidates are screened and fitted; this process if omitted
@@ -191,6 +199,9 @@ def diagnose(
     workers = executor or SerialExecutor()
     paths = [path for group in groups for path in group]
     recordings = read_recordings(paths, system, mapping, workers)
+    single = len(paths) == 1
+    if single:
+        recordings, paths = split_in_time(recordings[0]), 2 * paths
     runs, count = prepare_runs(recordings, system, paths), len(groups[0])
     progress('localising residuals', 0.06)
     training, held_out = _datasets(system, runs, count, rng)
@@ -249,6 +260,7 @@ def diagnose(
         errors,
         experiment,
         seed,
+        single,
         time.perf_counter() - begin,
     )
 
