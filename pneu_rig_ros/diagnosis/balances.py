@@ -27,6 +27,7 @@ from pneu_rig_ros.diagnosis.weak_form import Floats, TestFunctions
 from pneu_rig_ros.model import along, chambers
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import LEAST_TIME, READING_BALANCES
+from pneu_rig_ros.model.shape import without_shape
 
 BALANCES = ('gas_1', 'gas_2', 'force')
 UNITS = {'gas_1': 'kg/s', 'gas_2': 'kg/s', 'force': 'N'}
@@ -225,8 +226,8 @@ def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
 
 def substeps(hypothesis: Hypothesis, interval: float) -> int:
     """Return the parts of an interval [s] that resolve the states of the acting effects."""
-    for name, parameters in hypothesis.effects.items():
-        effect = library.load(name)
+    for name, own in hypothesis.effects.items():
+        effect, parameters = library.load(name), without_shape(own)
         # an empirical effect has a state for each of its terms: only those in use act
         active = not effect.describes or any(getattr(parameters, s) != 0.0 for s in effect.states)
         if effect.states and active and interval <= SLOW_SAMPLING:

@@ -63,6 +63,15 @@ class Family(Candidate):
         """Name of the effect."""
         return self.name.split(OVER)[0]
 
+    @property
+    def unit(self) -> str:
+        """Unit of the factor."""
+        return '-'
+
+    def values_of(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Return the factor at the knots [-]."""
+        return self.shape(values).times
+
     def shape(self, values: Sequence[float]) -> Shape:
         """Return the factor with these ratios, of geometric mean 1 over the knots."""
         logarithms = np.concatenate([[0.0], np.cumsum(np.log(values))])
@@ -97,16 +106,18 @@ def families(effect: Candidate, runs: Sequence[Run], temperature: float) -> Iter
             yield Family(name, effect.group, ratios, starts, over=over, at=at)
 
 
-def knots(over: str, runs: Sequence[Run], temperature: float) -> tuple[float, ...] | None:
+def knots(
+    over: str, runs: Sequence[Run], temperature: float, count: int = KNOTS
+) -> tuple[float, ...] | None:
     """Return the knots over a variable [its unit]; None where it hardly varies."""
     values = np.concatenate([measured_values(over, run, temperature) for run in runs])
     if not values.size:
         return None
     low, high = np.quantile(values, COVERED)
     if over == 'dwell':
-        at = np.geomspace(max(low, 1e-2), max(high, 1e-2), KNOTS)
+        at = np.geomspace(max(low, 1e-2), max(high, 1e-2), count)
     else:
-        at = np.linspace(low, high, KNOTS)
+        at = np.linspace(low, high, count)
     distinct = np.all(np.diff(at) > 1e-6 * max(abs(low), abs(high)))
     return tuple(float(knot) for knot in at) if distinct else None
 

@@ -69,7 +69,7 @@ class Screened:
 
 
 def screen(
-    candidate: Candidate, given: Hypothesis, dataset: Dataset, residual: Floats
+    candidate: Candidate, given: Hypothesis, dataset: Dataset, residual: Floats, free: Floats
 ) -> Screened:
     """
     Return the loss that a candidate leaves at the best multiple of the change from each start.
@@ -77,6 +77,8 @@ def screen(
     Simulated cycles do not change in proportion to a cause: there only the starts are compared.
 
     :param residual: without the candidate, shape (n,)
+    :param free: basis of the changes that other causes make when they are fitted again with it,
+        see :func:`changes`, shape (n, k)
     """
     simulated = dataset.cycles is not None
     shares = np.ones(1) if simulated else SHARES
@@ -84,7 +86,8 @@ def screen(
     results = []
     for start in candidate.starts:
         change = dataset.residual(candidate.apply(given, start)) - residual
-        losses = [loss(residual + share * change) for share in shares]
+        left = [residual + share * change for share in shares]
+        losses = [loss(each - free @ (free.T @ each)) for each in left]
         best = int(np.argmin(losses))
         values = tuple(
             c.amplified(value, float(shares[best])) if c.quantity.unit == unit else value
@@ -95,6 +98,18 @@ def screen(
     if not simulated or len(first.values) == 1:
         return first
     return replace(first, alternatives=tuple(result.values for result in rest[:1]))
+
+
+def changes(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:
+    """Return an orthonormal basis of the changes of the residual by its values, shape (n, k)."""
+    base = dataset.residual(explanation.apply(given))
+    columns = [np.zeros((base.size, 0))]
+    for step in STEP * np.eye(explanation.theta.size):
+        moved = explanation.with_theta(explanation.theta + step)
+        columns.append((dataset.residual(moved.apply(given)) - base)[:, np.newaxis])
+    directions, sizes, _ = np.linalg.svd(np.hstack(columns), full_matrices=False)
+    independent: Floats = directions[:, sizes > STEP * sizes.max(initial=0.0)]
+    return independent
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from pneu_rig_ros.diagnosis.intervals import (
 )
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
+from pneu_rig_ros.diagnosis.profiles import Profile
 from pneu_rig_ros.diagnosis.scoring import excess, excess_rms
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.diagnosis.windows import Windows, windows_of
@@ -138,8 +139,11 @@ def _form_text(shape: Mapping[str, Any] | None) -> str:
     """Return how an effect differs from its formula, '' where it does not."""
     if shape is None:
         return ''
+    variable = shape['variable'].replace('_', ' ')
+    if shape['y_unit'] != '-':
+        return f' in another form than the library has it, over {variable}'
     trend = 'grows' if shape['y'][-1] > shape['y'][0] else 'falls'
-    return f', which {trend} with {shape["variable"].replace("_", " ")}'
+    return f', which {trend} with {variable}'
 
 
 def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -253,11 +257,11 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
 def _shape(effect: str, explanation: Explanation) -> dict[str, Any] | None:
     """Return the factor by which an effect differs from its formula, None without one."""
     for part, values in zip(explanation.parts, explanation.values, strict=True):
-        if isinstance(part, Family) and part.effect == effect:
-            shape = part.shape(values)
-            unit = DRIVERS[shape.over].unit
-            table = {'x': list(shape.at), 'y': list(shape.times)}
-            return {'variable': shape.over, 'unit': unit, **table}
+        if isinstance(part, Family | Profile) and part.effect == effect:
+            at, times = part.shape(values).at, part.values_of(values)
+            unit = DRIVERS[part.over].unit
+            table = {'x': list(at), 'y': list(times), 'y_unit': part.unit}
+            return {'variable': part.over, 'unit': unit, **table}
     return None
 
 

@@ -30,6 +30,12 @@ the errors of the noise model may take some.
 """
 LIKELY = 3.0
 """What one more cause has to gain on the held-out data alone [-]: odds of 20 to 1."""
+MOST_LEFT = 0.2
+"""Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
+MOST_LEFT_ALONE = 0.5
+"""The same where no formula does: a cause has to explain most of the excess [-]."""
+MUCH_BETTER = 0.5
+"""Empirical terms take the place of a name that leaves more than their excess by this factor."""
 TRUE_LOSS = 3.5
 """Mean loss of the cycles of a true model, at most [-]."""
 

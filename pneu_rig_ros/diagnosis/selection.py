@@ -21,6 +21,7 @@ from pneu_rig_ros.diagnosis.fitting import (
     ROUNDS,
     Fit,
     Screened,
+    changes,
     fit,
     multi_start,
     screen,
@@ -96,6 +97,8 @@ class Search(Remainder):
             if not improves(preferred(fits), before) and self._simulation_may_decide(size):
                 self._add_cycles()
                 fits, before = self._grown(beam, size)
+            if size == 1 and not improves(preferred(fits), before):
+                fits, before = self._grown(beam, size, MOST_FITTED)  # the next ones
             chosen = preferred(fits)
             if not improves(chosen, before):
                 break
@@ -137,13 +140,21 @@ class Search(Remainder):
             return False
         return self.cycles_differ()
 
-    def _grown(self, beam: Sequence[Explanation], size: int) -> tuple[list[ScoredFit], ScoredFit]:
-        """Return the fits of explanations with one more cause, and the best one without it."""
-        screened = [(base, result) for base in beam for result in self._screened(base, size)]
-        screened.sort(key=lambda pair: pair[1].loss)
+    def _grown(
+        self, beam: Sequence[Explanation], size: int, first: int = 0
+    ) -> tuple[list[ScoredFit], ScoredFit]:
+        """
+        Return the fits of explanations with one more cause, and the best one without it.
+
+        :param first: of the candidates in their order that is fitted
+        """
+        end = first + MOST_FITTED // len(beam)  # what is likely with one base crowds out no other
+        screened = [
+            (base, result) for base in beam for result in self._screened(base, size)[first:end]
+        ]
         starts = [
             base.with_part(result.candidate, values)
-            for base, result in screened[:MOST_FITTED]
+            for base, result in screened
             for values in (result.values, *result.alternatives)
         ]
         fits = best_of_each(self._fits(starts))
@@ -178,8 +189,11 @@ class Search(Remainder):
         self.progress(f'screening {len(candidates)} candidates')
         hypothesis = base.apply(self.given)
         residual = self.training.residual(hypothesis)
+        free = np.zeros((residual.size, 0))
+        if self.training.cycles is None:
+            free = changes(base, self.given, self.training)
         screened = map_tasks(
-            self.executor, screen, candidates, hypothesis, self.training, residual
+            self.executor, screen, candidates, hypothesis, self.training, residual, free
         )
         screened.sort(key=lambda result: result.loss)
         if size == 1 and not self.screened:
@@ -245,13 +259,15 @@ class Search(Remainder):
         """
         Accept an explanation and return it; None if its last cause explains too little.
 
+        Another form of a cause is not a further one: the likelihood decides on it.
         It is fitted again with the noise that the data have if it is true: under it the piston
         moves otherwise than the given model predicts. The noise under values that are far off
         would hide the right ones: they are looked for before.
         """
         smaller, before = self.hypothesis, (self.best, self.training, self.held_out)
         accepted = self._renewed(chosen)
-        if size > 1 and not self._closes_the_gap(smaller, accepted):
+        another_form = size == 2 and isinstance(chosen.explanation.parts[-1], Family)
+        if size > 1 and not another_form and not self._closes_the_gap(smaller, accepted):
             self.best, self.training, self.held_out = before
             return None
         return accepted

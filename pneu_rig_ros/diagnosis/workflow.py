@@ -29,6 +29,7 @@ from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.pool import pool
+from pneu_rig_ros.diagnosis.profiles import adopt_profile
 from pneu_rig_ros.diagnosis.read_runs import (
     prepare_runs,
     read_recordings,
@@ -38,6 +39,9 @@ from pneu_rig_ros.diagnosis.read_runs import (
 from pneu_rig_ros.diagnosis.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.scoring import (
+    MOST_LEFT,
+    MOST_LEFT_ALONE,
+    MUCH_BETTER,
     ScoredFit,
     excess,
     improves,
@@ -56,12 +60,6 @@ Progress = Callable[[str, float], None]
 CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'
 PARAMETER, EFFECT, UNKNOWN = 'parameter', 'effect', 'unknown'
 """Verdicts."""
-MOST_LEFT = 0.2
-"""Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
-MOST_LEFT_ALONE = 0.5
-"""The same where no formula does: a cause has to explain most of the excess [-]."""
-MUCH_BETTER = 0.5
-"""Empirical terms take the place of a name that leaves more than their excess by this factor."""
 SEARCH_STEPS = 25.0
 """Usual steps of a search, for its progress [-]."""
 
@@ -240,7 +238,7 @@ def diagnose(
             unknown = _unknown(search, where)
     elif best is None and restated is None:
         where = []
-    best = best if unknown is None else search.calibrated
+    best = search.best if unknown is None else search.calibrated
     errors = np.zeros((1, 0))
     if best is not None:
         progress('finding the errors of the fitted values', 0.93)
@@ -286,6 +284,8 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
     # the noise of the sensors is no measure of what a cause may leave where all models are far off
     discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
     search.restart()
+    if search.residuals_significant and adopt_profile(search, named):
+        return None
     description = describe(search, (where or search.cycle_residuals())[0])
     if named is None or named is search.calibrated:
         return description

@@ -16,6 +16,7 @@ from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Motion, Regime, Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Memory, Term
 from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.shape import DRIVERS
 
 Array = NDArray[np.float64]
 Sum = Callable[[Signals, CompiledModel, Any, Array, Array], float]
@@ -231,6 +232,7 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
         stage=3 if balance is Balance.SPOOL else 0,
         states=states,
         describes=True,
+        drivers=tuple(DRIVERS),
     )
 
 

@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 KNOTS = 8
 """Knots of a shape, at most."""
 FACTOR = Quantity('-', 0.01, 100.0, 'factor at a knot')
+SIGNED = Quantity(
+    '-', -1e6, 1e6, 'factor at a knot of an empirical term, which may change its sign'
+)
 DRIVERS: dict[str, Quantity] = {
     'position': Quantity('m', -1.0, 100.0, 'x'),
     'velocity': Quantity('m/s', -100.0, 100.0, 'v'),
@@ -127,7 +130,7 @@ def check(shape: Shape, effect: Effect, where: str) -> None:
     if len(shape.times) != len(shape.at):
         raise RigError(f'{where}.times: {len(shape.times)} factors for {len(shape.at)} knots')
     for number, factor in enumerate(shape.times):
-        FACTOR.check(factor, f'{where}.times[{number}]')
+        (SIGNED if effect.describes else FACTOR).check(factor, f'{where}.times[{number}]')
 
 
 COUNT, OVER, FIRST = range(3)

@@ -158,7 +158,9 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
             yield Drawing(
                 'added',
                 f'Form of {effect["name"]}',
-                'Factor on the formula of the effect, linear between the points.',
+                'Factor on the formula of the effect, linear between the points.'
+                if effect['shape']['y_unit'] == '-'
+                else 'What the effect adds, linear between the points.',
                 partial(draw_shape, effect['name'], effect['shape']),
             )
     for comparison in diagnosis.held_out.comparisons:

@@ -192,7 +192,7 @@ def draw_next(plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Run) 
 @matplotlib.rc_context(STYLE)
 def draw_shape(name: str, shape: Mapping[str, Any]) -> Figure:
     """
-    Return the factor by which an effect differs from its formula.
+    Return the factor by which an effect differs from its formula, or what it adds without one.
 
     :param name: of the effect
     :param shape: ``shape`` of an effect in diagnosis.json
@@ -201,8 +201,11 @@ def draw_shape(name: str, shape: Mapping[str, Any]) -> Figure:
     figure = Figure(figsize=(8.6, 2.7), layout='constrained')
     axes = figure.subplots()
     axes.plot(scale * np.array(shape['x']), shape['y'], 'o-', color=BLUE)
-    axes.axhline(1.0, color=GREY, linestyle='--')
-    axes.set_ylim(bottom=0.0)
+    factor = shape['y_unit'] == '-'
+    axes.axhline(1.0 if factor else 0.0, color=GREY, linestyle='--')
+    if factor:
+        axes.set_ylim(bottom=0.0)
     axes.set_xlabel(f'{plain_name(shape["variable"])} [{unit}]')
-    axes.set_ylabel(f'factor on\n{plain_name(name)} [-]')
+    what = 'factor on\n' if factor else ''
+    axes.set_ylabel(f'{what}{plain_name(name)}\n[{shape["y_unit"]}]')
     return figure

@@ -150,21 +150,22 @@ def vessel_run(seed: int, fill: float, warm: float, leak: float, conductance: fl
 
 def bench_run(
     seed: int, gauge: float, slope: float, coulomb: float = 6.0, way: float = 0.03,
-    speed: float = 0.01, noise: float = POSITION_NOISE / 10.0,
+    speed: float = 0.01, noise: float = POSITION_NOISE / 10.0, wave: float = 0.0,
 ) -> dict[str, Floats]:  # fmt: skip
     """
     Return a seal driven to and fro against a pressure [Pa gauge], every 10 ms, by Dahl.
 
     :param way, speed: of the strokes [m, m/s]
     :param noise: of the position [m]
+    :param wave: amplitude by which friction changes along the stroke, in waves of 40 mm [N]
     """
     interval, parts, stroke = 0.01, 20, way / speed
     fine = np.arange(0.0, 12.0, interval / parts)
     phase = (fine / (2.0 * stroke)) % 1.0
     x = 0.03 + 2.0 * way * np.where(phase < 0.5, phase, 1.0 - phase)
-    level, bristle = coulomb + slope * gauge, 0.0
+    levels, bristle = coulomb + slope * gauge + wave * np.sin(2.0 * np.pi * x / 0.04), 0.0
     friction = np.empty(fine.size)
-    for index, step in enumerate(np.diff(x, prepend=x[0])):
+    for index, (step, level) in enumerate(zip(np.diff(x, prepend=x[0]), levels, strict=True)):
         direction = np.sign(step)
         decay = np.exp(-5e4 / level * abs(step))
         bristle = direction * level + (bristle - direction * level) * decay

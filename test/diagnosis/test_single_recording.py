@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from pneu_rig_ros.diagnosis.read_runs import split_in_time
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.simulate import simulate
 
@@ -100,13 +100,11 @@ def test_recording_of_a_piston_that_never_rests_cannot_be_cut() -> None:
         split_in_time(Recording('run', 0, 1_000_000, {'position': x}))
 
 
-def test_wrong_valve_of_a_rig_is_found_in_one_recording(tmp_path: Path) -> None:
-    rig = configured('cylinder_2')
-    valve = rig.model.valve
-    opened = valve._replace(intake_coefficient=1.15 * valve.intake_coefficient)
-    changed = replace(rig, model=rig.model._replace(valve=opened))
+def test_heat_transfer_of_a_rig_is_found_in_one_recording(tmp_path: Path) -> None:
+    heat = library.load('wall_heat_transfer').parameters(0.05, 0.05)
+    changed = configured('cylinder_2', {'wall_heat_transfer': heat})
     bag = simulate(changed, 0.29, 12.0, tmp_path / 'bag')
     data = answer(diagnose([bag], 'cylinder_2'))
-    assert [row['name'] for row in data['parameters']] == ['valve.intake_coefficient']
-    ratio = data['parameters'][0]['value'] / valve.intake_coefficient
-    assert ratio == pytest.approx(1.15, abs=0.01)
+    assert [effect['name'] for effect in data['effects']] == ['wall_heat_transfer']
+    value = data['effects'][0]['parameters']['conductance_1']['value']
+    assert value == pytest.approx(0.05, rel=0.1)

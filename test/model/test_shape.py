@@ -69,7 +69,7 @@ def test_shape_of_ones_changes_nothing_to_the_last_bit(name: str) -> None:
         same(stroke(Plant(model, shaped), 0.5, 1.0), plain)
 
 
-@pytest.mark.parametrize('over', ['pressure', 'time'])
+@pytest.mark.parametrize('over', ['pressure', 'position'])
 def test_doubled_leak_is_a_leak_of_twice_the_area(over: str) -> None:
     shape = Shape(over, (0.0, 1e6), (2.0, 2.0))
     shaped = Plant(MODEL, library(chamber_leak=Shaped(LEAK(1e-8, 2e-8), shape)))

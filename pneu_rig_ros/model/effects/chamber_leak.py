@@ -50,5 +50,5 @@ EFFECT = Effect(
         Parameters(3e-9, 3e-9),
         Parameters(2e-8, 2e-8),
     ),
-    drivers=('pressure', 'position', 'time'),
+    drivers=('pressure', 'position'),
 )

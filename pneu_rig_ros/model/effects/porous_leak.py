@@ -77,5 +77,5 @@ EFFECT = Effect(
         Parameters(3e-6, 3e-6, 1.0),
         Parameters(2e-5, 2e-5, 1.5),
     ),
-    drivers=('position', 'time'),
+    drivers=('position',),
 )

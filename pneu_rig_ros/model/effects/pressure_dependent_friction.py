@@ -41,5 +41,5 @@ EFFECT = Effect(
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(3e-6), Parameters(1e-5), Parameters(3e-5)),
-    drivers=('pressure_1', 'pressure_2', 'difference', 'velocity', 'speed', 'position'),
+    drivers=('pressure_1', 'pressure_2', 'difference', 'speed'),
 )

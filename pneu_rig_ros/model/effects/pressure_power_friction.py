@@ -65,5 +65,5 @@ EFFECT = Effect(
     null=Parameters(0.0, 1.0),
     contribution=contribution,
     probes=(Parameters(0.5, 0.5), Parameters(2.0, 0.7), Parameters(2.0, 1.5)),
-    drivers=('difference', 'velocity', 'speed', 'position'),
+    drivers=('difference', 'speed'),
 )

@@ -60,5 +60,5 @@ EFFECT = Effect(
         Parameters(0.02, 0.5),
         Parameters(0.1, 0.5),
     ),
-    drivers=('position', 'speed'),
+    drivers=('speed',),
 )

@@ -63,5 +63,5 @@ EFFECT = Effect(
         Parameters(3.0, 0.5),
     ),
     states=('travel',),
-    drivers=('position', 'speed'),
+    drivers=('speed',),
 )

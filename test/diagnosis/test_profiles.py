@@ -1,0 +1,55 @@
+"""A mechanism whose formula the library does not have is named, with its free profile."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.diagnosis.workflow import diagnose
+from pneu_rig_ros.errors import RigError
+
+from .parts import BENCH, bench_run, mapping, system_file, table
+
+SCHEMA = json.loads(
+    (Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.schema.json').read_text()
+)
+WAVE = 1.5
+"""Amplitude of the friction along the stroke [N]."""
+
+
+def test_friction_in_waves_along_the_stroke_is_named_with_its_profile(tmp_path: Path) -> None:
+    tables = [table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, gauge, 0.0, wave=WAVE))
+              for i, gauge in enumerate((1e5, 3e5, 5e5))]  # fmt: skip
+    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
+    model = system_file(tmp_path, BENCH)
+    diagnosis = diagnose(tables[:2], model, tables[2:], mapping=known)
+    data = answer(diagnosis)
+    jsonschema.validate(json.loads(json.dumps(data)), SCHEMA)
+    assert data['verdict'] == 'effect'
+    assert [effect['name'] for effect in data['effects']] == ['position_dependent_friction']
+    shape = data['effects'][0]['shape']
+    assert (shape['variable'], shape['unit'], shape['y_unit']) == ('position', 'm', 'N')
+    inside = np.array(shape['x'])
+    true = WAVE * np.sin(2.0 * np.pi * inside / 0.04)
+    assert np.array(shape['y']) - np.mean(shape['y']) == pytest.approx(true, abs=0.35)
+    assert data['gap']['cut'] > 0.8
+    assert 'in another form than the library has it, over position' in data['sentence']
+    written = tmp_path / 'improved.yaml'
+    written.write_text(diagnosis.improved_system.to_yaml(diagnosis.improved))
+    assert load_system(written).hypothesis.effects == diagnosis.improved.effects
+
+
+def test_only_an_empirical_term_may_change_its_sign(tmp_path: Path) -> None:
+    shape = '{over: position, at: [0 m, 0.1 m], times: [-1, 1]}'
+    term = f'effects: {{empirical_friction: {{constant: 1 N, shape: {shape}}}}}\n'
+    profile = load_system(system_file(tmp_path, BENCH + term))
+    assert profile.hypothesis.effects['empirical_friction'].shape.times == (-1.0, 1.0)
+    law = f'effects: {{position_dependent_friction: {{gradient: 0.1 -, shape: {shape}}}}}\n'
+    with pytest.raises(RigError, match=r'times\[0\]: -1 is not within 0.01 to 100'):
+        load_system(system_file(tmp_path, BENCH + law))
