@@ -59,12 +59,14 @@ class Screened:
 
     :param values: of its best start
     :param loss: expected from there [-]
+    :param shift: by which the other causes are expected to change, as theta, shape (k,)
     :param alternatives: values of further starts, where local minima may separate them
     """
 
     candidate: Candidate
     values: tuple[float, ...]
     loss: float
+    shift: tuple[float, ...] = ()
     alternatives: tuple[tuple[float, ...], ...] = ()
 
 
@@ -77,23 +79,24 @@ def screen(
     Simulated cycles do not change in proportion to a cause: there only the starts are compared.
 
     :param residual: without the candidate, shape (n,)
-    :param free: basis of the changes that other causes make when they are fitted again with it,
-        see :func:`changes`, shape (n, k)
+    :param free: change of the residual by each value of the other causes, which are fitted again
+        with it, see :func:`changes`, shape (n, k)
     """
     simulated = dataset.cycles is not None
     shares = np.ones(1) if simulated else SHARES
     unit = candidate.coordinates[0].quantity.unit  # that of its strength
-    results = []
+    results, inverse = [], np.linalg.pinv(free, rcond=STEP)
     for start in candidate.starts:
         change = dataset.residual(candidate.apply(given, start)) - residual
         left = [residual + share * change for share in shares]
-        losses = [loss(each - free @ (free.T @ each)) for each in left]
+        shifts = [-inverse @ each for each in left]
+        losses = [loss(each + free @ shift) for each, shift in zip(left, shifts, strict=True)]
         best = int(np.argmin(losses))
         values = tuple(
             c.amplified(value, float(shares[best])) if c.quantity.unit == unit else value
             for c, value in zip(candidate.coordinates, start, strict=True)
         )
-        results.append(Screened(candidate, values, losses[best]))
+        results.append(Screened(candidate, values, losses[best], tuple(shifts[best].tolist())))
     first, *rest = sorted(results, key=lambda result: result.loss)
     if not simulated or len(first.values) == 1:
         return first
@@ -101,15 +104,13 @@ def screen(
 
 
 def changes(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:
-    """Return an orthonormal basis of the changes of the residual by its values, shape (n, k)."""
-    base = dataset.residual(explanation.apply(given))
-    columns = [np.zeros((base.size, 0))]
-    for step in STEP * np.eye(explanation.theta.size):
-        moved = explanation.with_theta(explanation.theta + step)
-        columns.append((dataset.residual(moved.apply(given)) - base)[:, np.newaxis])
-    directions, sizes, _ = np.linalg.svd(np.hstack(columns), full_matrices=False)
-    independent: Floats = directions[:, sizes > STEP * sizes.max(initial=0.0)]
-    return independent
+    """Return the derivative of the residual by each value of an explanation, shape (n, k)."""
+    base, theta = dataset.residual(explanation.apply(given)), explanation.theta
+    columns = np.zeros((base.size, theta.size))
+    for index, step in enumerate(STEP * np.eye(theta.size)):
+        moved = explanation.with_theta(theta + step)
+        columns[:, index] = (dataset.residual(moved.apply(given)) - base) / STEP
+    return columns
 
 
 @dataclass(frozen=True)

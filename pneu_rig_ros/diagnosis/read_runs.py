@@ -8,9 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pneu_rig_ros.analysis.motion import find_rests
 from pneu_rig_ros.diagnosis.balances import BALANCES
-from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, FORCE_OFFSET, INITIAL_TEMPERATURE
+from pneu_rig_ros.diagnosis.nuisances import (
+    CLOCK_OFFSET,
+    FORCE_OFFSET,
+    INITIAL_TEMPERATURE,
+    read_nuisances,
+)
 from pneu_rig_ros.diagnosis.reading import Noise, Span
 from pneu_rig_ros.diagnosis.run import LARGEST_DELAY, Run
 from pneu_rig_ros.diagnosis.system import System, on_bench
@@ -98,31 +102,24 @@ def read_recordings(
     return recordings
 
 
-def split_in_time(recording: Recording) -> list[Recording]:
+def split_in_time(recording: Recording, system: System, path: Path) -> list[Recording]:
     """
     Return the earlier part of a recording and its last third, which is held out.
 
-    A free piston has to rest where it is cut: nothing else is known of its bristle.
-
-    :raises RigError: when it never rests
+    :raises RigError: for a free piston: what its seal remembers is not known where it is cut
     """
-    cut, conditions = recording.size - recording.size // HELD_OUT, dict(recording.conditions)
-    if 'position' in recording and not on_bench(recording):
-        rests = find_rests(recording.position, recording.interval, recording.noise['position'])
-        if not rests:
-            raise RigError(
-                f'{recording.name}: the only recording, and its piston never rests, so that no '
-                'part of it can be held out; add another one'
-            )
-        middles = [(rest.first + rest.end) // 2 for rest in rests]
-        nearest = int(np.argmin(np.abs(np.array(middles) - cut)))
-        cut = middles[nearest]
-        conditions['rest_time'] = (cut - rests[nearest].first) * recording.interval
-    first, later = recording.cut(0, cut), recording.cut(cut, recording.size)
+    missing = system.missing(recording)
+    if not missing['force'] and not on_bench(recording):
+        raise RigError(
+            f'{path}: only one recording of a free piston given; add another, or a held-out one '
+            'with --verify'
+        )
+    cut = recording.size - recording.size // HELD_OUT
     at, end = cut * recording.interval, recording.duration
+    first, later = recording.cut(0, cut), recording.cut(cut, recording.size)
     return [
         replace(first, name=f'{recording.name}, 0 to {at:.1f} s'),
-        replace(later, name=f'{recording.name}, {at:.1f} to {end:.1f} s', conditions=conditions),
+        replace(later, name=f'{recording.name}, {at:.1f} to {end:.1f} s'),
     ]
 
 
@@ -149,6 +146,12 @@ def prepare_runs(
         return runs
     lengths = {path: sum(r.duration for r, of in pairs if of == path) for path in paths}
     return [with_drift(run, system, lengths[path]) for run, path in zip(runs, paths, strict=True)]
+
+
+def with_unknown_temperature(run: Run) -> Run:
+    """Return a run that begins while the gas is not at the temperature of the supply."""
+    usual = read_nuisances([INITIAL_TEMPERATURE], '')[INITIAL_TEMPERATURE]
+    return replace(run, temperature_offset=run.temperature_offset or usual)
 
 
 def with_drift(run: Run, system: System, duration: float) -> Run:

@@ -12,12 +12,15 @@ from numpy.random import Generator
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
-from pneu_rig_ros.diagnosis.scoring import ScoredFit, remaining_share
+from pneu_rig_ros.diagnosis.scoring import MOST_LEFT_ALONE, ScoredFit, excess, remaining_share
 from pneu_rig_ros.diagnosis.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.windows import windows_of
 
 NEGLIGIBLE = 0.03
 """Share of the excess so small that its significance is no measure of a cause [-]."""
+
+ANOTHER_CAUSE_LEAVES = 0.7
+"""Largest share of the excess that one more cause may leave [-]."""
 
 
 @dataclass(kw_only=True)
@@ -95,6 +98,23 @@ class Remainder:
         simulated = self.training.cycles is not None
         if self.best is None or self.best is self.calibrated:
             return bool(residuals) or simulated
-        if residuals:
+        left = self.remaining()
+        if residuals or left > MOST_LEFT_ALONE:
             return True
-        return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
+        return simulated and self.cycles_differ() and left > NEGLIGIBLE
+
+    def closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit) -> bool:
+        """
+        Return whether one more cause leaves much less on the held-out data.
+
+        Where hardly anything is significant there, that is no measure of a cause: the likelihood,
+        by which it was chosen, has to do.
+        """
+        better = accepted.explanation.apply(self.given)
+        for dataset in (self.held_out.without_cycles, self.held_out):
+            left = excess(dataset, smaller)
+            if left < NEGLIGIBLE * excess(dataset, self.given):
+                return True
+            if excess(dataset, better) < ANOTHER_CAUSE_LEAVES * left:
+                return True
+        return False

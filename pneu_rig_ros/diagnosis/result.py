@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,19 +24,16 @@ from pneu_rig_ros.diagnosis.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
 from pneu_rig_ros.diagnosis.profiles import Profile
 from pneu_rig_ros.diagnosis.scoring import excess, excess_rms
+from pneu_rig_ros.diagnosis.sentence import sentence
 from pneu_rig_ros.diagnosis.weak_form import Floats
 from pneu_rig_ros.diagnosis.windows import Windows, windows_of
-from pneu_rig_ros.diagnosis.workflow import CONSISTENT, UNCALIBRATED, UNKNOWN, Diagnosis
+from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import DRIVERS
-
-Rows = Sequence[Mapping[str, Any]]
 
 VERSION = 2
 MOST_INTERVALS = 6
 """Intervals of each significant residual, longest first."""
-ENDS = 20
-"""Parts of a recording of which the first and the last show by how much a pressure changed."""
 UNEXPLAINED = 3.0
 """Local means from which on a residual without a cause is listed [standard deviations]."""
 
@@ -60,7 +57,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             'verify': [each.run.name for each in diagnosis.held_out.comparisons],
         },
         'verdict': diagnosis.verdict,
-        'sentence': sentence(diagnosis, parameters, effects, conditions) + _judged_by(diagnosis),
+        'sentence': sentence(diagnosis, parameters, effects, conditions),
         'balances': _balances(diagnosis),
         'where': [_residual(residual) for residual in diagnosis.significant],
         'intervals': [
@@ -79,71 +76,6 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'gap': _gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and diagnosis.next_experiment.to_dict(),
     }
-
-
-def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:
-    """Return the verdict in one sentence, from rows of the answer."""
-    verdict = diagnosis.verdict
-    if verdict == CONSISTENT and diagnosis.system.constant_volume and not diagnosis.given.effects:
-        return _tight(diagnosis)
-    if verdict == CONSISTENT:
-        allowed = ', '.join(
-            f'{value:.2g} {UNITS[name]}' for name, value in diagnosis.system.repeatability.items()
-        )
-        limits = f'repeatability ({allowed})' if allowed else 'noise'
-        return f'Model and measurement agree within the {limits}: nothing is missing.'
-    if verdict == UNCALIBRATED:
-        return 'Sensor errors within their class explain the residuals: nothing is missing.'
-    if verdict == UNKNOWN:
-        balances = dict.fromkeys(residual.balance for residual in diagnosis.significant)
-        places = ' and '.join(balances)
-        return f'Model and measurement disagree in {places}; no cause in the library explains it.'
-    texts = []
-    if effects:
-        names = [f'{row["name"]} ({row["title"]}){_form_text(row["shape"])}' for row in effects]
-        texts.append('The model lacks ' + ' and '.join(names))
-    if parameters:
-        names = [str(row['name']) for row in parameters]
-        texts.append(f'{" and ".join(names)} {"have" if len(names) > 1 else "has"} another value')
-    if conditions:
-        rows = [condition_rows.sentence(row) for row in conditions]
-        texts.append('Not as stated: ' + ' and '.join(rows))
-    remaining = diagnosis.search.remaining()
-    if remaining >= 0.01:
-        texts.append(f'{remaining:.0%} of the excess over the noise remains')
-    return '; '.join(texts) + '.'
-
-
-def _tight(diagnosis: Diagnosis) -> str:
-    """Return the sentence on a vessel that loses no more than its temperature may drift."""
-    runs = [each.run for data in (diagnosis.training, diagnosis.held_out)
-            for each in data.comparisons]  # fmt: skip
-    changes, limits = [], []
-    for run in runs:
-        chamber = 1 if 'gas_1' in run.balances else 2
-        ends = [part.mean() for part in np.array_split(run.smooth[:, chamber], ENDS)[:: ENDS - 1]]
-        changes.append(abs(ends[1] / ends[0] - 1.0))
-        limits.append(HALF_WIDTH * run.repeatability[f'gas_{chamber}'])
-    return (
-        f'Too tight to tell: no pressure changes by more than {max(changes):.2%}, which a drift '
-        f'of the temperature may do too; a leak below {1e6 * max(limits):.2g} mg/s cannot be seen.'
-    )
-
-
-def _judged_by(diagnosis: Diagnosis) -> str:
-    """Return how a single recording was used, '' for several."""
-    return ' There is one recording: its last part was held out.' if diagnosis.single else ''
-
-
-def _form_text(shape: Mapping[str, Any] | None) -> str:
-    """Return how an effect differs from its formula, '' where it does not."""
-    if shape is None:
-        return ''
-    variable = shape['variable'].replace('_', ' ')
-    if shape['y_unit'] != '-':
-        return f' in another form than the library has it, over {variable}'
-    trend = 'grows' if shape['y'][-1] > shape['y'][0] else 'falls'
-    return f', which {trend} with {variable}'
 
 
 def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:

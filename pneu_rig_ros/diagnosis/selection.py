@@ -26,13 +26,11 @@ from pneu_rig_ros.diagnosis.fitting import (
     multi_start,
     screen,
 )
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.remainder import NEGLIGIBLE, Remainder
+from pneu_rig_ros.diagnosis.remainder import Remainder
 from pneu_rig_ros.diagnosis.scoring import (
     ScoredFit,
     ambiguous,
     best_of_each,
-    excess,
     improves,
     preferred,
     score,
@@ -51,8 +49,6 @@ FINALISTS = 3
 """Explanations that are fitted further."""
 DISCREPANT = 3.0
 """RMS residual of the best explanation from which on it is taken for noise of any model [-]."""
-ANOTHER_CAUSE_LEAVES = 0.7
-"""Largest share of the excess that one more cause may leave [-]."""
 CYCLES_EXPLAINED = 0.1
 """Share of the excess of the cycles below which no further cause is searched [-]."""
 
@@ -97,7 +93,8 @@ class Search(Remainder):
             if not improves(preferred(fits), before) and self._simulation_may_decide(size):
                 self._add_cycles()
                 fits, before = self._grown(beam, size)
-            if size == 1 and not improves(preferred(fits), before):
+            more = size == 1 and len(self.screened) > MOST_FITTED
+            if more and not improves(preferred(fits), before):
                 fits, before = self._grown(beam, size, MOST_FITTED)  # the next ones
             chosen = preferred(fits)
             if not improves(chosen, before):
@@ -153,7 +150,7 @@ class Search(Remainder):
             (base, result) for base in beam for result in self._screened(base, size)[first:end]
         ]
         starts = [
-            base.with_part(result.candidate, values)
+            base.with_theta(base.theta + result.shift).with_part(result.candidate, values)
             for base, result in screened
             for values in (result.values, *result.alternatives)
         ]
@@ -189,7 +186,7 @@ class Search(Remainder):
         self.progress(f'screening {len(candidates)} candidates')
         hypothesis = base.apply(self.given)
         residual = self.training.residual(hypothesis)
-        free = np.zeros((residual.size, 0))
+        free = np.zeros((residual.size, base.theta.size))
         if self.training.cycles is None:
             free = changes(base, self.given, self.training)
         screened = map_tasks(
@@ -267,26 +264,10 @@ class Search(Remainder):
         smaller, before = self.hypothesis, (self.best, self.training, self.held_out)
         accepted = self._renewed(chosen)
         another_form = size == 2 and isinstance(chosen.explanation.parts[-1], Family)
-        if size > 1 and not another_form and not self._closes_the_gap(smaller, accepted):
+        if size > 1 and not another_form and not self.closes_the_gap(smaller, accepted):
             self.best, self.training, self.held_out = before
             return None
         return accepted
-
-    def _closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit) -> bool:
-        """
-        Return whether one more cause leaves much less on the held-out data.
-
-        Where hardly anything is significant there, that is no measure of a cause: the likelihood,
-        by which it was chosen, has to do.
-        """
-        better = accepted.explanation.apply(self.given)
-        for dataset in (self.held_out.without_cycles, self.held_out):
-            left = excess(dataset, smaller)
-            if left < NEGLIGIBLE * excess(dataset, self.given):
-                return True
-            if excess(dataset, better) < ANOTHER_CAUSE_LEAVES * left:
-                return True
-        return False
 
     def _renewed(self, chosen: ScoredFit) -> ScoredFit:
         """Return an explanation fitted with the noise that the data have if it is true."""

@@ -27,7 +27,6 @@ from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
-from pneu_rig_ros.diagnosis.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.profiles import adopt_profile
 from pneu_rig_ros.diagnosis.read_runs import (
@@ -35,12 +34,15 @@ from pneu_rig_ros.diagnosis.read_runs import (
     read_recordings,
     split_in_time,
     split_paths,
+    with_unknown_temperature,
 )
+from pneu_rig_ros.diagnosis.repeatability import repeatability
 from pneu_rig_ros.diagnosis.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.run import Run
 from pneu_rig_ros.diagnosis.scoring import (
     MOST_LEFT,
     MOST_LEFT_ALONE,
+    MOST_LEFT_OF_ALL,
     MUCH_BETTER,
     ScoredFit,
     excess,
@@ -51,7 +53,7 @@ from pneu_rig_ros.diagnosis.scoring import (
 from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.weak_form import Floats
-from pneu_rig_ros.diagnosis.windows import BREAKAWAY, Windows, windows_of
+from pneu_rig_ros.diagnosis.windows import Windows, windows_of
 from pneu_rig_ros.executor import Executor, SerialExecutor
 
 Progress = Callable[[str, float], None]
@@ -116,28 +118,9 @@ class Diagnosis:
     @property
     def improved_system(self) -> System:
         """The system with the improved model and what that leaves of these recordings."""
-        return replace(self.system, hypothesis=self.improved, repeatability=self._repeatability())
-
-    def _repeatability(self) -> dict[str, float]:
-        """Return balance -> standard deviation of the residuals beyond their noise [unit]."""
         datasets = self.search.training, self.search.held_out
-        groups = [each for data in datasets for each in windows_of(data, self.improved)]
-        repeatability = dict(self.system.repeatability)
-        for balance in dict.fromkeys(group.balance for group in groups):
-            # breakaways, single numbers, are a group of their own
-            own = [g for g in groups if g.balance == balance and set(g.regime) != {BREAKAWAY}]
-            if not own:
-                continue
-            squares = np.mean(np.concatenate([self._beyond_offset(group) ** 2 for group in own]))
-            noise = np.mean(np.concatenate([group.deviation**2 for group in own]))
-            before = repeatability.get(balance, 0.0)
-            repeatability[balance] = float(np.sqrt(before**2 + max(squares - noise, 0.0)))
-        return {balance: value for balance, value in repeatability.items() if value > 0.0}
-
-    def _beyond_offset(self, group: Windows) -> Floats:
-        """Return the residuals of a balance in a run without the unknown zero of a bench."""
-        unknown_zero = group.balance == 'force' and FORCE_OFFSET in self.system.each_recording
-        return group.residual - (group.residual.mean() if unknown_zero else 0.0)
+        left = repeatability(self.system, self.improved, datasets)
+        return replace(self.system, hypothesis=self.improved, repeatability=left)
 
     @property
     def missing(self) -> Mapping[str, str]:
@@ -199,8 +182,10 @@ def diagnose(
     recordings = read_recordings(paths, system, mapping, workers)
     single = len(paths) == 1
     if single:
-        recordings, paths = split_in_time(recordings[0]), 2 * paths
+        recordings, paths = split_in_time(recordings[0], system, paths[0]), 2 * paths
     runs, count = prepare_runs(recordings, system, paths), len(groups[0])
+    if single:
+        runs[1] = with_unknown_temperature(runs[1])
     progress('localising residuals', 0.06)
     training, held_out = _datasets(system, runs, count, rng)
     windows = windows_of(training, system.hypothesis)
@@ -293,8 +278,9 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
     better = named.explanation.apply(search.given)
     share = remaining_share(search.held_out, search.hypothesis, better)
     allowed = MOST_LEFT if description.gap_left < share else MOST_LEFT_ALONE
-    inadequate = share > allowed and not discrepant
-    if inadequate or description.gap_left < MUCH_BETTER * share:
+    if discrepant and any(part.is_effect for part in named.explanation.parts):
+        allowed = MOST_LEFT_OF_ALL
+    if share > allowed or description.gap_left < MUCH_BETTER * share:
         return description
     hypotheses = search.hypothesis, search.given
     if not discrepant and _simpler_and_better(description.explanation, named, *hypotheses, data):

@@ -24,13 +24,15 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import completed, open_executor
 from pneu_rig_ros.records.description import git_revision
 
-from . import foreign_scores, page, scores
+from . import foreign_page, foreign_scores, page, scores
 from .answers import FOLDER, Answer, carry_out, kept
 from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .fresh import FRESH, FRESH_PARTS, SEED, drawn
 from .page_tables import text_of
 from .trials import PARTS, Trial, matrix
 
+WORLD = 'foreign_world'
+"""All parts of the foreign world; with it, the page of that is written."""
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -65,7 +67,9 @@ def chosen(
     parts: tuple[str, ...], seed: int, hidden: tuple[str, ...], noise: tuple[float, ...]
 ) -> list[Trial]:
     """Return the trials that all filters let through; an empty one lets all."""
-    known = {part for part in parts if part != FRESH}
+    known = {part for part in parts if part not in (FRESH, WORLD)}
+    if WORLD in parts:
+        known = known or set(FOREIGN_PARTS)
     trials = [*(drawn(seed) if FRESH in parts else matrix(tuple(sorted(known & set(PARTS)))))]
     trials += drawn_foreign(seed, sorted(known & set(FOREIGN_PARTS)))
     return [
@@ -83,9 +87,9 @@ def chosen(
     multiple=True,
     default=(FRESH,),
     show_default=True,
-    type=click.Choice(sorted({FRESH, *FRESH_PARTS, *PARTS, *FOREIGN_PARTS})),
+    type=click.Choice(sorted({FRESH, WORLD, *FRESH_PARTS, *PARTS, *FOREIGN_PARTS})),
     help='fresh: drawn from the seed; with it, another one picks a part of these, but for those '
-    'of a foreign world, which are drawn only when named',
+    'of a foreign world, which are drawn only when named; foreign_world: all of these',
 )
 @click.option('--seed', default=SEED, show_default=True, help='of what is drawn')
 @click.option('--effect', multiple=True, help='effect or section.key that is hidden')
@@ -108,7 +112,8 @@ def main(
 ) -> None:
     """Run blind trials, then write docs/blind.md, docs/blind.json and the picture."""
     console = Console()
-    store = docs / FOLDER / f'{revision}.jsonl'
+    world = '_foreign' if WORLD in parts else ''
+    store = docs / FOLDER / f'{revision}{world}.jsonl'
     wanted = chosen(parts, seed, effect, noise)
     answered = {answer['key'] for answer in kept(store, wanted)}
     trials = [trial for trial in wanted if trial.key not in answered][:limit]
@@ -118,9 +123,11 @@ def main(
         raise click.UsageError(str(error)) from None
     if FRESH in parts:  # those for building are told here alone
         page.write_kept(store.parent, docs, revision, seed)
+    if world:
+        foreign_page.write_kept(store.parent, docs, revision, seed)
     answers = kept(store, wanted)
     figures = scores.figures(answers)
-    if set(parts) & set(FOREIGN_PARTS):
+    if world or set(parts) & set(FOREIGN_PARTS):
         figures = foreign_scores.figures(answers)
         console.print(foreign_scores.headline(answers))
         console.print(foreign_scores.by_form(answers))

@@ -1,5 +1,6 @@
 """Trials in a foreign world: drawn when asked for, judged by mechanism."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS
 
-from . import foreign_scores
+from . import foreign_page, foreign_scores
 from .__main__ import chosen
+from .answers import FOLDER
 from .circumstances import (
     AS_STATED,
     PSI_BY_BAR,
@@ -180,6 +182,24 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
     assert f'| `woschni_heat` | gas | {heat} | 1 of 1 | wall_heat_transfer |' in rows
     assert '| `detent` | force | - | 1 of 1 | unknown |' in rows
     assert '| `compressor_pulsation` | gas | - | 0 of 1 | unknown |' in rows
+
+
+def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
+    """Of those to trials of its seed alone; figures go into a file of their own."""
+    (tmp_path / FOLDER).mkdir()
+    trial = drawn_foreign(60, ('foreign',))[0]
+    mine = answer('foreign', list(trial.names), 'unknown', cut=0.5, ranking=['stribeck'])
+    other = {**mine, 'key': 'fresh/61/foreign/-'}
+    lines = [json.dumps(one) + '\n' for one in ({**mine, 'key': trial.key}, other)]
+    (tmp_path / FOLDER / 'abc_foreign.jsonl').write_text(''.join(lines))
+    foreign_page.write_kept(tmp_path / FOLDER, tmp_path, 'abc', 60)
+    page = (tmp_path / 'blind_foreign.md').read_text()
+    assert f'| `{trial.key}` |' in page
+    assert 'fresh/61' not in page
+    assert '| `foreign` | 1 | 84 | 1 |' in page
+    figures = json.loads((tmp_path / 'blind_foreign.json').read_text())
+    assert figures['foreign_mechanism']['trials'] == 1
+    assert (figures['revision'], figures['seed']) == ('abc', 60)
 
 
 def test_nothing_of_a_foreign_form_is_in_the_package() -> None:

@@ -9,15 +9,22 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pneu_rig_ros.diagnosis.read_runs import split_in_time
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.simulate import simulate
 
-from .parts import BENCH, LEAKING, bench_run, mapping, system_file, table
+from .parts import (
+    BENCH,
+    CHAMBERS,
+    CONDUCTANCES,
+    LEAKING,
+    bench_run,
+    chamber_run,
+    mapping,
+    system_file,
+    table,
+)
 from .runs import configured
 
 OUTSIDE, FILL, DURATION = 1e5, 9e5, 140.0
@@ -87,24 +94,20 @@ def test_seal_is_diagnosed_from_one_recording(tmp_path: Path) -> None:
     assert value == pytest.approx(7.5, rel=0.03)
 
 
-def test_recording_of_a_rig_is_cut_while_the_piston_rests(tmp_path: Path) -> None:
-    x = np.concatenate([np.full(400, 0.1), np.linspace(0.1, 0.2, 300), np.full(300, 0.2)])
-    first, later = split_in_time(Recording('run', 0, 1_000_000, {'position': x}))
-    assert (first.size, later.size) == pytest.approx((850, 150), abs=50)
-    assert later.conditions['rest_time'] == pytest.approx(0.15, abs=0.05)
-
-
-def test_recording_of_a_piston_that_never_rests_cannot_be_cut() -> None:
-    x = 0.1 + 0.01 * np.sin(np.arange(2000) * 0.01)
-    with pytest.raises(RigError, match='its piston never rests'):
-        split_in_time(Recording('run', 0, 1_000_000, {'position': x}))
-
-
-def test_heat_transfer_of_a_rig_is_found_in_one_recording(tmp_path: Path) -> None:
-    heat = library.load('wall_heat_transfer').parameters(0.05, 0.05)
-    changed = configured('cylinder_2', {'wall_heat_transfer': heat})
-    bag = simulate(changed, 0.29, 12.0, tmp_path / 'bag')
-    data = answer(diagnose([bag], 'cylinder_2'))
+def test_sealed_chambers_are_diagnosed_from_one_recording(tmp_path: Path) -> None:
+    """The gas is not at the temperature of the walls where the recording is cut."""
+    path = table(tmp_path / 'run.csv', 0.1, chamber_run(0, (4.5e5, 1.1e6), CONDUCTANCES))
+    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
+    data = answer(diagnose([path], system_file(tmp_path, CHAMBERS), mapping=known))
     assert [effect['name'] for effect in data['effects']] == ['wall_heat_transfer']
-    value = data['effects'][0]['parameters']['conductance_1']['value']
-    assert value == pytest.approx(0.05, rel=0.1)
+    values = data['effects'][0]['parameters']
+    for i, true in enumerate(CONDUCTANCES, start=1):
+        assert values[f'conductance_{i}']['value'] == pytest.approx(true, rel=0.05)
+    assert data['gap']['cut'] > 0.9
+
+
+def test_one_recording_of_a_free_piston_is_refused(tmp_path: Path) -> None:
+    """Its seal remembers the film and the rest before, which the cut would lose."""
+    bag = simulate(configured('cylinder_2'), 0.29, 2.0, tmp_path / 'bag')
+    with pytest.raises(RigError, match='only one recording of a free piston given; add another'):
+        diagnose([bag], 'cylinder_2')
