@@ -185,7 +185,9 @@ def adopt_profile(search: Search, named: ScoredFit | None) -> bool:
     if not little or not improves(profile, other):
         return False
     search.best = profile
-    search.ranking.append(profile)
+    # others are compared with it under the same noise
+    others = [score(each.fit, search.given, training, held_out) for each in search.ranking]
+    search.ranking = [profile, *others]
     return True
 
 

@@ -170,7 +170,8 @@ def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]
                     'name': part.name,
                     'title': library.load(part.name).title,
                     'balance': part.balance,
-                    'parameters': rows,
+                    # single knots mean nothing: their mean is also a level of the model
+                    'parameters': {} if isinstance(part, Profile) else rows,
                     'shape': _shape(part.name, explanation),
                 },
             )

@@ -80,6 +80,7 @@ def _form_text(shape: Mapping[str, Any] | None) -> str:
         return ''
     variable = shape['variable'].replace('_', ' ')
     if shape['y_unit'] != '-':
-        return f' in another form than the library has it, over {variable}'
+        span = f'{min(shape["y"]):.2g} to {max(shape["y"]):.2g} {shape["y_unit"]}'
+        return f' in another form than the library has it: {span} over {variable}'
     trend = 'grows' if shape['y'][-1] > shape['y'][0] else 'falls'
     return f', which {trend} with {variable}'

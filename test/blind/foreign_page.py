@@ -18,10 +18,11 @@ differ from those of the library: {forms} forms, {known} of a mechanism that the
 another formula, {unknown} of none that it has (`test/blind/foreign.py`). The other parts add weak
 nuisances, conditions that are not as stated, and two or three forms at a time.
 
-The trials were drawn afresh from seed {seed}, forms, strengths, shapes and cylinders, and run once
-at git {revision}, in an order in which any first part is a fair sample, for as long as there was
-time. Every answer is a line of `docs/{folder}/{revision}_foreign.jsonl`. Recordings, sensors and
-what is counted are as in [Blind trials](blind.md).
+The trials were drawn afresh from seed {seed}, strengths, shapes and cylinders, and run once at git
+{revision}, in an order in which any first part is a fair sample, for as long as there was time.
+The list of forms is the one from which the trials for building were drawn, with other seeds. Every
+answer is a line of `docs/{folder}/{revision}_foreign.jsonl`. Recordings, sensors and what is
+counted are as in [Blind trials](blind.md).
 
 {headline}
 ## How much was run
