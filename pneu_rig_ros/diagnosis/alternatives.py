@@ -73,8 +73,10 @@ def indistinguishable(search: Search, best: ScoredFit | None) -> list[list[str]]
     """Return the explanations of equal size that are as good as the best, that one first."""
     if best is None or not search.causes(best.explanation):
         return []
-    size = len(best.explanation.parts)
-    equivalent = {frozenset(search.causes(best.explanation)): search.causes(best.explanation)}
+    size, own = len(best.explanation.parts), search.causes(best.explanation)
+    equivalent = {frozenset(own): own}
+    # as it was compared with the others: since then the noise has been estimated again
+    best = next((fit for fit in search.ranking if search.causes(fit.explanation) == own), best)
     for fit in search.ranking:
         causes = search.causes(fit.explanation)
         same = len(fit.explanation.parts) == size and fit.losses.size == best.losses.size
