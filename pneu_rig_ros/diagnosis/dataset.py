@@ -17,6 +17,7 @@ from pneu_rig_ros.diagnosis.nuisances import (
     RunNuisances,
     clock_column,
     estimate_nuisances,
+    fitted_to_pressures,
     temperature_columns,
     without_nuisances,
 )
@@ -115,7 +116,8 @@ class Dataset:
         if not comparison.run.has_nuisances:
             return None
         index = [each is comparison for each in self.comparisons].index(True)
-        return estimate_nuisances(hypothesis, comparison, self.noises[index])
+        by_rates = estimate_nuisances(hypothesis, comparison, self.noises[index])
+        return fitted_to_pressures(hypothesis, comparison, by_rates)
 
     def aligned(self, hypothesis: Hypothesis, comparison: Comparison) -> Comparison:
         """Return one of the runs, corrected for its nuisance parameters under a hypothesis."""

@@ -119,12 +119,12 @@ def to_grid(columns: Columns) -> Grid:
         raise RigError(
             f'times from {time[0]:g} to {time[-1]:g} s: allowed are up to {LONGEST:g} s'
         )
-    index, interval, off = _fit(time, steps)
+    index, interval, off = fit_grid(time, steps)
     rounding = _resolution(time)
     notes = []
     if index is not None and off <= max(rounding, JITTER * interval):
         check_gaps(int(index[-1]) + 1, index.size)
-        interval_ns = round(_shortest_decimal(interval, int(index[-1]), rounding) * 1e9)
+        interval_ns = round(shortest_decimal(interval, int(index[-1]), rounding) * 1e9)
         kept = dict(signals)
         if missing := int(index[-1]) + 1 - index.size:
             notes.append(f'{missing} of {int(index[-1]) + 1} samples are missing')
@@ -150,8 +150,16 @@ def resample(wanted: Floats, known: Floats, values: Floats, name: str) -> Floats
     return np.asarray(np.interp(wanted, known, values))
 
 
-def _fit(time: Floats, steps: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
-    """Return sample numbers, interval [s] and largest distance [s] of the stamps from a grid."""
+def fit_grid(time: Floats, steps: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
+    """
+    Return sample numbers, interval and largest distance of stamps from the grid nearest to them.
+
+    The numbers are None where the stamps are too uneven for a grid.
+
+    :param time: increasing, shape (n,)
+    :param steps: its differences
+    :raises RigError: where no interval fits the steps
+    """
     typical = float(np.median(steps))
     if typical < 1e-9 or steps.max() / typical > LONGEST:
         raise RigError(f'time steps of {typical:g} to {steps.max():g} s: no interval fits them')
@@ -176,8 +184,13 @@ def _resolution(time: Floats) -> float:
     return 1e-9
 
 
-def _shortest_decimal(interval: float, last: int, rounding: float) -> float:
-    """Return the interval with as few digits as the stamps allow, 1.16 ms and not 1.160003."""
+def shortest_decimal(interval: float, last: int, rounding: float) -> float:
+    """
+    Return an interval with as few digits as the stamps allow, 1.16 ms and not 1.160003.
+
+    :param last: number of the last sample
+    :param rounding: of the stamps, or by how much they jitter
+    """
     for digits in range(1, 10):
         shorter = float(f'{interval:.{digits}g}')
         if abs(shorter - interval) * last <= 0.5 * rounding:

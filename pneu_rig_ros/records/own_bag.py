@@ -19,7 +19,7 @@ from pneu_rig_ros.records.cdr import (
 )
 from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.description import configuration_in
-from pneu_rig_ros.records.grid import check_gaps
+from pneu_rig_ros.records.grid import check_gaps, fit_grid, shortest_decimal
 from pneu_rig_ros.records.recording import NEVER, Floats, Recording, Stamps, check_stamps
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import RigConfiguration
@@ -30,6 +30,12 @@ SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
 
 STAMPED = (*SAMPLED, 'friction', 'force')
 """Topics whose messages have the stamp of their sample."""
+
+MOST_JITTER = 0.25
+"""
+Stamps within this share of the interval of a uniform grid are those of samples on it [-]: messages
+are stamped after the converter was read, whose clock is steadier than the processor's.
+"""
 
 _DECODERS: dict[str, Decoder[Any]] = {
     'joint_states': unpack_joint_state,
@@ -82,6 +88,8 @@ def read_own_bag(path: Path, name: str) -> Recording | None:
         try:
             configuration = configuration_in(metadata)
             streams = _read_streams(bag, namespace)
+            if configuration is None:
+                streams = _without_jitter(streams)
             grid, interval = _sampling_grid(streams, configuration)
         except RigError as error:
             raise RigError(f'{path}: {error}') from error
@@ -137,6 +145,35 @@ def _read_streams(bag: Bag, namespace: str) -> dict[str, Stream]:
             raise RigError(f'{namespace}/{topic}: {error}') from error
         streams[topic] = Stream(np.array(arrivals[topic], dtype=np.int64), values, stamps)
     return streams
+
+
+def _without_jitter(streams: dict[str, Stream]) -> dict[str, Stream]:
+    """
+    Return the streams with the stamps of a clock that jitters put on a uniform grid.
+
+    Stamps that lie on a grid, or that are too uneven for any, are returned as they are.
+    """
+    stamps = streams['joint_states'].stamps
+    steps = np.diff(stamps)
+    if stamps.size < 2 or steps.min() <= 0 or not (steps % steps.min()).any():
+        return streams
+    since = (stamps - stamps[0]).astype(np.float64)
+    index, interval, off = fit_grid(since, np.diff(since))
+    if index is None or off > MOST_JITTER * interval:
+        return streams
+    interval = shortest_decimal(interval, int(index[-1]), off)
+    first = stamps[0] + round(float(np.mean(since - interval * index)))
+    aligned = dict(streams)
+    for topic in STAMPED:
+        stream = streams[topic]
+        numbers = np.rint((stream.stamps - first) / interval).astype(np.int64)
+        if not (np.diff(numbers) > 0).all():
+            return streams
+        on_grid = max(first, 0) + round(interval) * numbers
+        # nothing arrives before it was measured
+        arrival = np.maximum(stream.arrival_ns, on_grid)
+        aligned[topic] = stream._replace(stamps=on_grid, arrival_ns=arrival)
+    return aligned
 
 
 def _sampling_grid(

@@ -117,7 +117,8 @@ def stamps(count: int, interval_ns: int, circumstances: Circumstances, seed: int
     kept[[0, -1]] = True
     early = min(circumstances.clock, 0.0)  # of which the commands are stamped the later
     offset = circumstances.clock - early
-    return Stamps(np.round(times + 1e9 * offset).astype(np.int64), kept)
+    # a bag has no time before its first
+    return Stamps(np.maximum(np.round(times + 1e9 * offset), 0.0).astype(np.int64), kept)
 
 
 def command_delay(circumstances: Circumstances) -> int:

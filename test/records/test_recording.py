@@ -141,6 +141,21 @@ def test_stamps_off_the_grid_are_refused(
         read_recording(path)
 
 
+def test_stamps_that_jitter_are_put_on_a_uniform_grid(tmp_path: Path) -> None:
+    """As of a controller that stamps with the processor's clock: 3 % of the interval, rms."""
+    start, count = 1_700_000_000_000_000_000, 2000
+    jitter = np.clip(0.03 * np.random.default_rng(1).standard_normal(count), -0.2, 0.2)
+    stamps = [start + STEP * k + round(STEP * each) for k, each in enumerate(jitter)]
+    record = read_recording(write_bag(tmp_path / 'bag', stamps, {('joint_states', 20)}))
+    assert record.interval_ns == STEP
+    assert abs(record.start_ns - start) < 0.01 * STEP
+    assert record.position.tolist() == pytest.approx([1e-3 * k for k in range(count)])
+    assert record.missing['joint_states'].tolist() == [record.start_ns + 20 * STEP]
+    arrived = np.delete(record.arrival_ns - record.stamps, 20)
+    assert arrived.min() >= 0
+    assert arrived.max() < 0.2 * STEP
+
+
 def test_bag_without_a_rig_is_refused(tmp_path: Path) -> None:
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/chatter', 'std_msgs/msg/String')
