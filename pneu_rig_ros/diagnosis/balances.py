@@ -145,15 +145,13 @@ class Comparison:
         if hypothesis.position_zero != 0.0:
             run = run.with_readings(run.position - hypothesis.position_zero, run.pressures)
         if hypothesis.gains != CALIBRATED:
-            x, p1, p2 = hypothesis.gains
-            zero = run.atmospheric_pressure
-            pressures = zero + (run.pressures - zero) / np.array([p1, p2])
-            run, velocity = run.with_readings(run.position / x, pressures), velocity / x
+            x, *pressures = hypothesis.gains
+            run, velocity = run.with_gains(x, np.array(pressures)), velocity / x
         if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
             bias = np.nan_to_num(self._along(hypothesis, run, velocity)[1])
             at_samples = np.vstack([bias[:1], 0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
-            pressures = run.pressures - at_samples[:, 1:]
-            run = run.with_readings(run.position - at_samples[:, 0], pressures)
+            right = run.pressures - at_samples[:, 1:]
+            run = run.with_readings(run.position - at_samples[:, 0], right)
             drift = np.gradient(bias[:, 0], run.interval)
             velocity = np.where(velocity != 0.0, velocity - drift, 0.0)
         return run, velocity

@@ -18,7 +18,7 @@ from pneu_rig_ros.model.quantity import Quantity
 GAS, FORCE, SENSOR = 'gas', 'force', 'sensor'
 """Groups of candidates, by where they show."""
 CALIBRATION = 'sensors.gains'
-"""Gain errors within the class of the sensors: neither a wrong model nor an effect."""
+"""Errors within the class of sensors and gauges: neither a wrong model nor an effect."""
 CONDITIONS = 'conditions.'
 """Prefix of a condition in the name of a candidate."""
 PARAMETER_RATIO = 2.0
@@ -128,14 +128,24 @@ class Candidate:
             parameters = library.load(self.name).null._replace(**changed)
             return hypothesis.with_effect(self.name, parameters)
         if self.name == CALIBRATION:
-            x, p1, p2 = values
-            return replace(hypothesis, gains=(float(x), float(p1), float(p2)))
+            return _calibrated(hypothesis, values)
         section, name = self.name.split('.')
         old = getattr(getattr(hypothesis.model, section), name)
         new: Any = float(values[0])
         if isinstance(old, tuple):  # all elements of F(z) by the same factor
             new = tuple(values[0] / sum(old) * item for item in old)
         return hypothesis.with_parameter(section, name, new)
+
+
+def _calibrated(hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+    """Return a hypothesis with the gains of x, p1, p2, and what the supply is times the stated."""
+    x, p1, p2, *supply = map(float, values)
+    hypothesis = replace(hypothesis, gains=(x, p1, p2))
+    if supply:
+        warmer = supply[1] * hypothesis.model.gas.supply_temperature
+        hypothesis = hypothesis.with_condition('supply_pressure', supply[0])
+        hypothesis = hypothesis.with_parameter('gas', 'supply_temperature', warmer)
+    return hypothesis
 
 
 @dataclass(frozen=True)
@@ -203,6 +213,11 @@ class Explanation:
     def coordinates(self) -> list[Coordinate]:
         """The coordinates of all parts."""
         return [coordinate for part in self.parts for coordinate in part.coordinates]
+
+    @property
+    def calibrates(self) -> list[bool]:
+        """Whether each coordinate is one of the calibration."""
+        return [part.name == CALIBRATION for part in self.parts for _ in part.coordinates]
 
     @property
     def theta(self) -> Floats:

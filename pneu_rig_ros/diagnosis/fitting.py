@@ -162,14 +162,18 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
             latest[0] = key, dataset.residual(start.with_theta(theta).apply(given))
         return latest[0][1].copy()  # the solver scales it in place
 
+    columns: dict[int, Floats] = {}
+
     def jacobian(theta: Floats) -> Floats:
-        base, columns = residual(theta), []
+        base = residual(theta)
         for index in range(theta.size):
+            if index in columns and start.calibrates[index]:
+                continue  # errors of a percent act in proportion: one column serves all steps
             shifted = theta.copy()
             shifted[index] += delta if theta[index] + delta < high[index] else -delta
             changed = dataset.residual(start.with_theta(shifted).apply(given))
-            columns.append((changed - base) / (shifted[index] - theta[index]))
-        return np.column_stack(columns)
+            columns[index] = (changed - base) / (shifted[index] - theta[index])
+        return np.column_stack([columns[index] for index in range(theta.size)])
 
     solution = least_squares(
         residual,
@@ -244,22 +248,32 @@ def scattered(best: Fit) -> list[Explanation]:
 
 
 def simplex_search(best: Fit, given: Hypothesis, dataset: Dataset) -> Fit:
-    """Return a fit improved by a simplex search across local minima."""
+    """Return a fit whose causes are improved by a simplex search across local minima."""
     start = best.explanation
-    low, high = np.array([c.bounds for c in start.coordinates]).T
-    simplex = np.vstack([start.theta, start.theta + SIMPLEX_SIZE * np.eye(start.theta.size)])
+    searched = ~np.array(start.calibrates)
+    if not searched.any():
+        return best
+    low, high = np.array([c.bounds for c in start.coordinates]).T[:, searched]
+    first = start.theta[searched]
+
+    def moved(values: Floats) -> Explanation:
+        theta = start.theta
+        theta[searched] = values
+        return start.with_theta(theta)
+
+    simplex = np.vstack([first, first + SIMPLEX_SIZE * np.eye(first.size)])
     solution = minimize(
-        lambda theta: loss(dataset.residual(start.with_theta(theta).apply(given))),
-        start.theta,
+        lambda values: loss(dataset.residual(moved(values).apply(given))),
+        first,
         method='Nelder-Mead',
         bounds=list(zip(low, high, strict=True)),
         options={
             'initial_simplex': np.clip(simplex, low, high),
             'xatol': 1e-3,
             'fatol': 0.1,
-            'maxfev': SIMPLEX_STEPS * start.theta.size,
+            'maxfev': SIMPLEX_STEPS * first.size,
         },
     )
     if solution.fun >= best.loss:
         return best
-    return replace(best, explanation=start.with_theta(solution.x), loss=float(solution.fun))
+    return replace(best, explanation=moved(solution.x), loss=float(solution.fun))

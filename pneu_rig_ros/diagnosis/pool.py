@@ -34,7 +34,6 @@ from pneu_rig_ros.model.parameters import (
     Model,
 )
 from pneu_rig_ros.model.quantity import Quantity, specifications
-from pneu_rig_ros.rig.sensors import Sensors
 
 GAS_PARAMETERS = (
     'valve.intake_coefficient',
@@ -74,6 +73,8 @@ SUPPLY_RATIO, LOAD_RATIO = 1.1, 1.5
 """Largest ratios of true to stated supply pressure (a gauge) and load (a guess) [-]."""
 SUPPLY_ERROR = 0.03
 """Usual relative error of a stated supply pressure [-]: a gauge of class 1.6 at half its span."""
+TEMPERATURE_ERROR = 10.0 / 293.15
+"""The same of the temperature of air and room that nobody measured [-]: 10 K."""
 ZERO_ERROR, ZERO_SCALE = 0.02, 1e-3
 """Largest error of the zero of the position, unit of its fit [m]."""
 LEAST_CLOCK, CLOCK_ERROR, CLOCK_SCALE = 2e-3, 0.5, 0.02
@@ -90,14 +91,14 @@ def pool(
     """
     Return the candidates that may explain a gap in some runs, and what is fitted with any.
 
-    That is the calibration of the sensors, and what the file names as possibly wrong.
+    That is the calibration, and what the file names as possibly wrong.
 
     :param without: effects that are not candidates
     """
     balances = frozenset().union(*(run.balances for run in runs))
     parameters = list(_parameters(system, balances))
     base = Explanation()
-    if system.sensors is not None and (gains := calibration(system.sensors)) is not None:
+    if (gains := calibration(system, balances)) is not None:
         base = base.with_part(gains, gains.starts[0])
     candidates = [*_conditions(system, runs, balances), *_effects(system, runs, balances, without)]
     if not system.refit:
@@ -107,22 +108,31 @@ def pool(
     return candidates, base
 
 
-def calibration(sensors: Sensors) -> Candidate | None:
-    """Return the gains of the sensors as a candidate, None for calibrated sensors."""
-    classes = {
+def calibration(system: System, balances: frozenset[str]) -> Candidate | None:
+    """
+    Return what nobody measured better than its class, as a candidate; None for a calibrated rig.
+
+    That is the gains of the sensors, and of a fed rig the pressure and temperature of its supply.
+    """
+    sensors = system.sensors
+    if sensors is None or not (sensors.position_class or sensors.pressure_class):
+        return None
+    errors = {
         'position': sensors.position_class,
         'pressure_1': sensors.pressure_class,
         'pressure_2': sensors.pressure_class,
     }
-    if not any(classes.values()):
-        return None
-    quantity = Quantity('-', 0.0, 2.0, 'gain of the sensor')
+    if system.rig is not None and balances & {'gas_1', 'gas_2'}:
+        errors |= {'supply_pressure': SUPPLY_ERROR, 'supply_temperature': TEMPERATURE_ERROR}
     coordinates = tuple(
         # a little wider than the class, so that a class of 0 is an interval
-        Coordinate(name, quantity, 1.0 - most - 1e-6, 1.0 + most + 1e-6, GAIN_SCALE, False, 1.0)
-        for name, most in classes.items()
-    )
-    return Candidate(CALIBRATION, SENSOR, coordinates, ((1.0, 1.0, 1.0),))
+        Coordinate(
+            name, Quantity('-', 0.0, 2.0, 'true over stated, or gain of a sensor'),
+            1.0 - most - 1e-6, 1.0 + most + 1e-6, GAIN_SCALE, False, 1.0,
+        )
+        for name, most in errors.items()
+    )  # fmt: skip
+    return Candidate(CALIBRATION, SENSOR, coordinates, ((1.0,) * len(coordinates),))
 
 
 def _parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]:

@@ -278,6 +278,20 @@ class Run:
         first, second = self.temperatures or (supply, supply)
         return first * self.compression[0] ** power, second * self.compression[1] ** power
 
+    def with_gains(self, position: float, pressures: Floats) -> Run:
+        """
+        Return the run as sensors without errors of gain read it.
+
+        :param position, pressures: slopes of the sensors [-], shape () and (2,)
+        """
+        zero = np.array([0.0, self.atmospheric_pressure, self.atmospheric_pressure])
+        slopes = np.append(position, pressures)
+        columns = zero + (np.column_stack([self.position, self.pressures]) - zero) / slopes
+        scaled = self.with_readings(columns[:, 0], columns[:, 1:])
+        # smoothing is linear, and rests are rests in any unit: neither is found anew
+        scaled.__dict__.update(rests=self.rests, smooth=zero + (self.smooth - zero) / slopes)
+        return scaled
+
     def with_readings(self, position: Floats, pressures: Floats) -> Run:
         """Return the run with other readings."""
         return replace(self, position=position, pressures=pressures)

@@ -140,11 +140,12 @@ GAS: dict[str, Form] = {
         'Coleman and Hodgdon, Arch. Rat. Mech. 99, 1987', {'travel': (0.05, 0.5)}),
     'drifting_spool': Form(NONE, 'gas', 'spool', gas.SPOOL_DRIFT,
         'IEC 61298-3: drift with temperature'),
-    'line_volume': Form(LINE, 'gas', 'line', gas.PIPE,
+    # most of what these three do is the pressure drop of the line, an opening in series
+    'line_volume': Form((*LINE, *CURVE), 'gas', 'line', gas.PIPE,
         'Richer and Hurmuzlu, J. Dyn. Sys. 122, 2000', {'conductance': (2e-8, 6e-8)}),
     'line_orifice': Form((*LINE, *CURVE), 'gas', 'line', gas.LINE_ORIFICE,
         'Andersen 1967: openings in series'),
-    'line_resonance': Form(LINE, 'gas', 'line', gas.HELMHOLTZ,
+    'line_resonance': Form((*LINE, *CURVE), 'gas', 'line', gas.HELMHOLTZ,
         'Stecki and Davis, Fluid transmission lines, 1986',
         {'conductance': (2e-8, 6e-8), 'area_by_length': (8e-6, 3e-5)}),
     'delay_and_lag': Form((*LINE, *LAG), 'gas', 'play', gas.DELAY_AND_LAG,
@@ -285,6 +286,8 @@ FORMS = {**GAS, **FORCE, **SENSOR}
 """Name -> form."""
 KNOWN = tuple(name for name, form in FORMS.items() if form.mechanism)
 UNKNOWN = tuple(name for name, form in FORMS.items() if not form.mechanism)
+NEVER_WEAK = ('line_volume', 'line_resonance')
+"""Forms that do not vanish with their strength, a volume: their pressure drop stays."""
 NUMBERS = frozenset(
     f'{name}.{number}' for name, form in FORMS.items() for number in ('strength', *form.shape)
 )

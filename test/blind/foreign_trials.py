@@ -16,7 +16,7 @@ from numpy.random import Generator
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, LAWS, Changes, Secret, hide, join
 
 from .circumstances import AS_STATED, WRONG, Circumstances, drawn_wrong
-from .foreign import FORMS, KNOWN, UNKNOWN, mechanism
+from .foreign import FORMS, KNOWN, NEVER_WEAK, UNKNOWN, mechanism
 from .foreign_strengths import STRENGTHS
 from .fresh import FRESH, SETTLED, some_of
 from .sensors import drawn_gains
@@ -130,7 +130,7 @@ def _world(
     busy = {word for name in names for word in mechanism(name)}
     weak: list[str] = []
     wanted = int(random.integers(NUISANCES[0], NUISANCES[1] + 1))
-    for name in random.permutation(tuple(FORMS)):
+    for name in random.permutation([name for name in FORMS if name not in NEVER_WEAK]):
         form = FORMS[str(name)]
         free = together([*weak, str(name)]) and not taken & set(_slots(str(name)))
         if free and not form.base and not busy & set(form.mechanism) and len(weak) < wanted:

@@ -31,6 +31,20 @@ def test_position_scale_corrects_the_velocity_too(tmp_path: Path) -> None:
     assert after < 0.2 * before
 
 
+def test_readings_corrected_for_gains_need_not_be_smoothed_again(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    run = measured(system_of(tmp_path, rig), 'run', rig)
+    corrected = run.with_gains(1.005, np.array([0.99, 1.01]))
+    again = run.with_readings(corrected.position, corrected.pressures)
+    assert corrected.rests == run.rests
+    # but where noise is cut off at the zero of a sensor, or a rest has another end
+    known = run.smooth > run.span.low + 10.0 * max(run.noise.pressures)
+    rests = run.resting | again.resting
+    known[:, 0] = ~(np.append(rests, True) | np.insert(rests, 0, True))
+    assert known.sum(axis=0).min() > 1000
+    np.testing.assert_allclose(corrected.smooth[known], again.smooth[known], rtol=1e-9)
+
+
 def test_pressure_is_unknown_once_a_chamber_expands_below_its_sensors_zero(
     tmp_path: Path,
 ) -> None:

@@ -15,7 +15,7 @@ from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
 
 from .parts import (
@@ -95,6 +95,31 @@ def leaky(rig: RigConfiguration) -> RigConfiguration:
     bent = library.load('nonlinear_opening').null._replace(exponent=1.3)
     leak = library.load('chamber_leak').null._replace(area_1=1e-9, area_2=2e-9)
     return replace(rig, effects={'nonlinear_opening': bent, 'chamber_leak': leak})
+
+
+def another_day(rig: RigConfiguration) -> RigConfiguration:
+    gas = rig.model.gas._replace(supply_temperature=rig.model.gas.supply_temperature + 6.0)
+    operation = rig.model.operation
+    operation = operation._replace(supply_pressure=0.98 * operation.supply_pressure)
+    return replace(rig, model=rig.model._replace(gas=gas, operation=operation))
+
+
+def test_supply_and_room_within_their_usual_errors_are_no_cause(tmp_path: Path) -> None:
+    """Of a rig whose sensors have a class: 2 % of the pressure, 6 K."""
+    bags = recordings(tmp_path, another_day)
+    for bag, (_, supply, _) in zip(bags, STROKES.values(), strict=True):
+        (bag / 'conditions.yaml').write_text(f'supply_pressure: {supply} Pa\n')
+    exact = configured('cylinder_1')
+    system_of(tmp_path, replace(exact, sensors=load_configuration('cylinder_1').sensors))
+    found = diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:])
+    data = told(found)
+    assert data['verdict'] == 'uncalibrated'
+    # while the intake is choked only p_s sqrt(T) shows
+    values = data['calibration']
+    product = values['supply_pressure']['value'] * values['supply_temperature']['value'] ** 0.5
+    assert product == pytest.approx(0.98 * (1.0 + 6.0 / 293.15) ** 0.5, abs=0.01)
+    improved = load_system(system_file(tmp_path, found.system.to_yaml(found.improved)))
+    assert improved.hypothesis.model.gas == exact.model.gas
 
 
 def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_path: Path) -> None:
