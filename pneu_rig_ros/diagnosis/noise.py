@@ -99,7 +99,7 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
     offset = np.full((motion.starts.size, 1), run.force_offset)
     differs = run.repeatability.get('force', 0.0)
     outward = comparison.window_velocity >= 0.0
-    levels = differs * np.column_stack([outward, ~outward])
+    levels = np.hypot(differs, run.level_error) * np.column_stack([outward, ~outward])
     # what smoothing does to a slip, and noise to the bristle of a slow motion, is alike in all
     smeared = np.nan_to_num(errors.force.mean(axis=0))[:, np.newaxis]
     columns = [clipped_thrust(hypothesis, comparison), offset, levels, smeared]
@@ -190,7 +190,8 @@ def breakaway_noise(
     onset = (ONSET * slopes) ** 2 + (CREEP_ERROR * creep * drive[ends]) ** 2
     squares = np.nanmean(np.vstack([errors**2, np.zeros(onset.size)]), axis=0)
     kept = np.isfinite(residual) & ('force' in run.balances) & ~run.vacuum[ends]
-    variance = onset + squares + HOLDING_VARIANCE + run.repeatability.get('force', 0.0) ** 2
+    differs = np.hypot(run.repeatability.get('force', 0.0), run.level_error)
+    variance = onset + squares + HOLDING_VARIANCE + differs**2
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 
 

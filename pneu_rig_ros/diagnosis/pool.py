@@ -115,7 +115,7 @@ def calibration(system: System, balances: frozenset[str]) -> Candidate | None:
     That is the gains of the sensors, and of a fed rig the pressure and temperature of its supply.
     """
     sensors = system.sensors
-    if sensors is None or not (sensors.position_class or sensors.pressure_class):
+    if sensors is None or not system.uncalibrated:
         return None
     errors = {
         'position': sensors.position_class,

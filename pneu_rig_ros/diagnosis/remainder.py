@@ -7,11 +7,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.diagnosis.dataset import Dataset
+from pneu_rig_ros.diagnosis.balances import BALANCES
+from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
+from pneu_rig_ros.diagnosis.localisation import NOISE_ERROR, SignificantResidual, localise
 from pneu_rig_ros.diagnosis.scoring import MOST_LEFT_ALONE, ScoredFit, excess, remaining_share
 from pneu_rig_ros.diagnosis.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.windows import windows_of
@@ -50,8 +52,21 @@ class Remainder:
         return self.given if self.best is None else self.best.explanation.apply(self.given)
 
     def significant(self) -> list[SignificantResidual]:
-        """Return the significant residuals of the best explanation so far."""
-        return localise(windows_of(self.training, self.hypothesis))
+        """
+        Return the significant residuals of the best explanation so far.
+
+        Of a system of which even the sensors are known to their class only, what is within the
+        error of the noise in a whole balance is not evidence of a cause, however significant.
+        """
+        found = localise(windows_of(self.training, self.hypothesis))
+        base = self.calibrated
+        if base is None or not all(base.explanation.calibrates):
+            return found
+        rows = self.training.residuals_by_run(self.hypothesis)
+        parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
+        parts['force'] += [row.breakaway for row in rows]
+        wide = {name for name, each in parts.items() if rms(np.concatenate(each)) > NOISE_ERROR}
+        return [residual for residual in found if residual.balance in wide]
 
     def remaining(self, simulated: bool = True) -> float:
         """

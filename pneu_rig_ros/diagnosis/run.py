@@ -60,6 +60,7 @@ class Run:
     :param temperature_offset: standard deviation of the initial gas temperature [K]
     :param repeatability: balance -> standard deviation by which recordings of the system differ
         from its model [unit of the balance]
+    :param level_error: standard deviation of the level of friction in either direction [N]
     :param delay: by which the pressures were shifted [s]
     :param temperatures: of the gas in both chambers when the recording began [K], None for the
         supply's
@@ -84,6 +85,7 @@ class Run:
     clock_offset: float = 0.0
     temperature_offset: float = 0.0
     repeatability: Mapping[str, float] = field(default_factory=dict)
+    level_error: float = 0.0
     delay: float = 0.0
     temperatures: tuple[float, float] | None = None
     compression: tuple[float, float] = (1.0, 1.0)

@@ -93,14 +93,6 @@ keys a balance is closed.
 """
 
 
-FRICTION_ERROR = 0.03
-"""
-By how much friction differs from one recording to the next on a rig whose sensors were not
-calibrated either [-]: seals that were measured again differ by 5 to 13 %, those of one mounting by
-2 to 3 % from cycle to cycle (E. Zillen, TU Delft).
-"""
-
-
 @dataclass(frozen=True)
 class System:
     """
@@ -129,6 +121,12 @@ class System:
     refit: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     repeatability: Mapping[str, float] = field(default_factory=dict)
     rig: RigConfiguration | None = None
+
+    @property
+    def uncalibrated(self) -> bool:
+        """Whether the sensors are known to their accuracy class only."""
+        sensors = self.sensors
+        return sensors is not None and max(sensors.position_class, sensors.pressure_class) > 0.0
 
     @property
     def constant_volume(self) -> bool:
@@ -225,10 +223,7 @@ def load_system(source: Path | str) -> System:
     rig = load_configuration(source)
     given = {name: tuple(specifications(section)) for name, section in SECTIONS.items()}
     hypothesis = Hypothesis(rig.model, dict(rig.effects))
-    differs: dict[str, float] = {}
-    if rig.sensors.position_class or rig.sensors.pressure_class:
-        differs['force'] = FRICTION_ERROR * rig.model.friction.coulomb_force
-    return System(rig.name, hypothesis, given, rig.sensors, repeatability=differs, rig=rig)
+    return System(rig.name, hypothesis, given, rig.sensors, rig=rig)
 
 
 def _is_rig(data: object) -> bool:
