@@ -124,7 +124,7 @@ def main(
     if FRESH in parts:  # those for building are told here alone
         page.write_kept(store.parent, docs, revision, seed)
     if world:
-        foreign_page.write_kept(store.parent, docs, revision, seed)
+        foreign_page.write_kept(store.parent, docs)
     answers = kept(store, wanted)
     figures = scores.figures(answers)
     if world or set(parts) & set(FOREIGN_PARTS):

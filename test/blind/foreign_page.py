@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from . import scores
-from .answers import FOLDER, Answer, kept
+from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
 from .foreign_scores import by_form, figures, headline
 from .foreign_trials import FOREIGN_PARTS, drawn_foreign
@@ -18,10 +18,10 @@ differ from those of the library: {forms} forms, {known} of a mechanism that the
 another formula, {unknown} of none that it has (`test/blind/foreign.py`). The other parts add weak
 nuisances, conditions that are not as stated, and two or three forms at a time.
 
-The trials were drawn afresh from seed {seed}, strengths, shapes and cylinders, and run once at git
-{revision}, in an order in which any first part is a fair sample, for as long as there was time.
-The list of forms is the one from which the trials for building were drawn, with other seeds. Every
-answer is a line of `docs/{folder}/{revision}_foreign.jsonl`. Recordings, sensors and what is
+The trials were drawn afresh, strengths, shapes and cylinders, and run once: those of {draws}. They
+were run in an order in which any first part is a fair sample, for as long as there was time. The
+list of forms is the one from which the trials for building were drawn, with other seeds. Every
+answer is a line of the file of its revision in `docs/{folder}`. Recordings, sensors and what is
 counted are as in [Blind trials](blind.md).
 
 {headline}
@@ -36,13 +36,14 @@ counted are as in [Blind trials](blind.md).
 {answers}"""
 
 
-def coverage(answers: list[Answer], seed: int) -> str:
+def coverage(answers: list[Answer], seeds: list[int]) -> str:
     """Return how many trials of each part were run, and in how many something shows."""
     rows = []
     for part in FOREIGN_PARTS:
         own = [a for a in answers if a['part'] == part]
         shown = sum(scores.shows(a) for a in own)
-        rows.append((f'`{part}`', len(own), len(drawn_foreign(seed, (part,))), shown))
+        drawn = sum(len(drawn_foreign(seed, (part,))) for seed in seeds)
+        rows.append((f'`{part}`', len(own), drawn, shown))
     return table(('part', 'run', 'drawn', 'visible'), rows)
 
 
@@ -60,18 +61,30 @@ def said(answers: list[Answer]) -> str:
     return table(head, rows)
 
 
-def write_kept(source: Path, docs: Path, revision: str, seed: int) -> None:
+def seed_of(answer: Answer) -> int:
+    """Return the seed from which the trial of an answer was drawn."""
+    return int(answer['key'].split('/')[1])
+
+
+def write_kept(source: Path, docs: Path) -> None:
     """
-    Write the page of a revision from the answers that are kept.
+    Write the page from all answers that are kept.
 
     :param source: folder with the answers of each revision
     """
-    answers = kept(source / f'{revision}_foreign.jsonl', drawn_foreign(seed))
+    answers, draws = [], []
+    for store in sorted(source.glob('*_foreign.jsonl')):
+        found = [json.loads(line) for line in store.read_text().splitlines()]
+        revision = store.stem.removesuffix('_foreign')
+        answers += found
+        draws += [(seed, revision) for seed in sorted({seed_of(each) for each in found})]
+    draws.sort()
     text = TEXT.format(
-        forms=len(FORMS), known=len(KNOWN), unknown=len(UNKNOWN), seed=seed, revision=revision,
-        folder=FOLDER, headline=headline(answers), coverage=coverage(answers, seed),
+        forms=len(FORMS), known=len(KNOWN), unknown=len(UNKNOWN), folder=FOLDER,
+        draws=', '.join(f'seed {seed} at git {revision}' for seed, revision in draws),
+        headline=headline(answers), coverage=coverage(answers, [seed for seed, _ in draws]),
         by_form=by_form(answers), answers=said(answers),
     )  # fmt: skip
     (docs / f'{NAME}.md').write_text(text)
-    data = {**figures(answers), 'revision': revision, 'seed': seed}
+    data = {**figures(answers), 'draws': [{'seed': s, 'revision': r} for s, r in draws]}
     (docs / f'{NAME}.json').write_text(json.dumps(data, indent=2) + '\n')

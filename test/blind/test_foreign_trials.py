@@ -186,21 +186,22 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
 
 
 def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
-    """Of those to trials of its seed alone; figures go into a file of their own."""
+    """Of all draws, each with its revision; figures go into a file of their own."""
     (tmp_path / FOLDER).mkdir()
     trial = drawn_foreign(60, ('foreign',))[0]
     mine = answer('foreign', list(trial.names), 'unknown', cut=0.5, ranking=['stribeck'])
     other = {**mine, 'key': 'fresh/61/foreign/-'}
-    lines = [json.dumps(one) + '\n' for one in ({**mine, 'key': trial.key}, other)]
-    (tmp_path / FOLDER / 'abc_foreign.jsonl').write_text(''.join(lines))
-    foreign_page.write_kept(tmp_path / FOLDER, tmp_path, 'abc', 60)
+    for revision, one in (('abc', {**mine, 'key': trial.key}), ('def', other)):
+        store = tmp_path / FOLDER / f'{revision}_foreign.jsonl'
+        store.write_text(json.dumps(one) + '\n')
+    foreign_page.write_kept(tmp_path / FOLDER, tmp_path)
     page = (tmp_path / 'blind_foreign.md').read_text()
     assert f'| `{trial.key}` |' in page
-    assert 'fresh/61' not in page
-    assert '| `foreign` | 1 | 84 | 1 |' in page
+    assert 'seed 60 at git abc, seed 61 at git def' in page
+    assert '| `foreign` | 2 | 168 | 2 |' in page
     figures = json.loads((tmp_path / 'blind_foreign.json').read_text())
-    assert figures['foreign_mechanism']['trials'] == 1
-    assert (figures['revision'], figures['seed']) == ('abc', 60)
+    assert figures['foreign_mechanism']['trials'] == 2
+    assert figures['draws'][1] == {'seed': 61, 'revision': 'def'}
 
 
 def test_nothing_of_a_foreign_form_is_in_the_package() -> None:

@@ -54,9 +54,9 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
         assert signal['after'] < most
     late = {row['recording'][:4]: row['value'] for row in data['each_recording']
             if row['name'] == 'clock_offset'}  # fmt: skip
-    # by fits of another model to the pressures
-    assert late['2021'] == pytest.approx(0.333, abs=0.03)
-    assert late['2022'] == pytest.approx(0.004, abs=0.03)
+    # so late are the pressures by a fit to the pressures; here to their rates
+    assert late['2021'] == pytest.approx(0.333, abs=0.04)
+    assert late['2022'] == pytest.approx(0.004, abs=0.04)
 
 
 @pytest.mark.parametrize(
