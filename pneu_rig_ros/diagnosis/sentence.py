@@ -37,7 +37,8 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
         limits = f'repeatability ({allowed})' if allowed else 'noise'
         return f'Model and measurement agree within the {limits}: nothing is missing.'
     if verdict == UNCALIBRATED:
-        return 'Sensor errors within their class explain the residuals: nothing is missing.'
+        within = 'Errors of sensors and supply within their class'
+        return f'{within} explain the residuals: nothing is missing.'
     if verdict == UNKNOWN:
         balances = dict.fromkeys(residual.balance for residual in diagnosis.significant)
         places = ' and '.join(balances)
