@@ -35,11 +35,11 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
     'batch': ({'model'}, SCIENCE),
     'rig': ({'model'}, SCIENCE),
     'records': ({'model', 'rig'}, TABLES),
-    'analysis': ({'model', 'rig', 'records'}, BAGS | {'scipy'}),
+    'analysis': ({'model', 'rig', 'records'}, BAGS),
     'control': ({'model', 'rig', 'analysis'}, SCIENCE),
     'claims': (
         {'model', 'batch', 'rig', 'records', 'analysis', 'executor'},
-        {'numpy', 'scipy', 'yaml'},
+        {'numpy', 'yaml'},
     ),
     'sweep': ({'model', 'batch', 'rig', 'analysis', 'executor'}, {'numpy'}),
     'diagnosis': ({'model', 'rig', 'records', 'analysis', 'executor'}, {'numpy', 'scipy'}),
@@ -48,10 +48,10 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
         {'model', 'batch', 'rig', 'records', 'analysis', 'claims', 'diagnosis', 'web'},
         FIGURES,
     ),
-    'simulate': ({'model', 'rig', 'records', 'analysis'}, BAGS | {'scipy'}),
+    'simulate': ({'model', 'rig', 'records', 'analysis'}, BAGS),
     'nodes': (
         {'model', 'rig', 'records', 'analysis', 'control'},
-        BAGS | {'scipy'} | ROS,
+        BAGS | ROS,
     ),
     'demo': ({'model', 'rig', 'records', 'nodes'}, BAGS),
     'scenarios': (

@@ -19,7 +19,6 @@ from pneu_rig_ros.analysis.metrics import (
     signal_noise,
 )
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.records.conditions import (
@@ -174,8 +173,14 @@ def simulate_record(
     :param name: of the simulated run; that of the cylinder when not given
     :return: the simulated run at the instants of the measured one
     """
-    model = with_initial_state(recording, configuration.model)
-    plant = Plant(model, configuration.effects)
+    start = slice(0, max(1, round(INITIAL_TIME / recording.interval)))
+    position, stroke = recording.position[start].mean(), configuration.model.cylinder.stroke
+    operation = configuration.model.operation._replace(
+        initial_position=min(max(float(position), 0.0), stroke),
+        initial_pressure_1=float(recording.pressure_1[0]),
+        initial_pressure_2=float(recording.pressure_2[0]),
+    )
+    plant = Plant(configuration.model._replace(operation=operation), configuration.effects)
     first = plant.state
     voltages = np.column_stack([recording.voltage_1, recording.voltage_2])
     run = plant.run(voltages[:-1], recording.interval)
@@ -191,18 +196,6 @@ def simulate_record(
         signals,
         configuration=configuration,
     )
-
-
-def with_initial_state(recording: Recording, model: Model) -> Model:
-    """Return the model with the initial position and pressures of a recording."""
-    first = slice(0, max(1, round(INITIAL_TIME / recording.interval)))
-    position = float(recording.position[first].mean())
-    operation = model.operation._replace(
-        initial_position=min(max(position, 0.0), model.cylinder.stroke),
-        initial_pressure_1=float(recording.pressure_1[0]),
-        initial_pressure_2=float(recording.pressure_2[0]),
-    )
-    return model._replace(operation=operation)
 
 
 def command_onset(recording: Recording) -> float | None:

@@ -15,16 +15,15 @@ sampling intervals of 1.16 ms: ``DELAY`` = 29.0 ms.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pneu_rig_ros.errors import RigError
-
-if TYPE_CHECKING:
-    from pneu_rig_ros.records import Recording
-    from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import Floats, low_pass
+from pneu_rig_ros.rig import RigConfiguration
 
 CUTOFF = 32.0
 """Cut-off frequency of the acceleration filter [Hz], section 2.1."""
@@ -32,7 +31,6 @@ CUTOFF = 32.0
 DELAY = 0.029
 """Delay of the live estimate [s], rounded to whole samples: 25 of 1.16 ms."""
 
-Floats = NDArray[np.float64]
 Pressure = TypeVar('Pressure', float, Floats)
 
 
@@ -89,8 +87,7 @@ def causal_kernel(
     half_width = delay_samples(interval) - 1 if half_width is None else half_width
     if half_width < 1:
         raise RigError(f'friction filter: half width {half_width} samples, must be 1 or more')
-    # Response of one pass, first-order Butterworth by the bilinear transform; scipy would do it
-    # too, but the live node need not spend a second on loading it.
+    # Response of one pass, first-order Butterworth by the bilinear transform, see ``low_pass``.
     warped = np.tan(np.pi * cutoff * interval)
     gain, pole = warped / (1.0 + warped), (1.0 - warped) / (1.0 + warped)
     decay = pole ** np.arange(40 * half_width)
@@ -108,8 +105,6 @@ def acceleration_zero_phase(position: ArrayLike, interval: float) -> Floats:
     Second central difference, then forward-backward first-order Butterworth; no phase shift. The
     acceleration is poorly defined at the ends of a recording: it fades to 0 within ``DELAY``.
     """
-    from scipy.signal import butter, filtfilt
-
     x = np.asarray(position, dtype=np.float64)
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
@@ -122,9 +117,9 @@ def acceleration_zero_phase(position: ArrayLike, interval: float) -> Floats:
     # second difference would turn into an impulse.
     margin = min(x.size - 1, 2 * delay_samples(interval))
     extended = np.pad(x, margin, mode='reflect', reflect_type='odd')
-    b, a = butter(1, CUTOFF, fs=1.0 / interval)
-    filtered = filtfilt(b, a, np.diff(extended, 2) / interval**2, padlen=0)
-    return np.asarray(filtered[margin - 1 : margin - 1 + x.size])
+    once = low_pass(np.diff(extended, 2) / interval**2, interval, CUTOFF)
+    filtered = low_pass(once[::-1], interval, CUTOFF)[::-1]
+    return filtered[margin - 1 : margin - 1 + x.size]
 
 
 def friction_zero_phase(

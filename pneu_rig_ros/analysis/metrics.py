@@ -8,15 +8,17 @@ of the runs and not of the filters.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.analysis.friction import CUTOFF, Floats, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.friction import CUTOFF, ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import Floats
 
 UNITS = {
     'position': 'm',
@@ -197,11 +199,7 @@ def signal_noise(
     """
     draws = np.random.default_rng(0).standard_normal((3, NOISE_SAMPLES))
     x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])
-    still = (
-        None
-        if balance is None
-        else ForceBalance(balance.area_1, balance.area_2, balance.mass, 0.0)
-    )
+    still = balance and replace(balance, atmospheric_pressure=0.0)
     signals = derived_signals(x, p1, p2, interval, still)
     inner = slice(NOISE_SAMPLES // 8, -NOISE_SAMPLES // 8)  # ends are padded, not estimated
     found = {name: float(np.std(signal[inner])) for name, signal in signals.items()}

@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import Floats
 from pneu_rig_ros.analysis.velocity import (
     NOISE,
     RESOLUTION,
@@ -31,6 +30,7 @@ from pneu_rig_ros.analysis.velocity import (
     window_for,
 )
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import Floats
 
 Flags = NDArray[np.bool_]
 

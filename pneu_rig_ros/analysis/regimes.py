@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase, require_rig
+from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase, require_rig
 from pneu_rig_ros.analysis.motion import MEAN_WINDOW, end_stops, stretches, strokes
 from pneu_rig_ros.analysis.velocity import (
     NOISE,
@@ -41,6 +41,7 @@ from pneu_rig_ros.analysis.velocity import (
 )
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.recording import Floats
 
 Regimes = NDArray[np.int8]
 

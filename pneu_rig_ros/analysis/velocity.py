@@ -15,10 +15,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
-from scipy.signal import savgol_filter
 
-from pneu_rig_ros.analysis.friction import Floats
+from pneu_rig_ros.records.recording import Floats
 
 WINDOW = 0.046
 """Length of the shortest line fits that give the speed [s]."""
@@ -52,12 +50,16 @@ LEAST_TRAVEL_TO_NOISE = 12.0
 
 
 def velocity_of(position: Floats, interval: float, window: float = WINDOW) -> Floats:
-    """Return the velocity [m/s] of equally spaced positions [m] by line fits, shape (n,)."""
+    """
+    Return the velocity [m/s] of equally spaced positions [m] by line fits, shape (n,).
+
+    Within half a window of an end it is the slope of the line there.
+    """
     size = min(_odd(window / interval), position.size - 1 + position.size % 2)
     if size < 3:
         return np.zeros_like(position)
-    slope: Floats = savgol_filter(position, size, 1, deriv=1, delta=interval)
-    return slope
+    slopes = np.convolve(position, _slope_weights(size, interval)[::-1], 'valid')
+    return np.pad(slopes, size // 2, mode='edge')
 
 
 def window_for(interval: float, noise: float = NOISE) -> float:
@@ -107,8 +109,7 @@ def imposed_velocity(position: Floats, interval: float, noise: float) -> Floats:
     """
     fits, deviations = [], []
     for samples in IMPOSED_FITS:
-        place = (np.arange(samples) - 0.5 * (samples - 1)) * interval
-        weights = place / (place @ place)
+        weights = _slope_weights(samples, interval)
         padded = np.pad(position, samples // 2 - 1, mode='reflect', reflect_type='odd')
         fits.append(np.convolve(padded, weights[::-1], 'valid'))
         deviations.append(noise * float(np.sqrt(weights @ weights)))
@@ -164,8 +165,15 @@ def speed_noise(window: float, interval: float, noise: float = NOISE) -> float:
 
 def running_mean(signal: Floats, interval: float, window: float) -> Floats:
     """Return the mean of a signal over a window [s] around each sample, shape (n,)."""
-    mean: Floats = uniform_filter1d(signal, max(1, round(window / interval)))
-    return mean
+    size = max(1, round(window / interval))
+    padded = np.pad(signal, (size // 2, (size - 1) // 2), mode='symmetric')
+    return np.convolve(padded, np.full(size, 1.0 / size), 'valid')
+
+
+def _slope_weights(size: int, interval: float) -> Floats:
+    """Return what the samples of a window [m] are weighted with for the slope of a line [1/s]."""
+    place = (np.arange(size) - 0.5 * (size - 1)) * interval
+    return np.asarray(place / (place @ place))
 
 
 def _odd(samples: float) -> int:

@@ -271,13 +271,27 @@ def smoothed_velocity(position: Floats, interval: float) -> Floats:
     :param interval: [s]
     """
     slope = np.diff(position, prepend=position[:1]) / interval
-    if VELOCITY_CUTOFF * interval >= 0.45:
-        return slope
-    warped = np.tan(np.pi * VELOCITY_CUTOFF * interval)
+    slow = VELOCITY_CUTOFF * interval >= 0.45
+    return slope if slow else low_pass(slope, interval, VELOCITY_CUTOFF)
+
+
+def low_pass(signal: Floats, interval: float, cutoff: float) -> Floats:
+    """
+    Return a signal through a first-order Butterworth low-pass, in steady state at first.
+
+    `scipy.signal.lfilter` does the same, but most of the time in which a command or a node starts
+    would be spent on loading it.
+
+    :param signal: shape (n,)
+    :param interval: [s]
+    :param cutoff: [Hz], below half the sampling rate
+    """
+    warped = np.tan(np.pi * cutoff * interval)
     pole = (1.0 - warped) / (1.0 + warped)
-    drive = 0.5 * (1.0 - pole) * (slope + np.concatenate([[0.0], slope[:-1]]))
-    steps = itertools.accumulate(memoryview(drive), lambda v, d: pole * v + d)
-    return np.fromiter(steps, np.float64, drive.size)
+    drive = 0.5 * (1.0 - pole) * (signal + np.concatenate([signal[:1], signal[:-1]]))
+    first = float(signal[0])
+    steps = itertools.accumulate(memoryview(drive), lambda y, x: pole * y + x, initial=first)
+    return np.fromiter(steps, np.float64, drive.size + 1)[1:]
 
 
 def voltages_of(u: Floats) -> tuple[Floats, Floats]:

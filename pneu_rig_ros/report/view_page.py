@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.analysis.friction import Floats, friction_of
+from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.regimes import regimes_of
 from pneu_rig_ros.analysis.velocity import velocity_of
@@ -17,6 +17,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.description import git_revision
+from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.web.page import render
 
