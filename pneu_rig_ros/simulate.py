@@ -22,7 +22,7 @@ from pneu_rig_ros.records.cdr import (
     pack_valve_voltages,
 )
 from pneu_rig_ros.records.description import bag_metadata, describe
-from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.topics import TOPICS, absolute_names
 from pneu_rig_ros.rig import Rig, RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -79,7 +79,7 @@ class _Recording:
     def __init__(self, writer: BagWriter, rig: Rig) -> None:
         self._write = writer.write
         self._rig = rig
-        self._names = {t: t if t.startswith('/') else f'/{t}' for t in TOPICS}
+        self._names = absolute_names('')
         configuration = rig.configuration
         self._interval_ns = configuration.interval_ns
         interval = configuration.interval_ns * 1e-9

@@ -48,7 +48,11 @@ class Quantity:
             raise RigError(f'{where}: {text!r} is not a number and its unit {self.unit}')
         if match['unit'] != self.unit:
             raise RigError(f'{where}: unit {match["unit"]} in {text!r}, allowed is {self.unit}')
-        return self.check(_number(match['number'], where), where)
+        try:
+            number = float(match['number'])
+        except ValueError:
+            raise RigError(f'{where}: {match["number"]!r} is not a number') from None
+        return self.check(number, where)
 
     def format(self, value: float) -> str:
         """Return the text that :meth:`parse` reads back to exactly the same value."""
@@ -138,10 +142,3 @@ def write_section(section: Any) -> dict[str, Any]:
         for key, specification in specifications(type(section)).items()
         if key not in defaults or getattr(section, key) != defaults[key]
     }
-
-
-def _number(text: str, where: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise RigError(f'{where}: {text!r} is not a number') from None

@@ -142,18 +142,14 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
 
 def unreadable(directory: Path, error: BaseException) -> RigError:
     """Return the error for a bag that cannot be read; it names `repair` where that would help."""
-    if any(map(_recoverable, storage_files(directory))):
-        advice = f'({first_line(error)}); run: pneu-rig repair {directory}'
-        return RigError(f'{directory} is cut off or damaged {advice}')
-    return RigError(f'{directory} {NOTHING_TO_RECOVER}')
-
-
-def _recoverable(path: Path) -> bool:
-    """Return whether a file has at least the beginning of a chunk of messages."""
     summary = Summary()
-    with contextlib.suppress(Exception), path.open('rb') as stream:  # up to the first wrong record
-        scan_records(stream, summary)
-    return bool(summary.chunk_indexes)
+    for path in storage_files(directory):
+        with contextlib.suppress(Exception), path.open('rb') as stream:  # up to a wrong record
+            scan_records(stream, summary)
+    if not summary.chunk_indexes:
+        return RigError(f'{directory} {NOTHING_TO_RECOVER}')
+    advice = f'({first_line(error)}); run: pneu-rig repair {directory}'
+    return RigError(f'{directory} is cut off or damaged {advice}')
 
 
 def _opened(directory: Path, information: dict[str, Any], stack: contextlib.ExitStack) -> Bag:

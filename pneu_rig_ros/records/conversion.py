@@ -146,17 +146,15 @@ def _write(
             metadata |= bag_metadata(description)
             # A real rig has neither; those in the description belong to its model.
             del metadata['friction_model'], metadata['seed']
-            _put(writer, 'rig_description', start_ns, pack_string(description))
-            _put(writer, 'robot_description', start_ns, pack_string(robot_description(sampled)))
+            texts = {'rig': description, 'robot': robot_description(sampled)}
+            for name, text in texts.items():
+                topic = TOPICS[f'{name}_description']
+                writer.write(f'/{topic.name}', topic.type, start_ns, pack_string(text))
         for number, (stamps, rows) in enumerate(_blocks(recording)):
             progress(number * BLOCK)
             writer.write_rows(rows, stamps)
         writer.close(metadata)
     progress(recording.size)
-
-
-def _put(writer: BagWriter, topic: str, stamp_ns: int, cdr: bytes) -> None:
-    writer.write(f'/{topic}', TOPICS[topic].type, stamp_ns, cdr)
 
 
 def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:

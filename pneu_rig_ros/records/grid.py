@@ -130,7 +130,13 @@ def to_grid(columns: Columns) -> Grid:
             notes.append(f'{missing} of {int(index[-1]) + 1} samples are missing')
     else:
         interval_ns = round(float(np.median(steps)) * 1e9)
-        index, kept = _resampled(time, signals, interval_ns)
+        if interval_ns < 1:
+            raise RigError('the time steps are so uneven that no sampling interval fits them')
+        last = (time[-1] - time[0]) / (interval_ns * 1e-9)
+        check_gaps(int(last) + 1, time.size)
+        index = np.arange(int(last + 1e-6) + 1, dtype=np.int64)
+        wanted = time[0] + interval_ns * 1e-9 * index
+        kept = {name: resample(wanted, time, v, name) for name, v in signals.items()}
         notes.append(
             f'time steps of {_ms(steps.min())} to {_ms(steps.max())} ms: interpolated onto '
             f'steps of {_ms(interval_ns * 1e-9)} ms'
@@ -196,18 +202,6 @@ def shortest_decimal(interval: float, last: int, rounding: float) -> float:
         if abs(shorter - interval) * last <= 0.5 * rounding:
             return shorter
     return interval
-
-
-def _resampled(
-    time: Floats, signals: Mapping[str, Floats], interval_ns: int
-) -> tuple[Stamps, dict[str, Floats]]:
-    interval = interval_ns * 1e-9
-    if interval_ns < 1:
-        raise RigError('the time steps are so uneven that no sampling interval fits them')
-    check_gaps(int((time[-1] - time[0]) / interval) + 1, time.size)
-    index = np.arange(int((time[-1] - time[0]) / interval + 1e-6) + 1, dtype=np.int64)
-    wanted = time[0] + interval * index
-    return index, {name: resample(wanted, time, v, name) for name, v in signals.items()}
 
 
 def _ms(seconds: float) -> str:

@@ -33,6 +33,7 @@ from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.mapping import Source, TableMapping, in_si, unit_of
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats, Stamps
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
+from pneu_rig_ros.records.topics import JOINT
 
 USUAL_FIELDS = {
     'std_msgs/msg/Float64': 'data',
@@ -130,7 +131,10 @@ def _read_stream(
     if source.topic not in by_topic:
         raise RigError(f'{where}: topic: {unknown(source.topic, sorted(by_topic))}')
     connection = by_topic[source.topic]
-    path = source.field or _usual_field(connection.msgtype, name, where)
+    usual = USUAL_JOINT_FIELDS if connection.msgtype == JOINT else {}
+    path = source.field or usual.get(name) or USUAL_FIELDS.get(connection.msgtype)
+    if path is None:
+        raise RigError(f'{where}: name the field of {connection.msgtype}, such as field: data[0]')
     steps = _steps(path, where)
     rows = []
     for _, log_time, data in reader.messages([connection]):
@@ -146,15 +150,6 @@ def _read_stream(
     if name in PRESSURES and (values <= 0).any():
         raise RigError(f'{where}: {values.min():.6g} Pa absolute; is it gauge? (gauge: true)')
     return (np.array(list(latest), dtype=np.int64), values), gauge
-
-
-def _usual_field(message_type: str, signal: str, where: str) -> str:
-    """Return the field of a message type that holds a signal; RigError if it is not clear."""
-    if message_type == 'sensor_msgs/msg/JointState' and signal in USUAL_JOINT_FIELDS:
-        return USUAL_JOINT_FIELDS[signal]
-    if message_type not in USUAL_FIELDS:
-        raise RigError(f'{where}: name the field of {message_type}, such as field: data[0]')
-    return USUAL_FIELDS[message_type]
 
 
 def _steps(path: str, where: str) -> list[str]:

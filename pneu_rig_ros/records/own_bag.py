@@ -21,7 +21,7 @@ from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps, fit_grid, shortest_decimal
 from pneu_rig_ros.records.recording import NEVER, Floats, Recording, Stamps, check_stamps
-from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.topics import TOPICS, absolute_names
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
@@ -82,8 +82,8 @@ def read_own_bag(path: Path, name: str) -> Recording | None:
         namespace = find_namespace(present)
         if not all(f'{namespace}/{topic}' in present for topic in SAMPLED):
             return None
-        names = {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
-        counts = {topic: present[full] for topic, full in names.items() if full in present}
+        names = absolute_names(namespace).items()
+        counts = {topic: present[full] for topic, full in names if full in present}
         metadata, protected = custom_data(bag, bag.information), bag.protected()
         try:
             configuration = configuration_in(metadata)

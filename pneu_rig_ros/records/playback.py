@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag import Bag, Connection, find_namespace, open_bag
-from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS
+from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS, absolute_names
 
 COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
 """Topics that nodes compute from the others; they are not played by default."""
@@ -86,8 +86,8 @@ class Playback:
     def _choose(self, reader: Bag) -> dict[str, Connection]:
         namespace = find_namespace(c.topic for c in reader.connections)
         present = {c.topic: c for c in reader.connections if c.msgcount}
-        names = {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
-        known = {t: present[name] for t, name in names.items() if name in present}
+        names = absolute_names(namespace).items()
+        known = {t: present[name] for t, name in names if name in present}
         for topic in (self._only | self._without) - set(TOPICS):
             raise RigError(f'{topic} is not a topic of a rig, allowed: {", ".join(TOPICS)}')
         for topic in self._only - set(known):

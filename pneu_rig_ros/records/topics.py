@@ -106,6 +106,11 @@ _TABLE = (
 TOPICS: dict[str, Topic] = {topic.name: topic for topic in _TABLE}
 
 
+def absolute_names(namespace: str) -> dict[str, str]:
+    """Return topic -> its name in a namespace, '' or '/rig_a' ..., as bags and ROS 2 have it."""
+    return {t: t if t.startswith('/') else f'{namespace}/{t}' for t in TOPICS}
+
+
 def topic_named(name: str) -> Topic | None:
     """Return the topic that an absolute name in any namespace stands for, None if unknown."""
     ends = (t for t in TOPICS.values() if name == t.name or name.endswith(f'/{t.name}'))

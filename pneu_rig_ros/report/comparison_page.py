@@ -190,7 +190,9 @@ def event_rows(comparison: Comparison) -> list[EventRow]:
         'largest peak friction': partial(
             _of_cycles, name='peak_friction', unit='N', statistic=max
         ),
-        'stroke time': _stroke_time,
+        'stroke time': lambda run: (
+            'not reached' if run.events.stroke_time is None else f'{run.events.stroke_time:.2f} s'
+        ),
     }
     return [
         EventRow(what, text(comparison.measured), text(comparison.simulated))
@@ -206,11 +208,6 @@ def _of_cycles(run: AnalysedRun, name: str, unit: str, statistic: Statistic) -> 
     values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
     known = [value for value in values if value == value]
     return f'{statistic(known):.3g} {unit}' if known else '-'
-
-
-def _stroke_time(run: AnalysedRun) -> str:
-    time = run.events.stroke_time
-    return 'not reached' if time is None else f'{time:.2f} s'
 
 
 def condition_texts(comparison: Comparison) -> list[str]:

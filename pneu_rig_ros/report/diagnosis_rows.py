@@ -179,16 +179,11 @@ def ranking(answer: Answer, most: int) -> list[Ranked]:
 
 
 def _kind(names: Sequence[str]) -> str:
-    kinds = {_kind_of(name) for name in names}
-    if len(kinds) > 1:
-        return 'mixed'
-    return next(iter(kinds)) + ('s' if len(names) > 1 else '')
-
-
-def _kind_of(name: str) -> str:
-    if name.startswith(CONDITIONS):
-        return 'condition'
-    return 'parameter' if '.' in name else 'effect'
+    kinds = {
+        'condition' if name.startswith(CONDITIONS) else 'parameter' if '.' in name else 'effect'
+        for name in names
+    }
+    return 'mixed' if len(kinds) > 1 else kinds.pop() + ('s' if len(names) > 1 else '')
 
 
 def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:

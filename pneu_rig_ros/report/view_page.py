@@ -147,7 +147,12 @@ def write_view(
     """
     span = span_of(recording, start, stop)
     if span[1] - span[0] < 2:
-        raise RigError(_nothing_there(start or 0.0, stop, recording.duration))
+        begin, end = start or 0.0, recording.duration
+        if begin >= end:
+            raise RigError(f'no samples from {begin:g} s on: the record ends at {end:.6g} s')
+        last = end if stop is None else stop
+        few = f'under 2 samples from {begin:g} to {last:.6g} s'
+        raise RigError(f'{few}: the record goes from 0 to {end:.6g} s')
     data = page_data(recording, span)
     text = render(
         'view.html',
@@ -163,14 +168,6 @@ def write_view(
         revision=git_revision(),
     )
     return atomic_write(path, text)
-
-
-def _nothing_there(start: float, stop: float | None, end: float) -> str:
-    """Say why there is nothing to show from start to stop [s] of what ends at `end`."""
-    if start >= end:
-        return f'no samples from {start:g} s on: the record ends at {end:.6g} s'
-    last = end if stop is None else stop
-    return f'under 2 samples from {start:g} to {last:.6g} s: the record goes from 0 to {end:.6g} s'
 
 
 def facts(recording: Recording) -> list[str]:

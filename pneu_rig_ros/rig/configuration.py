@@ -1,6 +1,7 @@
 """A rig's configuration: read from YAML, checked, overridden, written back."""
 
 import functools
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -151,7 +152,10 @@ def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> 
     allowed = [*OVERRIDES, 'seed', 'sensors', 'friction']
     for key, value in changes.items():
         if key in OVERRIDES:
-            number = _override_range(key, model).check(_real(value, key), key)
+            allowed_range = OVERRIDES[key]
+            if key == 'initial_position':
+                allowed_range = replace(allowed_range, high=model.cylinder.stroke)
+            number = allowed_range.check(_real(value, key), key)
             model = model._replace(operation=model.operation._replace(**{key: number}))
         elif key == 'seed':
             seed = cast(Quantity, specifications(Sampling)['seed']).check(_real(value, key), key)
@@ -167,14 +171,6 @@ def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> 
         else:
             raise RigError(f'override: {unknown(key, allowed)}')
     return _consistent(replace(configuration, model=model), configuration.name)
-
-
-def _override_range(key: str, model: Model) -> Quantity:
-    """Return what is allowed for one of OVERRIDES: of a position, what is within the stroke."""
-    of_any_rig = OVERRIDES[key]
-    if key != 'initial_position':
-        return of_any_rig
-    return replace(of_any_rig, high=model.cylinder.stroke)
 
 
 def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()) -> Path:
@@ -253,8 +249,7 @@ def _consistent(configuration: RigConfiguration, origin: str) -> RigConfiguratio
     """Check what no single value shows; return the configuration."""
     cylinder, law = configuration.model.cylinder, configuration.model.friction
     valve, operation = configuration.model.valve, configuration.model.operation
-    full = 3.141592653589793 / 4.0 * cylinder.bore**2
-    rod = 3.141592653589793 / 4.0 * cylinder.rod_diameter**2
+    full, rod = (math.pi / 4.0 * d**2 for d in (cylinder.bore, cylinder.rod_diameter))
     elements = len(law.element_stiffness)
     checks = {
         'cylinder.rod_area must be below cap_area': cylinder.rod_area < cylinder.cap_area,
