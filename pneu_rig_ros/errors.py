@@ -17,11 +17,11 @@ class RigError(Exception):
 
 
 def one_line(text: str, longest: int) -> str:
-    """
+    r"""
     Return a text as one line of printable characters, so that it cannot command a terminal.
 
-    >>> one_line('a\\tname\\x1b[31m', 99)
-    'a name\\\\x1b[31m'
+    >>> one_line('a\tname\x1b[31m', 99)
+    'a name\\x1b[31m'
     """
     half = longest // 2
     line = text if len(text) <= 4 * longest else f'{text[: 2 * longest]}{text[-2 * longest :]}'

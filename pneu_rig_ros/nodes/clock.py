@@ -1,4 +1,4 @@
-"""Time: the wall clock and its steps, and simulated time of messages without a stamp."""
+"""Time: the wall clock and its steps, that of samples, simulated time of other messages."""
 
 import time
 from bisect import bisect_right
@@ -56,6 +56,35 @@ def _wall_minus_monotonic_ns() -> int:
         before, wall, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
         readings.append((after - before, wall - (before + after) // 2))
     return min(readings)[1]
+
+
+class SampleClock:
+    """
+    Time by the stamps of samples, which starts again where they jump back.
+
+    So they do when a simulation is restarted or a bag is played again.
+    """
+
+    def __init__(self) -> None:
+        self._start_ns: int | None = None
+        self._last_ns = 0
+        self.elapsed = 0.0
+        """Time since the start [s]."""
+        self.interval = 0.0
+        """Time since the sample before, 0 at the start [s]."""
+
+    @property
+    def started(self) -> bool:
+        """Whether there was a sample."""
+        return self._start_ns is not None
+
+    def update(self, stamp_ns: int) -> None:
+        """Set the times to those of the next sample."""
+        if self._start_ns is None or stamp_ns < self._last_ns:
+            self._start_ns = self._last_ns = stamp_ns
+        self.elapsed = (stamp_ns - self._start_ns) * 1e-9
+        self.interval = (stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = stamp_ns
 
 
 class SimulatedTime:

@@ -6,6 +6,7 @@ from rclpy.context import Context
 
 from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.clock import SampleClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
 from pneu_rig_ros.records.cdr import pack_float64, unpack_stamp
@@ -16,7 +17,8 @@ class ExcitationNode(RigNode):
     Answers each sample with the level of an excitation, on `u` [V] or `reference` [m].
 
     Time is that of the samples, starting at the first one, also in lock step and in simulated
-    time. After the profile a command is 0, and a reference keeps its last value.
+    time, and again where stamps jump back. After the profile a command is 0, and a reference keeps
+    its last value.
     """
 
     PARAMETERS = (
@@ -30,28 +32,26 @@ class ExcitationNode(RigNode):
         self._repeat = self.flag('repeat')
         self._publish = self.advertise(self._excitation.drives).publish
         self._samples = self.subscribe('joint_states')
-        self._start_ns: int | None = None
-        self._elapsed = 0.0
+        self._sample_clock = SampleClock()
 
     def update(self) -> None:
         """Answer the waiting samples."""
         if not self.ready():
             return
         for stamp_ns in self.take_decoded(self._samples, unpack_stamp):
-            if self._start_ns is None:
-                self._start_ns = stamp_ns
-            self._elapsed = (stamp_ns - self._start_ns) * 1e-9
+            self._sample_clock.update(stamp_ns)
             self._publish(pack_float64(self._excitation.level(self._phase())))
             self.rate.count += 1
 
     def _phase(self) -> float:
         """Return the time since the last start of the profile [s]."""
-        return self._elapsed % self._excitation.duration if self._repeat else self._elapsed
+        elapsed = self._sample_clock.elapsed
+        return elapsed % self._excitation.duration if self._repeat else elapsed
 
     @property
     def played(self) -> bool:
         """Whether the profile has ended."""
-        return not self._repeat and self._elapsed >= self._excitation.duration
+        return not self._repeat and self._sample_clock.elapsed >= self._excitation.duration
 
     def status(self) -> NodeStatus:
         """Return profile and progress for `/diagnostics`."""
@@ -61,8 +61,8 @@ class ExcitationNode(RigNode):
             'elapsed [s]': f'{self._phase():.2f}',
             'duration [s]': f'{self._excitation.duration:g}',
         }
-        waiting = 'waiting for joint_states' if self._start_ns is None else 'running'
-        return NodeStatus('finished' if self.played else waiting, values)
+        running = 'running' if self._sample_clock.started else 'waiting for joint_states'
+        return NodeStatus('finished' if self.played else running, values)
 
 
 main = partial(runner.main, [ExcitationNode])

@@ -21,6 +21,7 @@ from pneu_rig_ros.control.excitation import REFERENCE, Excitation, load_excitati
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes.clock import SampleClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
 from pneu_rig_ros.records.cdr import (
@@ -72,8 +73,7 @@ class PositionControllerNode(RigNode):
         self._references = None if self._profile else self.subscribe(REFERENCE)
         self._samples = self.subscribe('joint_states')
         self._reference: float | None = None
-        self._start_ns: int | None = None
-        self._last_ns = 0
+        self._sample_clock = SampleClock()
         self._errors: list[float] = []
 
     def _section(self, section: Any) -> dict[str, float]:
@@ -112,14 +112,12 @@ class PositionControllerNode(RigNode):
                 self.refuse('joint_states without finite position and velocity, ignored')
 
     def _answer(self, reading: JointReading) -> None:
-        if self._start_ns is None:
-            self._start_ns = self._last_ns = reading.stamp_ns
+        self._sample_clock.update(reading.stamp_ns)
         if self._profile:
-            reference = self._profile.level((reading.stamp_ns - self._start_ns) * 1e-9)
+            reference = self._profile.level(self._sample_clock.elapsed)
         else:
             reference = self.number('setpoint') if self._reference is None else self._reference
-        interval = (reading.stamp_ns - self._last_ns) * 1e-9
-        self._last_ns = reading.stamp_ns
+        interval = self._sample_clock.interval
         u = self._controller.update(interval, reference, reading.position, reading.velocity)
         if self._publish_reference:
             self._publish_reference(pack_float64(reference))
@@ -135,8 +133,8 @@ class PositionControllerNode(RigNode):
             'law': self.text('law'),
             'error, rms of the last second [mm]': f'{rms * 1e3:.3f}',
         }
-        waiting = self._start_ns is None
-        return NodeStatus('waiting for joint_states' if waiting else 'running', values)
+        state = 'running' if self._sample_clock.started else 'waiting for joint_states'
+        return NodeStatus(state, values)
 
 
 main = partial(runner.main, [PositionControllerNode])

@@ -92,6 +92,8 @@ class ValveCommandNode(ManagedNode):
         while self._u is not None and (cdr := self._samples.take()) is not None:
             with self.skip_invalid(self._samples):
                 self._now_ns = unpack_stamp(cdr)
+                # stamps jump back where a simulation is restarted: the age counts from there
+                self._command_ns = min(self._command_ns, self._now_ns)
                 self._timed_out()
                 self._answer()
 

@@ -1,7 +1,8 @@
-"""The metadata.yaml of a rosbag2 directory, version 9 as of ROS 2 Jazzy, with a checksum."""
+"""The metadata.yaml of a rosbag2 directory, version 9 since ROS 2 Jazzy, with a checksum."""
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -91,7 +92,8 @@ def format_metadata(file_name: str, summary: Summary, custom_data: Mapping[str, 
             }
         ],
         'custom_data': dict(custom_data) or None,
-        'ros_distro': 'jazzy',
+        # that of the message definitions where no ROS 2 is sourced
+        'ros_distro': os.environ.get('ROS_DISTRO') or 'jazzy',
     }
     return yaml.safe_dump({_KEY: information}, allow_unicode=True)
 

@@ -74,8 +74,8 @@ def test_nothing_in_a_bag_commands_the_terminal(
     with BagWriter(tmp_path / 'bag') as writer:
         source = simulate(load_configuration('cylinder_1'), 0.5, 0.4, tmp_path / 'source')
         with Reader(source) as reader:
-            for connection, stamp, cdr in reader.messages():
-                writer.write(connection.topic, connection.msgtype, stamp, bytes(cdr))
+            for connection, stamp, raw in reader.messages():
+                writer.write(connection.topic, connection.msgtype, stamp, bytes(raw))
         writer.close(bag_metadata(text) | dict.fromkeys(
             TOLD, TERMINAL))  # fmt: skip
     assert main(['info', str(tmp_path / 'bag')]) == 0

@@ -1,9 +1,19 @@
-"""A wall clock that is set: what was measured before and after is in order."""
+"""Clocks that jump: what was measured before and after is in order."""
+
+from typing import Any
 
 import pytest
+from rclpy.context import Context
 
+from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.nodes import clock as clock_module
-from pneu_rig_ros.nodes.clock import WallClock
+from pneu_rig_ros.nodes.clock import SampleClock, WallClock
+from pneu_rig_ros.nodes.excitation import ExcitationNode
+from pneu_rig_ros.nodes.position_controller import PositionControllerNode
+from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.records.cdr import SampleMessages, unpack_float64
+
+from .bystander import Bystander, gather
 
 HOUR = 3600 * 10**9
 
@@ -74,3 +84,30 @@ def test_a_message_stamped_between_a_setting_and_the_next_look_is_in_order(
     clocks.set_by += jump
     clocks.elapsed += 20_000_000
     assert clock.without_steps(clocks.time_ns()) == start + 20_000_000
+
+
+def test_time_of_samples_starts_again_where_stamps_jump_back() -> None:
+    clock, times = SampleClock(), []
+    assert not clock.started
+    for seconds in (5, 6, 8, 8, 2, 3):
+        clock.update(seconds * 10**9)
+        times.append((clock.elapsed, clock.interval))
+    assert times == [(0, 0), (1, 1), (3, 2), (3, 0), (0, 0), (1, 1)]
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(
+    ('kind', 'profile'), [(ExcitationNode, 'ramp'), (PositionControllerNode, 'reference_sine')]
+)
+def test_profile_starts_again_where_stamps_jump_back(
+    kind: Any, profile: str, context: Context, bystander: Bystander
+) -> None:
+    excitation, message = load_excitation(profile), SampleMessages('', effort=False)
+    levels, commands = bystander.hear(excitation.drives), bystander.hear('u')
+    runner = Runner([kind(context, {'profile': profile, 'wait_for_subscribers': 1})])
+    publish = bystander.speak('joint_states')
+    for seconds in (5, 8, 2, 3):
+        publish(message.pack(seconds * 10**9, (0.1, 0.0), (0.0, 0.0))['joint_states'])
+    heard, _ = gather(runner, [levels, commands], 4)
+    runner.close()
+    assert [unpack_float64(cdr) for cdr in heard] == [excitation.level(t) for t in (0, 3, 0, 1)]

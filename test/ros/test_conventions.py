@@ -16,10 +16,10 @@ from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.topics import message_class
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import unpack_string
+from pneu_rig_ros.records.cdr import pack_float64, unpack_string, unpack_valve_voltages
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 
-from .bystander import Bystander, gather
+from .bystander import Bystander, gather, until
 
 pytestmark = pytest.mark.live
 
@@ -89,4 +89,25 @@ def test_valves_are_told_to_shut_before_any_command(new_context: Any) -> None:
     runner = Runner([ValveCommandNode(context)])
     gather(runner, [voltages], 1)
     runner.close()
+    watcher.destroy_node()
+
+
+def test_nodes_and_topics_are_remapped(new_context: Any) -> None:
+    remaps = ['-r', 'u:=/bench/command', '-r', 'valve_voltages:=/bench/volts']
+    context = new_context(*remaps, '-r', 'valve_command:__node:=valves')
+    driver, watcher = Bystander(context), Bystander(new_context())
+    voltages, statuses = driver.hear('valve_voltages'), driver.hear(DIAGNOSTICS)
+    runner = Runner([ValveCommandNode(context, {'command_timeout': 0.0})])
+    driver.speak('u')(pack_float64(1.0))
+    (cdr,), (status,) = gather(runner, [voltages, statuses], 1)
+    array: Any = deserialize_message(status, DiagnosticArray)
+    assert unpack_valve_voltages(cdr)[0] > 3.0
+    assert [item.name for item in array.status] == ['/valves']
+    until(lambda: watcher.count_publishers('/bench/command'))
+    until(lambda: watcher.count_publishers('/bench/volts'))
+    assert {'u', 'valve_voltages'}.isdisjoint(
+        name.strip('/') for name, _ in watcher.get_topic_names_and_types()
+    )
+    runner.close()
+    driver.destroy_node()
     watcher.destroy_node()

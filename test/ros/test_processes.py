@@ -45,11 +45,13 @@ def start() -> Iterator:
         *parameters: str,
         namespace: str = '',
         file: Path | None = None,
+        log_level: str = '',
         limit: int = resource.RLIM_INFINITY,
     ) -> subprocess.Popen:
         arguments = [part for parameter in parameters for part in ('-p', parameter)]
         arguments += ['-r', f'__ns:=/{namespace}'] if namespace else []
         arguments += ['--params-file', str(file)] if file else []
+        arguments += ['--log-level', log_level] if log_level else []
         command = [sys.executable, '-m', f'pneu_rig_ros.nodes.{node}', '--ros-args', *arguments]
         processes.append(
             subprocess.Popen(
@@ -158,12 +160,24 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize('node', ['excitation', 'position_controller', 'shadow', 'replay'])
+@pytest.mark.parametrize(
+    'node', ['excitation', 'joint_command', 'position_controller', 'shadow', 'replay']
+)
 def test_two_signals_end_a_node_beside_the_rig_cleanly(node, number, start, tmp_path, bystander):
     bag = simulate(load_configuration('cylinder_2'), 0.34, 1.0, tmp_path / 'bag')
     process = start(node, *([f'bag:={bag}', 'repeat:=true'] if node == 'replay' else []))
     until(bystander.hear(DIAGNOSTICS).take)
     assert stop(process, number) == ''
+
+
+def test_log_level_of_ros_holds(start, tmp_path, bystander):
+    bags = {level: tmp_path / level for level in ('info', 'recorder:=warn')}
+    diagnostics = bystander.hear(DIAGNOSTICS)
+    for level, bag in bags.items():
+        recorder = start('recorder', f'output:={bag}', log_level=level)
+        until(diagnostics.take)
+        assert (str(bag) in stop(recorder)) == (level == 'info')
+        list(diagnostics.take_all())
 
 
 def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
@@ -203,7 +217,14 @@ def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
     ],
 )
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(start, node, parameter, told):
-    process = start(node, parameter)
+    refused(start(node, parameter), told)
+
+
+def test_a_wrong_log_level_is_one_line_and_exit_code_2(start):
+    refused(start('valve_command', log_level='loud'), 'loud')
+
+
+def refused(process, told):
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 2
     lines = [line for line in errors.splitlines() if line.startswith('Error: ')]

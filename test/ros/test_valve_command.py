@@ -120,3 +120,21 @@ def test_triggered_by_samples_it_answers_each_from_the_first_command_on(start, b
     # Samples every 10 ms of simulated time: the command is 50 ms old at the sixth sample.
     expected = [valve_voltages(0.34)] * 6 + [AT_REST] * 4
     assert answers(runner, voltages, 10) == expected
+
+
+def test_command_is_timed_out_by_samples_whose_stamps_jump_back(start, bystander):
+    """As when a simulation is restarted after 10 s, and whatever sent the command has ended."""
+    runner = start(trigger='sample', command_timeout=0.05, wait_for_subscribers=1)
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    sample, message = bystander.speak('joint_states'), FrictionMessage()
+    taken = runner.nodes[0]._command_rate
+    say(pack_float64(0.34))
+    until(lambda: runner.spin_once() or taken.count == 1)
+    sample(message.pack(0.0, 10_000_000_000))
+    assert answers(runner, voltages, 1) == [AT_REST]
+    say(pack_float64(0.34))
+    until(lambda: runner.spin_once() or taken.count == 2)
+    for index in range(10):
+        sample(message.pack(0.0, index * 10_000_000))
+    expected = [valve_voltages(0.34)] * 6 + [AT_REST] * 4
+    assert answers(runner, voltages, 10) == expected
