@@ -135,7 +135,8 @@ def _decimal(lines: Sequence[Line], separator: str) -> str:
     shows the sign, and not in a column with a number that has the sign more than once.
     """
     rows = [split(text, separator) for _, text in lines[:DETECTION_LINES]]
-    certain, possible = set(), set()
+    certain: set[str] = set()
+    possible: set[str] = set()
     for column in zip(*rows, strict=False):
         repeated = any(map(_REPEATED.search, column))
         for cell in column:
