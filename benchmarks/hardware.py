@@ -2,7 +2,8 @@
 Repeat the diagnoses of docs/hardware.md, and write their outputs and figures into the page.
 
 A command of the page is followed by a comment with the name of its bench and the balance whose
-latent input is drawn. `python -m benchmarks.hardware NAME...` repeats only these benches.
+latent input is drawn, `none` without figures. `python -m benchmarks.hardware NAME...` repeats
+only these benches.
 """
 
 import argparse
@@ -56,7 +57,7 @@ class Bench(NamedTuple):
     A diagnosis of the page.
 
     :param name: in the page and in the names of its figures
-    :param balance: whose latent input is drawn
+    :param balance: whose latent input is drawn, 'none' without figures
     :param line: the command, without line breaks
     """
 
@@ -105,7 +106,8 @@ def repeat(bench: Bench, workers: int | None) -> str:
     if bench.name in CALIBRATED:
         improved = diagnosis.improved_system.to_yaml(diagnosis.improved)
         CALIBRATED[bench.name].write_text(CALIBRATED_HEAD + improved, encoding='utf-8')
-    draw(bench, diagnosis, data)
+    if bench.balance != 'none':
+        draw(bench, diagnosis, data)
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         show(data, Path(options['out']))
