@@ -69,6 +69,10 @@ $(ARITHMETIC:%=test-%): test-%: $(READY)
 bench: $(READY)  ## measure all of docs/benchmarks.md, write benchmarks/results.json
 	@$(BIN)/python -m benchmarks $(ARGS)
 
+.PHONY: hardware
+hardware: $(READY)  ## diagnose the recordings of real hardware again: docs/hardware.md (ARGS='sealed_chambers')
+	@$(BIN)/python -m benchmarks.hardware $(ARGS)
+
 .PHONY: blind
 blind: $(READY)  ## hide effects, diagnose, compare: docs/blind.md (ARGS='--part single --limit 9')
 	@cd test && ../$(BIN)/python -m blind $(ARGS)

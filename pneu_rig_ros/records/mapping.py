@@ -6,13 +6,16 @@ All its keys are in docs/measured_data.md. In a table a signal names its column,
 
     time: {column: 't [ms]', unit: ms}          # or {rate: 862 Hz}, {interval: 1.16 ms}
     pressure_1: {column: p1, unit: bar, gauge: true}
+    force:                                      # the sum of columns
+      - {column: load cell, unit: N}
+      - {column: p hydraulic, unit: bar, scale: 9e-4 m^2}
     topics: {position: {topic: /axis/state, field: 'position[0]'}}
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +61,7 @@ class Source:
     :param offset: added after scaling, with unit
     :param topic: of the bag, '' in a table
     :param field: of its messages, '' for the usual one
+    :param added: further columns of a force, whose values are added
     """
 
     column: str | int | None = None
@@ -67,6 +71,7 @@ class Source:
     offset: str | None = None
     topic: str = ''
     field: str = ''
+    added: tuple[Source, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -142,7 +147,8 @@ def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> Table
 def _check_once(signals: Mapping[str, Source], where: str) -> None:
     """Raise RigError when two signals are read from the same place."""
     seen: dict[tuple[object, ...], str] = {}
-    for name, source in signals.items():
+    places = ((name, part) for name, whole in signals.items() for part in (whole, *whole.added))
+    for name, source in places:
         # without a field the signal selects it, but all of a pressure topic is one field
         field = source.field or ('' if name in PRESSURES or not source.topic else name)
         place = source.topic, field, source.column
@@ -153,6 +159,8 @@ def _check_once(signals: Mapping[str, Source], where: str) -> None:
 
 def _source(entry: object, where: str, in_bag: bool, signal: str) -> Source:
     """Return a signal's entry; a bare name or number stands for its column or topic."""
+    if isinstance(entry, list):
+        return _sum(entry, where, in_bag, signal)
     key, allowed = ('topic', _TOPIC) if in_bag else ('column', _SIGNAL)
     fields = _fields(entry, where, key, allowed)
     if key not in fields:
@@ -160,6 +168,17 @@ def _source(entry: object, where: str, in_bag: bool, signal: str) -> Source:
     if 'gauge' in fields and signal not in PRESSURES:
         raise RigError(f'{where}: gauge is for pressures only')
     return Source(**fields)
+
+
+def _sum(entries: list[object], where: str, in_bag: bool, signal: str) -> Source:
+    """Return the entry of a force that is the sum of several columns."""
+    if in_bag or signal != 'force' or not entries or any(isinstance(e, list) for e in entries):
+        raise RigError(f'{where}: a list is for the columns of a table that add up to the force')
+    first, *others = (
+        _source(entry, f'{where}[{number}]', in_bag, signal)
+        for number, entry in enumerate(entries, start=1)
+    )
+    return replace(first, added=tuple(others))
 
 
 def _time(entry: object, where: str, in_bag: bool) -> tuple[Source | None, float | None]:

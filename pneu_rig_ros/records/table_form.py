@@ -28,6 +28,11 @@ _MARKS = (
     (codecs.BOM_UTF16_BE, 'utf-16'),
 )
 DECIMAL_COMMA = re.compile(r'\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*')
+_ONE_SIGN = re.compile(
+    r'\s*[-+]?(?=[.,]?\d)(?P<before>\d*)(?P<sign>[.,])(?P<after>\d*)(?P<exponent>[eE][-+]?\d+)?\s*'
+)
+_TWO_SIGNS = re.compile(r'\s*[-+]?[\d.]*\d(?P<comma>,)\d*\s*|\s*[-+]?[\d,]*\d\.\d*\s*')
+_REPEATED = re.compile(r'([.,])\d*\1')
 _CANDIDATES = ('\t', ';', ',', ' ')
 
 Line = tuple[int, str]
@@ -90,8 +95,7 @@ def detect(path: Path, data: bytes, layout: Layout) -> Form:
         raise RigError(
             f'{path}: row {lines[0][0]} has {len(row)} cells, the header has {len(head)}{hint}'
         )
-    comma = separator != ',' and any(DECIMAL_COMMA.fullmatch(cell) for cell in row)
-    decimal = layout.decimal or (',' if comma else '.')
+    decimal = layout.decimal or ('.' if separator == ',' else _decimal(lines, separator))
     names = tuple(name.strip() for name in head)
     return Form(lines, separator, names, len(row), decimal, hint)
 
@@ -121,6 +125,34 @@ def _separator(lines: Sequence[Line], layout: Layout) -> str:
             return candidate
     # A single column, or rows of different lengths, which are reported later.
     return max(_CANDIDATES[:3], key=lambda sign: sum(text.count(sign) for text in sample))
+
+
+def _decimal(lines: Sequence[Line], separator: str) -> str:
+    """
+    Return the decimal sign of the first lines of data.
+
+    Before three digits it may as well separate thousands. Such a cell counts only where no other
+    shows the sign, and not in a column with a number that has the sign more than once.
+    """
+    rows = [split(text, separator) for _, text in lines[:DETECTION_LINES]]
+    certain: set[str] = set()
+    possible: set[str] = set()
+    for column in zip(*rows, strict=False):
+        repeated = any(map(_REPEATED.search, column))
+        for cell in column:
+            if '.' in cell and ',' in cell and (number := _TWO_SIGNS.fullmatch(cell)):
+                certain.add(number['comma'] or '.')
+            elif not repeated and (number := _ONE_SIGN.fullmatch(cell)):
+                (possible if _may_be_grouped(number) else certain).add(number['sign'])
+    return ',' if (certain or possible) == {','} else '.'
+
+
+def _may_be_grouped(number: re.Match[str]) -> bool:
+    """Return whether the sign in a number may stand before its last three digits, as in 1,075."""
+    if len(number['after']) != 3 or number['exponent'] or not number['before']:
+        return False
+    # no number that is in groups begins with 0, but for 0.000
+    return bool(number['before'].strip('0')) or not number['after'].strip('0')
 
 
 def split(text: str, separator: str) -> list[str]:

@@ -48,6 +48,16 @@ def _signal(
     cells: Cells, name: str, source: Source, where: str, zero: float
 ) -> tuple[Floats, bool]:
     """Return a signal in SI units, shape (n,), and whether it was a gauge pressure."""
+    values, gauge = _column(cells, name, source, where, zero)
+    for number, other in enumerate(source.added, start=2):
+        values = values + _column(cells, name, other, f'{where}[{number}]', zero)[0]
+    return values, gauge
+
+
+def _column(
+    cells: Cells, name: str, source: Source, where: str, zero: float
+) -> tuple[Floats, bool]:
+    """Return a column in the SI unit of a signal, and whether it was a gauge pressure."""
     assert source.column is not None
     index = cells.index(source.column, where)
     text = source.unit or _unit_in_header(cells, index, where, SIGNALS[name])

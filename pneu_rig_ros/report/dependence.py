@@ -149,6 +149,8 @@ def _best(samples: Sequence[Samples], title: str, bins: int) -> Dependence | Non
     unit, scale = display(VARIABLE_UNITS[name])
     rows = {direction: binned(samples, name, direction, bins) for direction in COLOURS}
     filled = {direction: row for direction, row in rows.items() if row.middle.size}
+    if bins and all(row.middle.size < 2 for row in filled.values()):
+        return None  # nothing that it could depend on varies
     values = np.concatenate([one.variables[name] for one in samples])
     wide = name == 'dwell' and values.max() > DECADES * values.min() > 0.0
     if bins and shares[name] >= 0.01:

@@ -103,7 +103,8 @@ def draw_latent(balance: str, tracks: Sequence[Track], spans: Mapping[str, Spans
     unit, scale = unit_of(balance, shown)
     sides = [side for side in dependence(tracks) if side is not None]
     figure = Figure(figsize=(8.8, max(1.15 * len(shown), 2.4) + 0.9), layout='constrained')
-    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(2.3, 1.0))[0]
+    widths = (2.3, 1.0) if sides else (1.0,)
+    left, *right = figure.subfigures(1, len(widths), squeeze=False, width_ratios=widths)[0]
     panels = left.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     for axes, track in zip(panels, shown, strict=True):
         _draw_track(axes, track, scale, spans.get(track.name, ()))
@@ -111,7 +112,7 @@ def draw_latent(balance: str, tracks: Sequence[Track], spans: Mapping[str, Spans
     panels[-1].set_xlabel('time [s]')
     left.supylabel(f'latent input [{unit}]', fontsize=9)
     if sides:
-        panels = right.subplots(len(sides), 1, squeeze=False)[:, 0]
+        panels = right[0].subplots(len(sides), 1, squeeze=False)[:, 0]
         for axes, side in zip(panels, sides, strict=True):
             _draw_dependence(axes, side, unit, scale)
     _add_legend(figure, shown, spans, {name for side in sides for name in side.bins})

@@ -315,6 +315,66 @@ def test_other_signs_in_a_number_are_refused(write: Writer, texts: list[str]) ->
         table.values(0)
 
 
+@pytest.mark.parametrize(
+    ('rows', 'values'),
+    [
+        (
+            ['0;0', '0,01;1', '0,02;1,5'],
+            [0.0, 0.01, 0.02],
+        ),  # as a spreadsheet writes whole numbers
+        (['0,000;3.658', '100,000;3.6', '1,000,000;3.657'], [0.0, 1e5, 1e6]),
+        (['0.000;3.658', '100.000;3.657', '1.000.000;3.657'], [0.0, 1e5, 1e6]),
+        (['0.000;3,658', '100.000;3,6', '1.000.000;3,657'], [0.0, 1e5, 1e6]),
+        (['1.075,5;1', '1.076;1', '1.077,25;1'], [1075.5, 1076.0, 1077.25]),
+        (['1,075.5;1', '1,076;1', '1,077.25;1'], [1075.5, 1076.0, 1077.25]),
+        (['1,075;2,5', '1,076;2', '1,077;2'], [1.075, 1.076, 1.077]),
+        (['0,075;2', '0,076;2', '1,077;2'], [0.075, 0.076, 1.077]),
+        (['2,5e-3;2', '3e-3;2', '3,5e-3;2'], [2.5e-3, 3e-3, 3.5e-3]),
+    ],
+)
+def test_decimal_sign_is_detected(write: Writer, rows: list[str], values: list[float]) -> None:
+    table = cells.read_cells(write([['x', 'y'], *(row.split(';') for row in rows)], ';'), Layout())
+    np.testing.assert_allclose(table.values(0), values)
+
+
+@pytest.mark.parametrize('sign', ['\N{MICRO SIGN}', '\N{GREEK SMALL LETTER MU}', 'u'])
+def test_microseconds_with_points_between_thousands(write: Writer, sign: str) -> None:
+    lines = [[f't [{sign}s]', 'p'], ['0.000', '7.3'], ['600.000', '7.3'], ['1.200.000', '7.2']]
+    mapping = {'time': f't [{sign}s]', 'pressure_1': {'column': 'p', 'unit': 'barg'}}
+    table = read_recording(write(lines, ';'), mapping)
+    assert table.interval == pytest.approx(0.6)
+
+
+def test_force_may_be_the_sum_of_columns(write: Writer) -> None:
+    cells_of_row = [['0', '1', '10', '20'], ['0.1', '2', '11', '18'], ['0.2', '1', '12', '15']]
+    force = [
+        {'column': 2, 'unit': 'kN'},
+        {'column': 3, 'unit': 'bar', 'scale': '-1e-3 m^2'},
+        {'column': 4, 'unit': 'bar', 'scale': '1e-3 m^2', 'offset': '5 N'},
+    ]
+    mapping = {'time': {'column': 1, 'unit': 's'}, 'force': force}
+    table = read_recording(write(cells_of_row, ';'), mapping)
+    np.testing.assert_allclose(table['force'], [2005.0, 2705.0, 1305.0])
+
+
+@pytest.mark.parametrize(
+    ('mapping', 'message'),
+    [
+        ({'position': [1, 2]}, 'position: a list is for the columns of a table'),
+        ({'force': []}, 'force: a list is for the columns of a table'),
+        ({'force': [1, [2]]}, 'force: a list is for the columns of a table'),
+        ({'force': [{'column': 1}, {'unit': 'N'}]}, r'force\[2\]: missing column'),
+        ({'force': [{'column': 9, 'unit': 'N'}, 2], 'position': 2}, 'are both column 2'),
+        ({'topics': {'force': ['/a', '/b']}, 'time': None}, 'force: a list is for the columns'),
+    ],
+)
+def test_what_is_wrong_in_a_sum_is_said(
+    write: Writer, mapping: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(RigError, match=message):
+        read_recording(write([HEADER, *rows()]), {'time': 1} | mapping)
+
+
 def long_table(rows: list[str]) -> str:
     """Return a table of which a regular beginning shows the form."""
     return '\n'.join(['x;y', *('1.5;2.5' for _ in range(400)), *rows, ''])

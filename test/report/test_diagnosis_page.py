@@ -94,6 +94,16 @@ def test_significant_stretches_are_shaded(bench: Diagnosis) -> None:
     assert spans_of(data, 'force', given=False) == {}
 
 
+def test_nothing_stands_beside_what_depends_on_nothing(bench: Diagnosis) -> None:
+    (track, _) = tracks_of(bench.training, bench.given, None)['force']
+    assert track.windows is not None
+    constant = {name: np.zeros_like(v) for name, v in track.windows.variables.items()}
+    residual = np.zeros_like(track.windows.residual)
+    vessel = replace(track, windows=replace(track.windows, variables=constant, residual=residual))
+    assert len(draw_latent('force', [track], {}).axes) == 2
+    assert len(draw_latent('force', [vessel], {}).axes) == 1
+
+
 def test_curve_breaks_where_no_window_says_anything() -> None:
     time = np.concatenate([np.arange(0.0, 1.0, 0.05), np.arange(3.0, 4.0, 0.05)])
     assert [(part.start, part.stop) for part in connected(time)] == [(0, 20), (20, 40)]
