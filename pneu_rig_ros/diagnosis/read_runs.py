@@ -15,7 +15,7 @@ from pneu_rig_ros.diagnosis.nuisances import (
     INITIAL_TEMPERATURE,
     read_nuisances,
 )
-from pneu_rig_ros.diagnosis.reading import Noise, Span
+from pneu_rig_ros.diagnosis.reading import Noise, Span, without_outliers
 from pneu_rig_ros.diagnosis.run import LARGEST_DELAY, Run
 from pneu_rig_ros.diagnosis.system import System, on_bench
 from pneu_rig_ros.diagnosis.weak_form import Floats
@@ -202,17 +202,20 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         voltages = np.full((recording.size - 1, 2), CENTRE_VOLTAGE)
     else:
         voltages = np.column_stack([recording.voltage_1, recording.voltage_2])[:-1]
-    deviations = system.each_recording
+    deviations, noise = system.each_recording, _noise(recording, system.sensors)
+    position = signal('position', 0.0)
+    if on_bench(recording):
+        position = without_outliers(position, noise.position)
     run = Run(
         recording.name,
         recording.interval,
-        signal('position', 0.0),
+        position,
         np.column_stack([signal(name, zero) for name in PRESSURES]),
         voltages,
         model.operation._replace(**stated),
         zero,
         model.cylinder.stroke,
-        _noise(recording, system.sensors),
+        noise,
         _span(system.sensors, zero),
         missing,
         np.array(recording['force']) if on_bench(recording) else None,

@@ -5,12 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.special import ndtr
 
 from pneu_rig_ros.diagnosis.weak_form import Floats
 
 CLIPPED = 4.0
 """Standard deviations from the end of a span within which noise is cut off on one side [-]."""
+
+OUTLIER_NOISE, OUTLIER_STEP = 6.0, 1.5
+"""
+A reading farther from the line between its neighbours is wrong: so many standard deviations, and
+steps of the motion around it, of which a bench that turns makes one [-].
+"""
+STEPS = 11
+"""Steps of which the median is that of the motion around a reading."""
 
 
 @dataclass(frozen=True)
@@ -58,3 +67,27 @@ def unclipped(means: Floats, low: float, noise: float) -> Floats:
     ratio = (means - low) / noise
     inverse: Floats = low + noise * np.interp(ratio, positive_mean(true), true)
     return np.where(ratio < CLIPPED, inverse, means)
+
+
+def without_outliers(position: Floats, noise: float) -> Floats:
+    """
+    Return readings of an imposed motion with single wrong ones replaced by linear interpolation.
+
+    A dazzled laser jumps by some tenths of a millimetre for one sample, which would be a velocity
+    of centimetres a second and a spike of viscous friction.
+
+    :param position: equally spaced [m], shape (n,), n >= 3
+    :param noise: standard deviation [m]
+    """
+    steps = median_filter(np.abs(np.diff(position)), STEPS, mode='nearest')
+    most = OUTLIER_STEP * np.append(steps, steps[-1]) + OUTLIER_NOISE * noise
+    padded = np.pad(position, 3, mode='reflect', reflect_type='odd')
+    near, *far = (
+        position - 0.5 * (padded[3 - k : -3 - k] + padded[3 + k : padded.size - 3 + k])
+        for k in (1, 2, 3)
+    )
+    # beside a wrong reading, which has the line to its neighbours displaced, is a right one
+    right = (np.abs(near) <= most) | (np.abs(far) <= most).all(axis=0)
+    right |= near * np.sum(far, axis=0) < 0.0
+    place = np.arange(position.size)
+    return np.interp(place, place[right], position[right])

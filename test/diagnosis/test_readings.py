@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.diagnosis.reading import without_outliers
 from pneu_rig_ros.model import effects as library
 
 from .runs import configured, measured, system_of
@@ -63,3 +64,14 @@ def test_pressure_is_unknown_once_a_chamber_expands_below_its_sensors_zero(
     assert not vacuum[1510:].any()
     back = replace(changed, position=0.1 - x)
     assert not back.vacuum[:1490].any()  # chamber 2 shrinks
+
+
+def test_single_wrong_readings_of_a_bench_are_replaced_and_turns_are_not() -> None:
+    noise, speed, interval = 1e-5, 0.012, 0.01
+    phase = speed * interval * np.arange(4000.0)
+    true = 0.02 - np.abs(phase % 0.04 - 0.02)  # to and fro, 20 mm
+    position = true + noise * np.random.default_rng(1).standard_normal(true.size)
+    np.testing.assert_array_equal(without_outliers(position, noise), position)
+    wrong = position.copy()
+    wrong[[560, 562, 1750]] -= 0.4e-3  # far from turns, two of them close together
+    np.testing.assert_allclose(without_outliers(wrong, noise), position, atol=8.0 * noise)
