@@ -61,18 +61,21 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
 
 @pytest.mark.parametrize(
     ('name', 'low', 'high'),
-    # slopes [N/Pa] between half the widths of the measured loops at neighbouring pressures: of
-    # the lip seal 3.3, 7.0 and 12.0 N at 1, 3 and 7 bar
-    [
-        ('NAPN', 1.1e-5, 1.9e-5),
-        pytest.param('O-ring257', 3e-6, 9e-6, marks=pytest.mark.long),
-    ],
+    # half of the measured loop grows from 1 to 7 bar by 8.7 N (lip seal) and by 2.9 N
+    [('NAPN', 6.6, 11.4), pytest.param('O-ring257', 1.8, 5.4, marks=pytest.mark.long)],
 )
 def test_seals_lack_friction_that_grows_with_pressure(name: str, low: float, high: float) -> None:
+    """By which law two pressures hardly show: in proportion, or by a power."""
     data = seal(name)
     assert data['verdict'] == 'effect'
-    assert data['effects'][0]['name'] == 'pressure_dependent_friction'
-    assert low < data['effects'][0]['parameters']['slope']['value'] < high
+    effect = data['effects'][0]
+    values = {key: row['value'] for key, row in effect['parameters'].items()}
+    if effect['name'] == 'pressure_dependent_friction':
+        growth = values['slope'] * 6e5
+    else:
+        assert effect['name'] == 'pressure_power_friction'
+        growth = values['force'] * (7.0 ** values['exponent'] - 1.0)
+    assert low < growth < high
     assert data['gap']['cut'] > (0.5 if name == 'NAPN' else 0.25)
 
 
@@ -82,6 +85,8 @@ def test_friction_of_a_compact_seal_grows_with_pressure() -> None:
     assert data['verdict'] == 'effect'
     assert data['effects'][0]['name'] == 'pressure_dependent_friction'
     assert data['gap']['cut'] > 0.4
+    # a loop of one run of a seal predicts another to 0.8 to 1.4 N
+    assert data['gap']['signals']['force']['after'] < 0.9
 
 
 @pytest.mark.long
