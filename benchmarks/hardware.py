@@ -13,6 +13,7 @@ import os
 import re
 import shlex
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -104,8 +105,9 @@ def repeat(bench: Bench, workers: int | None) -> str:
         diagnosis = diagnose(**settings, without=options['without'], executor=executor)
     data = answer(diagnosis)
     if bench.name in CALIBRATED:
-        improved = diagnosis.improved_system.to_yaml(diagnosis.improved)
-        CALIBRATED[bench.name].write_text(CALIBRATED_HEAD + improved, encoding='utf-8')
+        path = CALIBRATED[bench.name]
+        improved = replace(diagnosis.improved_system, name=path.stem)
+        path.write_text(CALIBRATED_HEAD + improved.to_yaml(diagnosis.improved), encoding='utf-8')
     if bench.balance != 'none':
         draw(bench, diagnosis, data)
     printed = io.StringIO()

@@ -74,7 +74,7 @@ SUPPLY_RATIO, LOAD_RATIO = 1.1, 1.5
 SUPPLY_ERROR = 0.03
 """Usual relative error of a stated supply pressure [-]: a gauge of class 1.6 at half its span."""
 TEMPERATURE_ERROR = 10.0 / 293.15
-"""The same of the temperature of air and room that nobody measured [-]: 10 K."""
+"""Usual relative error of an air temperature that was not measured [-]: 10 K."""
 ZERO_ERROR, ZERO_SCALE = 0.02, 1e-3
 """Largest error of the zero of the position, unit of its fit [m]."""
 LEAST_CLOCK, CLOCK_ERROR, CLOCK_SCALE = 2e-3, 0.5, 0.02
@@ -110,7 +110,7 @@ def pool(
 
 def calibration(system: System, balances: frozenset[str]) -> Candidate | None:
     """
-    Return what nobody measured better than its class, as a candidate; None for a calibrated rig.
+    Return what is known within its class only, as a candidate; None for a calibrated rig.
 
     That is the gains of the sensors, and of a fed rig the pressure and temperature of its supply.
     """

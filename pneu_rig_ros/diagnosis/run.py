@@ -290,7 +290,7 @@ class Run:
         slopes = np.append(position, pressures)
         columns = zero + (np.column_stack([self.position, self.pressures]) - zero) / slopes
         scaled = self.with_readings(columns[:, 0], columns[:, 1:])
-        # smoothing is linear, and rests are rests in any unit: neither is found anew
+        # smoothing is linear, and rests are rests in any unit: neither is recomputed
         scaled.__dict__.update(rests=self.rests, smooth=zero + (self.smooth - zero) / slopes)
         return scaled
 
