@@ -252,13 +252,24 @@ class CycleTest:
         return self.p_value < FALSE_ALARMS and self.loss > LEAST_RATIO * self.expected
 
 
+def simulate_worn(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
+    """Return a replicate of a run whose friction differs as it may between recordings."""
+    friction = hypothesis.model.friction
+    if run.level_error > 0.0:
+        factor = 1.0 + run.level_error / friction.coulomb_force * float(rng.standard_normal())
+        for name in ('coulomb_force', 'breakaway_force'):
+            level = factor * getattr(friction, name)
+            hypothesis = hypothesis.with_parameter('friction', name, level)
+    return simulate_replicate(hypothesis, run, rng)
+
+
 def compare_cycles(
     hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
 ) -> CycleTest:
     """Return the test of simulated cycles against those of replicates (Mann-Whitney)."""
     losses = Cycles.of(hypothesis, comparisons, rng).losses(hypothesis)
     runs = [comparison.run for comparison in comparisons for _ in range(REPLICATES)]
-    simulate = partial(simulate_replicate, hypothesis)
+    simulate = partial(simulate_worn, hypothesis)
     replicates = [Comparison(run) for run in map_runs(simulate, runs, rng.spawn(len(runs)))]
     expected = Cycles.of(hypothesis, replicates, rng).losses(hypothesis)
     p_value = float(mannwhitneyu(losses, expected, alternative='greater').pvalue)

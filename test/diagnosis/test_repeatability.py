@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pneu_rig_ros.diagnosis.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.run import Run
+from pneu_rig_ros.diagnosis.shooting import simulate_worn
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 
 from .parts import BENCH, bench_run, mapping, system_file, table
+from .runs import configured, measured, system_of
 
 SIGNALS = ('position', 'pressure_2', 'force')
 COULOMB = (6.4, 5.6, 6.3)
@@ -53,3 +60,18 @@ def test_improved_model_keeps_what_it_leaves(tmp_path: Path) -> None:
     path = tmp_path / 'improved.yaml'
     path.write_text(system.to_yaml(diagnosis.improved))
     assert load_system(path).repeatability == pytest.approx(system.repeatability)
+
+
+def test_replicates_have_the_friction_of_another_recording(tmp_path: Path) -> None:
+    """By as much as it may differ; by nothing where it may not."""
+    rig = configured('cylinder_1')
+    system = system_of(tmp_path, rig)
+    run = measured(system, 'run', rig)
+    worn = replace(run, level_error=0.1 * rig.model.friction.coulomb_force)
+
+    def positions(simulate: Callable[..., Run], of: Run) -> np.ndarray:
+        return simulate(system.hypothesis, of, np.random.default_rng(1)).position
+
+    same = positions(simulate_replicate, run)
+    np.testing.assert_array_equal(positions(simulate_worn, run), same)
+    assert np.abs(positions(simulate_worn, worn) - same).max() > 1e-3
