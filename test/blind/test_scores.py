@@ -137,9 +137,14 @@ def test_readme_quotes_the_figures_of_the_page() -> None:
     assert f'{unknown} effects that the library lacks are called unknown' in readme
     assert f'an answer with a name takes {figures["seconds_named"]["value"]:.0f} s' in readme
     assert f'{len(missed)} of {len(scores.WANTED)} targets are missed' in readme
-    foreign = json.loads((ROOT / 'docs' / 'blind_foreign.json').read_text())['foreign_mechanism']
-    share = f'{100 * foreign["value"]:.0f} % of {foreign["trials"]}'
-    assert f'the mechanism is named first in {share} trials' in readme
+    foreign = json.loads((ROOT / 'docs' / 'blind_foreign.json').read_text())
+    first, strong, alarms = (
+        (f'{100 * foreign[name]["value"]:.0f} % of {foreign[name]["trials"]}')
+        for name in ('foreign_mechanism', 'nuisance_cause', 'nuisance_alarm')
+    )
+    assert f'the mechanism is named first in {first} trials' in readme
+    assert f'a strong cause in {strong}' in readme
+    assert f'{alarms} answers are false alarms' in readme
 
 
 def test_page_lists_every_miss_with_its_kind(tmp_path: Path) -> None:
