@@ -124,14 +124,12 @@ def calibration(system: System, balances: frozenset[str]) -> Candidate | None:
     }
     if system.rig is not None and balances & {'gas_1', 'gas_2'}:
         errors |= {'supply_pressure': SUPPLY_ERROR, 'supply_temperature': TEMPERATURE_ERROR}
+    quantity = Quantity('-', 0.0, 2.0, 'true over stated, or gain of a sensor')
     coordinates = tuple(
         # a little wider than the class, so that a class of 0 is an interval
-        Coordinate(
-            name, Quantity('-', 0.0, 2.0, 'true over stated, or gain of a sensor'),
-            1.0 - most - 1e-6, 1.0 + most + 1e-6, GAIN_SCALE, False, 1.0,
-        )
+        Coordinate(name, quantity, 1.0 - most - 1e-6, 1.0 + most + 1e-6, GAIN_SCALE, False, 1.0)
         for name, most in errors.items()
-    )  # fmt: skip
+    )
     return Candidate(CALIBRATION, SENSOR, coordinates, ((1.0,) * len(coordinates),))
 
 
