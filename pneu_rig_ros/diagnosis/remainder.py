@@ -21,6 +21,17 @@ from pneu_rig_ros.diagnosis.windows import windows_of
 NEGLIGIBLE = 0.03
 """Share of the excess so small that its significance is no measure of a cause [-]."""
 
+WEAK = 1.5
+"""
+RMS of what weak effects that no model has may leave in a balance, relative to its noise [-].
+
+It counts where even sensors and supply are known to their class only: there several such effects
+are as likely as a single cause.
+"""
+
+WEAK_CYCLES = 2.0
+"""Ratio by which they may increase the loss of the simulated cycles [-], a robust one."""
+
 ANOTHER_CAUSE_LEAVES = 0.7
 """Largest share of the excess that one more cause may leave [-]."""
 
@@ -51,21 +62,26 @@ class Remainder:
         """The given hypothesis with the best explanation so far."""
         return self.given if self.best is None else self.best.explanation.apply(self.given)
 
+    @property
+    def uncalibrated(self) -> bool:
+        """Whether sensors and supply are known to their class only, and were calibrated."""
+        return self.calibrated is not None and all(self.calibrated.explanation.calibrates)
+
     def significant(self) -> list[SignificantResidual]:
         """
         Return the significant residuals of the best explanation so far.
 
-        Of a system of which even the sensors are known to their class only, what is within the
-        error of the noise in a whole balance is not evidence of a cause, however significant.
+        Of an uncalibrated system, what is weak in a whole balance is not evidence of a cause,
+        however significant.
         """
         found = localise(windows_of(self.training, self.hypothesis))
-        base = self.calibrated
-        if base is None or not all(base.explanation.calibrates):
+        if not self.uncalibrated:
             return found
         rows = self.training.residuals_by_run(self.hypothesis)
         parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
         parts['force'] += [row.breakaway for row in rows]
-        wide = {name for name, each in parts.items() if rms(np.concatenate(each)) > NOISE_ERROR}
+        least = float(np.hypot(NOISE_ERROR, WEAK))
+        wide = {name for name, each in parts.items() if rms(np.concatenate(each)) > least}
         return [residual for residual in found if residual.balance in wide]
 
     def remaining(self, simulated: bool = True) -> float:
@@ -78,14 +94,19 @@ class Remainder:
         return remaining_share(dataset, self.given, self.hypothesis)
 
     def cycles_differ(self) -> bool:
-        """Return whether simulated cycles are farther off than those of replicates."""
+        """
+        Return whether simulated cycles are farther off than those of replicates.
+
+        Those of an uncalibrated system have to be so by more than weak effects explain.
+        """
         comparisons = self.training.comparisons
         if not comparisons[0].free:
             return False
         test = compare_cycles(self.hypothesis, comparisons, self.rng)
         if self.best is None:
             self.first_cycle_test = test
-        return test.significant
+        strong = not self.uncalibrated or test.loss > WEAK_CYCLES * test.expected
+        return test.significant and strong
 
     def cycle_residuals(self) -> list[SignificantResidual]:
         """Return the difference of the given model's cycles, which begins at the breakaways."""

@@ -231,7 +231,7 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
         'of': 'residuals' if held_out.cycles is None else 'cycles',
         'before': before,
         'after': after,
-        'cut': 1.0 - after / before if before > 0.0 else 0.0,
+        'cut': 1.0 - after / before if before > 0.0 else None,
         **signal_tables(given, improved, held_out),
         'bags': [each.run.name for each in held_out.comparisons],
     }

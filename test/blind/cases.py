@@ -47,9 +47,16 @@ def truth(trial: Trial) -> Truth:
 
 
 def visibility(trial: Trial) -> float:
-    """Return the largest change of a signal by what is hidden, in multiples of its noise."""
+    """
+    Return the largest change of a signal by what is hidden, in multiples of its noise.
+
+    Of a strong cause among nuisances, by that cause alone.
+    """
     if trial.part in SYSTEMS:
         return systems.visibility(SYSTEMS[trial.part], trial.key, trial.secret)
+    if trial.part == 'nuisance':
+        alone = {name: trial.secret.effects[name] for name in trial.names}
+        return rig.visibility(trial.cylinder, trial.secret._replace(effects=alone), trial.noise)
     return rig.visibility(trial.cylinder, trial.secret, trial.noise, trial.circumstances)
 
 

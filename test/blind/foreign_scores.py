@@ -62,8 +62,12 @@ def alarm(answer: Answer) -> bool:
 
 
 def cuts(answers: Iterable[Answer]) -> list[float]:
-    """Return the held-out cuts; an answer without one has cut nothing."""
-    return [answer['cut'] or 0.0 for answer in answers]
+    """
+    Return the held-out cuts; an answer without one has cut nothing.
+
+    Where nothing exceeds the noise of the held-out bags there is nothing to cut.
+    """
+    return [answer['cut'] or 0.0 for answer in answers if answer['before'] != 0.0]
 
 
 def figures(answers: list[Answer]) -> dict[str, Figure]:
@@ -108,6 +112,6 @@ def by_form(answers: list[Answer]) -> str:
         told = ', '.join(scores.first_name(a) or a['verdict'] for a in own)
         rows.append((
             f'`{name}`', FORMS[name].balance, ', '.join(mechanism(name)) or '-',
-            f'{good} of {len(own)}', told, percent(median(cuts(own))),
+            f'{good} of {len(own)}', told, percent(median(cuts(own)) if cuts(own) else None),
         ))  # fmt: skip
     return table(('form', 'balance', 'mechanism', 'right', 'answered', 'cut'), rows)

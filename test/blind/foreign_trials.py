@@ -36,6 +36,8 @@ WEAKEST = 3.0
 NUISANCES = (3, 5)
 WEAK = (0.5, 1.5)
 """Number of nuisances, and by what multiple of the noise each shows."""
+STRONG = 0.5
+"""Least place of a strong cause between weak and strong, in logarithms: 13 times the noise."""
 AIR = (288.15, 303.15)
 """[K]"""
 
@@ -53,15 +55,18 @@ def drawn_foreign(seed: int, parts: Sequence[str] = FOREIGN_PARTS) -> list[Trial
     ])  # fmt: skip
 
 
-def hide_form(name: str, cylinder: str, random: Generator, factor: float | None = None) -> Secret:
+def hide_form(
+    name: str, cylinder: str, random: Generator, factor: float | None = None, least: float = 0.0
+) -> Secret:
     """
     Return what hides a form, its strength and shape drawn.
 
     :param factor: multiple of its weak strength; drawn between weak and strong if not said
+    :param least: 0 for all from weak to strong, 0.5 for the stronger half
     """
     form = FORMS[name]
     weak, strong = STRENGTHS[name][CYLINDERS.index(cylinder)]
-    share = float(random.uniform())
+    share = float(random.uniform(least, 1.0))
     strength = weak * factor if factor else weak * (strong / weak) ** share
     shape = {key: float(random.uniform(*bounds)) for key, bounds in form.shape.items()}
     base: Changes = {'friction.model': form.base} if form.base else {}
@@ -157,7 +162,7 @@ def _nuisance(seed: int, random: Generator) -> Iterator[Trial]:
         name = (foreign, own)[number % 2][number]
         cylinder = str(random.choice(CYLINDERS))
         if name in FORMS:
-            cause = hide_form(name, cylinder, random)
+            cause = hide_form(name, cylinder, random, least=STRONG)
         else:
             friction = settings(cylinder)['friction']
             cause = hide(name, cylinder, float(random.uniform(1.0, 2.0)), friction)

@@ -42,7 +42,7 @@ def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
     assert found == text + ' by the gains of the sensors'
     agrees = {
         'verdict': 'consistent',
-        'gap': {'of': 'residuals', 'before': 0.0, 'after': 0.0, 'cut': 0.0},
+        'gap': {'of': 'residuals', 'before': 0.0, 'after': 0.0, 'cut': None},
     }
     assert cut_text(agrees) == 'no residual exceeds the noise'
 
