@@ -19,10 +19,12 @@ from pneu_rig_ros.diagnosis.dataset import OUTLIER, Dataset, loss
 from pneu_rig_ros.diagnosis.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import SignificantResidual
+from pneu_rig_ros.diagnosis.periodogram import dominant_wavelengths
 from pneu_rig_ros.diagnosis.pool import effect_candidate
 from pneu_rig_ros.diagnosis.scoring import remaining_share
 from pneu_rig_ros.diagnosis.selection import Search
 from pneu_rig_ros.diagnosis.weak_form import Floats
+from pneu_rig_ros.diagnosis.windows import windows_of
 from pneu_rig_ros.executor import map_tasks
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance
@@ -33,6 +35,8 @@ STRENGTHS = (1.0, 4.0, 16.0)
 """Coefficients tried, relative to that whose change is as large as the residual [-]."""
 AS_GOOD = 0.9
 """The smallest description is taken whose share, times this, does not exceed the least [-]."""
+WAVE = ('sine', 'cosine')
+"""Coefficients of one wave, whose phase is unknown."""
 EXPLAINED = 0.02
 """Remaining share at which a description needs no further term [-]."""
 
@@ -61,15 +65,29 @@ class Description:
 
 
 class Term(NamedTuple):
-    """One coefficient of an empirical effect."""
+    """
+    One coefficient of an empirical effect.
+
+    :param constant: wavelength or time constant of the term, None without one
+    :param start: value of the constant [SI]
+    """
 
     effect: Candidate
     coordinate: Coordinate
+    constant: Coordinate | None = None
+    start: float = 0.0
 
     def apply(self, hypothesis: Hypothesis, value: float) -> Hypothesis:
         """Return the hypothesis with this term alone of its effect."""
-        alone = replace(self.effect, coordinates=(self.coordinate,), starts=())
-        return alone.apply(hypothesis, (value,))
+        coordinates, values = [self.coordinate], [value]
+        if self.constant is not None:
+            coordinates, values = [*coordinates, self.constant], [*values, self.start]
+        alone = replace(self.effect, coordinates=tuple(coordinates), starts=())
+        return alone.apply(hypothesis, values)
+
+    def joins(self, other: Term) -> bool:
+        """Whether both may be in one description: of an effect, with one constant only."""
+        return self.effect.name != other.effect.name or self.start == other.start
 
     @property
     def size(self) -> float:
@@ -93,7 +111,8 @@ def describe(search: Search, residual: SignificantResidual) -> Description:
     groups, selected = groups_of(terms), list[int]()
     descriptions = [(1.0, Explanation())]
     for _ in range(MOST_TERMS):
-        group = best_group(changes, target, groups, selected)
+        joining = [g for g in groups if all(terms[g[0]].joins(terms[i]) for i in selected)]
+        group = best_group(changes, target, joining, selected)
         if not group:
             break
         selected += group
@@ -121,18 +140,31 @@ def terms_for(balance: str, search: Search) -> list[Term]:
         acts = effect.balance in READING_BALANCES or on_gas == balance.startswith('gas')
         acts &= not (fixed and effect.balance is Balance.MOTION_READING)
         if effect.describes and acts and name not in used:
-            candidate = effect_candidate(name)
-            terms += [Term(candidate, coordinate) for coordinate in candidate.coordinates]
+            terms += _terms_of(effect_candidate(name), search)
     return terms
 
 
+def _terms_of(effect: Candidate, search: Search) -> list[Term]:
+    """Return the terms of an effect, for each value from which a fit of its constant starts."""
+    unit = effect.coordinates[0].quantity.unit
+    linear = [c for c in effect.coordinates if c.quantity.unit == unit]
+    constant = next((c for c in effect.coordinates if c.quantity.unit != unit), None)
+    if constant is None:
+        return [Term(effect, coordinate) for coordinate in linear]
+    place = effect.coordinates.index(constant)
+    starts = sorted({start[place] for start in effect.starts})
+    if constant.quantity.unit == 'm':
+        starts = dominant_wavelengths(windows_of(search.training, search.hypothesis))
+    return [Term(effect, c, constant, float(start)) for start in starts for c in linear]
+
+
 def groups_of(terms: Sequence[Term]) -> list[list[int]]:
-    """Return the terms in groups: the same term of both chambers is one group."""
-    groups: dict[tuple[str, str], list[int]] = {}
+    """Return the terms in groups: one term of both chambers, or sine and cosine, is a group."""
+    groups: dict[tuple[str, str, float], list[int]] = {}
     for index, term in enumerate(terms):
-        name = term.coordinate.name
+        name = 'wave' if term.coordinate.name in WAVE else term.coordinate.name
         either = min(name, name.translate(str.maketrans('12', '21')))
-        groups.setdefault((term.effect.name, either), []).append(index)
+        groups.setdefault((term.effect.name, either, term.start), []).append(index)
     return list(groups.values())
 
 
@@ -152,7 +184,7 @@ def strongest_change(
 
     results = [(term.size, change(term.size))]
     matching = term.size * float(np.sqrt(loss(residual) / max(loss(results[0][1]), 1e-9)))
-    for strength in STRENGTHS:
+    for strength in STRENGTHS if term.constant is None else STRENGTHS[:1]:
         value = min(strength * matching, term.coordinate.high)
         results.append((value, change(value)))
     weights = robust_weights(residual)
@@ -202,8 +234,10 @@ def regression(
     shares, *_ = np.linalg.lstsq(matrix, -residual * weights, rcond=None)
     parts: dict[str, tuple[Candidate, list[Coordinate], list[float]]] = {}
     for index, share in zip(selected, shares, strict=True):
-        effect, c = terms[index]
+        effect, c, constant, start = terms[index]
         value = float(np.clip(share * values[index], c.low, c.high))
+        if effect.name not in parts and constant is not None:
+            parts[effect.name] = effect, [constant], [start]
         _, coordinates, coefficients = parts.setdefault(effect.name, (effect, [], []))
         coordinates.append(replace(c, scale=max(abs(value), 1e-3 * c.scale)))
         coefficients.append(value)

@@ -214,7 +214,9 @@ class Effect:
     :param clock: names of parameters that replace those of the dwell clock of the law
     :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
-    :param describes: whether it only describes what has no name yet: no candidate for a name
+    :param describes: whether it only describes what has no name yet: no candidate for a name; a
+        parameter in another unit than the first one is then a constant of the terms, and a state
+        has the name of its coefficient
     :param drivers: variables over which its form may differ, see ``shape``, first the likeliest
     :param needs: without any of which it does not show in a part of a rig
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,

@@ -14,7 +14,7 @@ from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
 from pneu_rig_ros.model.dynamics import Array
 from pneu_rig_ros.model.effect import READING_BALANCES
-from pneu_rig_ros.model.empirical_effects import coefficients
+from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
 from pneu_rig_ros.model.imposed import Actions
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.shape import rows, without_shape
@@ -125,8 +125,8 @@ class Plant:
         self._chosen = tuple(without_shape(own) for own in chosen.values())
         self._library = loaded = [library.load(name) for name in chosen]
         self.effects = tuple(
-            coefficients(own) if effect.describes else own
-            for effect, own in zip(loaded, self._chosen, strict=True)
+            coefficients(own) if name in EFFECTS else own
+            for name, own in zip(chosen, self._chosen, strict=True)
         )
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
