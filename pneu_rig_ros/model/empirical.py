@@ -32,8 +32,6 @@ TURN = 1e-3
 """Speed over which the direction turns round [m/s]."""
 SLOW = 0.015
 """Speed over which friction leaves its level at rest [m/s]."""
-RECENT = 0.02
-"""Time over which a voltage is still a new one [s]."""
 
 
 @compiled
@@ -69,27 +67,12 @@ def near_end(position: float, model: CompiledModel) -> Any:
     return (2.0 * position / model.cylinder.stroke - 1.0) ** 8
 
 
-class Memory(NamedTuple):
-    """A term ``now * signal + before * past``, with d(past)/dt = grows * signal - fades * past."""
-
-    now: float
-    before: float
-    grows: float
-    fades: float
-
-
-CHANGE = Memory(1.0, -1.0, 1.0 / RECENT, 1.0 / RECENT)
-"""The signal less its recent mean."""
-TOTAL = Memory(0.0, 1.0, 1.0, 0.0)
-"""The integral of the signal over time."""
-
-
 class Term(NamedTuple):
-    """What a coefficient is multiplied with: a signal, or what a memory makes of it."""
+    """What a coefficient is multiplied with: a signal, or its integral over time."""
 
     text: str
     signal: Callable[[Signals, CompiledModel], Any]
-    memory: Memory | None = None
+    integrated: bool = False
 
 
 TERMS: dict[str, Term] = {
@@ -168,21 +151,11 @@ TERMS: dict[str, Term] = {
             (s.ports.voltage_2 - CENTRE_VOLTAGE) * abs(s.ports.voltage_2 - CENTRE_VOLTAGE)
         ),
     ),
-    'change_1': Term(
-        'u1 less its mean over 20 ms, per volt',
-        lambda s, m: s.ports.voltage_1 - CENTRE_VOLTAGE,
-        CHANGE,
-    ),
-    'change_2': Term(
-        'u2 less its mean over 20 ms, per volt',
-        lambda s, m: s.ports.voltage_2 - CENTRE_VOLTAGE,
-        CHANGE,
-    ),
     'log_dwell': Term('ln(1 + dwell time / 1 s)', lambda s, m: np.log1p(s.seal.dwell_time)),
     'travel': Term(
         'the way gone so far, in strokes',
         lambda s, m: abs(s.motion.velocity) / m.cylinder.stroke,
-        TOTAL,
+        integrated=True,
     ),
 }
 
@@ -244,11 +217,11 @@ OUTPUTS: dict[str, Output] = {
         ),
         (
             *('voltage_1', 'voltage', '{}_1', 'V', 3.0, 'added to u1'),
-            'constant intake_1 exhaust_1 squared_1 change_1',
+            'constant intake_1 exhaust_1 squared_1',
         ),
         (
             *('voltage_2', 'voltage', '{}_2', 'V', 3.0, 'added to u2'),
-            'constant intake_2 exhaust_2 squared_2 change_2',
+            'constant intake_2 exhaust_2 squared_2',
         ),
         (
             *('position', 'position_reading', '{}', 'm', 0.1, 'added to the reading of x'),
@@ -278,24 +251,11 @@ def values(output: str, signals: Signals, model: CompiledModel) -> Array:
     :param signals: arrays of shape (n,); what no term of the output looks at may be NaN
     """
     given: Any = signals
-    columns = [
-        _remembered(term, term.signal(given, model), given.time)
-        for term in map(TERMS.__getitem__, OUTPUTS[output].terms)
-    ]
+    columns = []
+    for term in map(TERMS.__getitem__, OUTPUTS[output].terms):
+        column = term.signal(given, model)
+        if term.integrated:  # held from each sample to the next
+            column = np.append(0.0, np.cumsum(np.diff(given.time) * column[:-1]))
+        columns.append(column)
     size = len(given.motion.position)
     return np.column_stack([np.broadcast_to(column, size) for column in columns])
-
-
-def _remembered(term: Term, signal: Any, time: Any) -> Any:
-    """Return a term from its signal, held from each sample to the next [s]."""
-    memory = term.memory
-    if memory is None:
-        return signal
-    steps = np.diff(time)
-    kept = np.exp(-memory.fades * steps)
-    # the exact step of a held signal; without fading, its limit
-    taken = -np.expm1(-memory.fades * steps) / memory.fades if memory.fades else steps
-    past = [0.0]
-    for old, new in zip(kept.tolist(), (memory.grows * taken * signal[:-1]).tolist(), strict=True):
-        past.append(old * past[-1] + new)
-    return memory.now * signal + memory.before * np.array(past)

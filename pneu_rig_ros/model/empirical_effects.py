@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Motion, Regime, Signals
-from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Memory, Term
+from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Term
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import DRIVERS
 
@@ -62,18 +62,14 @@ def _one(term: Term, place: int) -> Sum:
     return one
 
 
-def _one_past(term: Term, memory: Memory, place: int, slot: int) -> Sum:
-    """Return a term with a memory, which is the state ``slot``, times its coefficient."""
+def _one_total(term: Term, place: int, slot: int) -> Sum:
+    """Return the integral of a term, which is the state ``slot``, times its coefficient."""
     signal = compiled(term.signal)
 
     @compiled
     def one(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
-        rate[slot] = 0.0
-        if c[place] == 0.0:
-            return 0.0
-        new, past = signal(s, model), state[slot]
-        rate[slot] = memory.grows * new - memory.fades * past
-        return float(c[place] * (memory.now * new + memory.before * past))
+        rate[slot] = signal(s, model) if c[place] != 0.0 else 0.0
+        return float(c[place] * state[slot])
 
     return one
 
@@ -96,10 +92,10 @@ def _sum(names: Sequence[str], place: int, slot: int) -> Sum:
     """
     if len(names) == 1:
         term = TERMS[names[0]]
-        return _one_past(term, term.memory, place, slot) if term.memory else _one(term, place)
+        return _one_total(term, place, slot) if term.integrated else _one(term, place)
     half = len(names) // 2
     first, second = names[:half], names[half:]
-    states = sum(TERMS[name].memory is not None for name in first)
+    states = sum(TERMS[name].integrated for name in first)
     return _both(_sum(first, place, slot), _sum(second, place + half, slot + states))
 
 
@@ -209,7 +205,7 @@ def _sums(name: str) -> tuple[list[Sum], tuple[str, ...]]:
     place = 0
     for output in (one for one in OUTPUTS.values() if one.effect == name):
         sums.append(_sum(output.terms, place, len(states)))
-        states += [output.parameter.format(t) for t in output.terms if TERMS[t].memory]
+        states += [output.parameter.format(t) for t in output.terms if TERMS[t].integrated]
         place += len(output.terms)
     return sums, tuple(states)
 

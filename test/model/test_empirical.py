@@ -1,6 +1,5 @@
 """Empirical terms: what the plant adds is what the analysis evaluates, and guards hold."""
 
-import math
 from typing import Any, cast
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.effect import Signals
-from pneu_rig_ros.model.empirical import OUTPUTS, RECENT, TERMS, terms, values
+from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, terms, values
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients, described
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
@@ -69,24 +68,11 @@ def added(output: str, name: str, signals: Signals) -> float:
     return cast(float, second if output.endswith('_2') else first)
 
 
-@pytest.mark.parametrize(('output', 'name'), [e for e in EVERY if TERMS[e[1]].memory is None])
+@pytest.mark.parametrize(('output', 'name'), [e for e in EVERY if not TERMS[e[1]].integrated])
 def test_plant_adds_what_the_analysis_evaluates(output: str, name: str) -> None:
     column = values(output, along(STATES), COMPILED)[:, terms(output).index(name)]
     assert [added(output, name, s) for s in STATES] == pytest.approx(1e-3 * column, rel=1e-12)
     assert column.any()
-
-
-def test_change_of_a_voltage_is_forgotten_as_fast_in_both() -> None:
-    effect, parameters = own('voltage_1', 'change_1', -0.5)
-    signals = {'voltage_1': 3.0}
-    assert contribute(effect, parameters, **signals)[0] == pytest.approx(-0.25)
-    after = settle(effect, parameters, RECENT, **signals)
-    left = contribute(effect, parameters, after, **signals)[0]
-    assert left == pytest.approx(-0.25 * math.exp(-1.0), rel=1e-6)
-
-    held = along([at_rest(time=t, **signals) for t in np.linspace(0.0, RECENT, 21)])
-    column = values('voltage_1', held, COMPILED)[:, terms('voltage_1').index('change_1')]
-    assert column[[0, -1]] == pytest.approx([0.5, 0.5 * math.exp(-1.0)], rel=1e-12)
 
 
 def test_travel_is_the_integral_of_the_speed_in_both() -> None:
