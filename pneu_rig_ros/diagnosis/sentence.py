@@ -10,7 +10,13 @@ import numpy as np
 from pneu_rig_ros.diagnosis import conditions as condition_rows
 from pneu_rig_ros.diagnosis.balances import UNITS
 from pneu_rig_ros.diagnosis.intervals import HALF_WIDTH
-from pneu_rig_ros.diagnosis.workflow import CONSISTENT, UNCALIBRATED, UNKNOWN, Diagnosis
+from pneu_rig_ros.diagnosis.workflow import (
+    CONDITIONS,
+    CONSISTENT,
+    UNCALIBRATED,
+    UNKNOWN,
+    Diagnosis,
+)
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -40,9 +46,23 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
         within = 'Errors of sensors and supply within their class'
         return f'{within} explain the residuals: nothing is missing.'
     if verdict == UNKNOWN:
-        balances = dict.fromkeys(residual.balance for residual in diagnosis.significant)
-        places = ' and '.join(balances)
-        return f'Model and measurement disagree in {places}; no cause in the library explains it.'
+        where = _places(diagnosis)
+        return f'Model and measurement disagree in {where}; no cause in the library explains it.'
+    texts = _causes(parameters, effects)
+    if conditions:
+        rows = [condition_rows.sentence(row) for row in conditions]
+        place = 0 if verdict == CONDITIONS else len(texts)
+        texts.insert(place, 'Not as stated: ' + ' and '.join(rows))
+    if diagnosis.unknown is not None:
+        texts.append(f'no cause in the library explains what is left in {_places(diagnosis)}')
+    remaining = diagnosis.search.remaining()
+    if remaining >= 0.01:
+        texts.append(f'{remaining:.0%} of the excess over the noise remains')
+    return '; '.join(texts) + '.'
+
+
+def _causes(parameters: Rows, effects: Rows) -> list[str]:
+    """Return which effects and which values of parameters the model lacks."""
     texts = []
     if effects:
         names = [f'{row["name"]} ({row["title"]}){_form_text(row["shape"])}' for row in effects]
@@ -50,13 +70,12 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
     if parameters:
         names = [str(row['name']) for row in parameters]
         texts.append(f'{" and ".join(names)} {"have" if len(names) > 1 else "has"} another value')
-    if conditions:
-        rows = [condition_rows.sentence(row) for row in conditions]
-        texts.append('Not as stated: ' + ' and '.join(rows))
-    remaining = diagnosis.search.remaining()
-    if remaining >= 0.01:
-        texts.append(f'{remaining:.0%} of the excess over the noise remains')
-    return '; '.join(texts) + '.'
+    return texts
+
+
+def _places(diagnosis: Diagnosis) -> str:
+    """Return the balances with significant residuals."""
+    return ' and '.join(dict.fromkeys(residual.balance for residual in diagnosis.significant))
 
 
 def _tight(diagnosis: Diagnosis) -> str:

@@ -129,13 +129,18 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """One of consistent, uncalibrated, conditions, parameter, effect, unknown."""
+        """
+        One of consistent, uncalibrated, conditions, parameter, effect, unknown.
+
+        What was restated as a whole makes nearly all of a gap: whatever is found beside it comes
+        second.
+        """
+        if self.restated is not None:
+            return CONDITIONS
         if self.unknown is not None:
             return UNKNOWN
         causes = [part for part in self.explanation.parts if part.name != CALIBRATION]
         if not causes:
-            if self.restated is not None:
-                return CONDITIONS
             return UNCALIBRATED if self.where and self.explanation.parts else CONSISTENT
         if any(part.is_effect for part in causes):
             return EFFECT
