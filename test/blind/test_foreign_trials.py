@@ -85,6 +85,10 @@ def test_nuisances_are_weak_and_of_other_mechanisms(part: str) -> None:
     for trial in of(part):
         weak = [name for name in trial.secret.effects if name not in trial.names]
         assert 3 <= len(weak) <= 5
+        for name in trial.names:
+            if name in FORMS:  # in the stronger half
+                low, high = STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
+                assert trial.secret.effects[name]['strength'] >= 0.999 * (low * high) ** 0.5
         for name in weak:
             low = STRENGTHS[name][CYLINDERS.index(trial.cylinder)][0]
             share = trial.secret.effects[name]['strength'] / low

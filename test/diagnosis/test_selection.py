@@ -1,4 +1,4 @@
-"""What the search makes of a true model: nothing."""
+"""What the search takes for evidence of a cause: nothing of a true model, nothing weak."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.dataset import Dataset
+from pneu_rig_ros.diagnosis.candidates import Explanation
+from pneu_rig_ros.diagnosis.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.fitting import Fit
+from pneu_rig_ros.diagnosis.scoring import score
 from pneu_rig_ros.diagnosis.selection import Search
 
 from .runs import configured, measured, system_of
@@ -25,3 +28,26 @@ def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(tmp_path: P
     sticky = friction._replace(breakaway_force=2.0 * friction.breakaway_force)
     wrong = replace(hypothesis, model=hypothesis.model._replace(friction=sticky))
     assert replace(search, given=wrong).reproduced()
+
+
+def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    system = system_of(tmp_path, rig)
+    hypothesis, rng = system.hypothesis, np.random.default_rng(0)
+    data = Dataset.of(hypothesis, [Comparison(measured(system, 'run', rig))], rng)
+    coulomb = hypothesis.model.friction.coulomb_force
+    spread, found = [], []
+    for factor in (1.04, 1.5):
+        given = hypothesis.with_parameter('friction', 'coulomb_force', factor * coulomb)
+        search = Search(given=given, training=data, held_out=data, rng=rng, pool=())
+        assert search.significant()
+        nothing = Fit(Explanation(), 0.0, np.zeros((0, 0)))
+        search.calibrated = score(nothing, given, data, data)
+        (row,) = data.residuals_by_run(given)
+        spread.append(rms(np.concatenate([row.force, row.breakaway])))
+        found.append(search.significant())
+    weak, strong = spread
+    assert 1.1 < weak < 1.8
+    assert not found[0]
+    assert strong > 1.9
+    assert {residual.balance for residual in found[1]} == {'force'}

@@ -11,6 +11,7 @@ from typing import Any
 import jsonschema
 import pytest
 
+from pneu_rig_ros.diagnosis.restated import Restated
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
@@ -230,8 +231,15 @@ def test_wrong_parameter_of_a_rig_is_told_with_its_value(tmp_path: Path) -> None
 
 def test_second_cause_is_named_beside_one_that_is_many_times_stronger(tmp_path: Path) -> None:
     """The bent opening alone leaves some 0.2 % of the gap."""
-    data = told(rigs(tmp_path, leaky))
+    diagnosis = rigs(tmp_path, leaky)
+    data = told(diagnosis)
     assert data['verdict'] == 'effect'
+    # beside sensors that are exchanged, whatever is found is second
+    other = Restated('exchanged_chambers', 'p1 and p2', 'p2 and p1', diagnosis.system, ())
+    beside = told(replace(diagnosis, restated=other))
+    assert beside['verdict'] == 'conditions'
+    assert beside['sentence'].startswith('Not as stated: ')
+    assert beside['effects'] == data['effects']
     found = {effect['name']: effect['parameters'] for effect in data['effects']}
     assert set(found) == {'nonlinear_opening', 'chamber_leak'}
     assert found['nonlinear_opening']['exponent']['value'] == pytest.approx(1.3, abs=0.01)
