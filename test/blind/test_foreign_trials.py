@@ -195,7 +195,8 @@ def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
     trial = drawn_foreign(60, ('foreign',))[0]
     mine = answer('foreign', list(trial.names), 'unknown', cut=0.5, ranking=['stribeck'])
     other = {**mine, 'key': 'fresh/61/foreign/-'}
-    for revision, one in (('abc', {**mine, 'key': trial.key}), ('def', other)):
+    early = {**mine, 'key': 'fresh/60/nuisance/-', 'part': 'nuisance'}
+    for revision, one in (('abc', {**mine, 'key': trial.key}), ('def', other), ('ghi', early)):
         store = tmp_path / FOLDER / f'{revision}_foreign.jsonl'
         store.write_text(json.dumps(one) + '\n')
     foreign_page.write_kept(tmp_path / FOLDER, tmp_path)
@@ -205,7 +206,8 @@ def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
     assert '| `foreign` | 2 | 168 | 2 |' in page
     figures = json.loads((tmp_path / 'blind_foreign.json').read_text())
     assert figures['foreign_mechanism']['trials'] == 2
-    assert figures['draws'][1] == {'seed': 61, 'revision': 'def'}
+    assert figures['draws'][1:] == [{'seed': 61, 'revision': 'def'}]
+    assert figures['nuisance_cause']['trials'] == 0
 
 
 def test_nothing_of_a_foreign_form_is_in_the_package() -> None:
