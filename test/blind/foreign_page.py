@@ -28,9 +28,9 @@ were run in an order in which any first part is a fair sample, for as long as th
 {since} only trials from seed 63 on count: answers to earlier
 ones were looked at while what they are about was built. A strong cause among nuisances is drawn
 from the stronger half of the strengths of its form, and is visible if it alone changes a signal by
-3 times the noise. The list of forms is the one from which the trials for building were drawn, with other seeds. Every
-answer is a line of the file of its revision in `docs/{folder}`. Recordings, sensors and what is
-counted are as in [Blind trials](blind.md).
+3 times the noise. The list of forms is the one from which the trials for building were drawn, with
+other seeds. Every answer is a line of the file of its revision in `docs/{folder}`. Recordings,
+sensors and what is counted are as in [Blind trials](blind.md).
 
 {headline}
 ## How much was run
@@ -50,7 +50,8 @@ def coverage(answers: list[Answer], seeds: list[int]) -> str:
     for part in FOREIGN_PARTS:
         own = [a for a in answers if a['part'] == part]
         shown = sum(scores.shows(a) for a in own)
-        drawn = sum(len(drawn_foreign(seed, (part,))) for seed in seeds)
+        counted = [seed for seed in seeds if seed >= SINCE.get(part, 0)]
+        drawn = sum(len(drawn_foreign(seed, (part,))) for seed in counted)
         rows.append((f'`{part}`', len(own), drawn, shown))
     return table(('part', 'run', 'drawn', 'visible'), rows)
 
