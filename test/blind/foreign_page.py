@@ -11,10 +11,10 @@ from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .page_tables import percent, table
 
 NAME = 'blind_foreign'
-SINCE = {'foreign_unknown': 63, 'nuisance': 63, 'nuisance_none': 63}
+SINCE = {'nuisance': 63, 'nuisance_none': 63}
 """
-Part -> first seed that counts. Answers to earlier ones were looked at before descriptions with
-waves and memories, and before the rule for weak effects and the strength of strong ones were set.
+Part -> first seed that counts: before, strong causes were weaker, and the answers were looked at
+while the rule for weak effects was set.
 """
 TEXT = """# Blind trials in a foreign world
 
@@ -23,14 +23,14 @@ differ from those of the library: {forms} forms, {known} of a mechanism that the
 another formula, {unknown} of none that it has (`test/blind/foreign.py`). The other parts add weak
 nuisances, conditions that are not as stated, and two or three forms at a time.
 
-The trials were drawn afresh, strengths, shapes and cylinders, and run once: those of {draws}. They
-were run in an order in which any first part is a fair sample, for as long as there was time. Of
-{since} only trials from seed 63 on count: answers to earlier
-ones were looked at while what they are about was built. A strong cause among nuisances is drawn
-from the stronger half of the strengths of its form, and is visible if it alone changes a signal by
-3 times the noise. The list of forms is the one from which the trials for building were drawn, with
-other seeds. Every answer is a line of the file of its revision in `docs/{folder}`. Recordings,
-sensors and what is counted are as in [Blind trials](blind.md).
+The trials were drawn afresh, strengths, shapes and cylinders, and run once: those of {draws}.
+They were run in an order in which any first part is a fair sample, for as long as there was time.
+Of {since} only trials from seed 63 on count: strong causes were weaker
+before, and earlier answers were looked at while the rule for weak effects was set. A strong cause
+among nuisances is drawn from the stronger half of the strengths of its form, and is visible if it
+alone changes a signal by 3 times the noise. The list of forms is the one from which the trials for
+building were drawn, with other seeds. Every answer is a line of the file of its revision in
+`docs/{folder}`. Recordings, sensors and what is counted are as in [Blind trials](blind.md).
 
 {headline}
 ## How much was run
