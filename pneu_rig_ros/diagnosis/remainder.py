@@ -26,11 +26,14 @@ WEAK = 1.5
 RMS of what weak effects that no model has may leave in a balance, relative to its noise [-].
 
 It counts where even sensors and supply are known to their class only: there several such effects
-are as likely as a single cause.
+are as likely as a single cause. Nuisances are defined to be that weak in the blind trials.
 """
 
 WEAK_CYCLES = 2.0
-"""Ratio by which they may increase the loss of the simulated cycles [-], a robust one."""
+"""
+Ratio by which they may increase the loss of the simulated cycles [-], a robust one. In 29 trials
+for building with weak effects alone it was 1.5 at most, in one more 2.3.
+"""
 
 ANOTHER_CAUSE_LEAVES = 0.7
 """Largest share of the excess that one more cause may leave [-]."""

@@ -109,9 +109,10 @@ def by_form(answers: list[Answer]) -> str:
     for name in sorted({a['names'][0] for a in parts}):
         own = [a for a in parts if a['names'] == [name]]
         good = sum(right_mechanism(a) or (not mechanism(name) and scores.placed(a)) for a in own)
-        told = ', '.join(scores.first_name(a) or a['verdict'] for a in own)
+        answered = ', '.join(scores.first_name(a) or a['verdict'] for a in own)
+        cut = median(cuts(own)) if cuts(own) else None
         rows.append((
             f'`{name}`', FORMS[name].balance, ', '.join(mechanism(name)) or '-',
-            f'{good} of {len(own)}', told, percent(median(cuts(own)) if cuts(own) else None),
+            f'{good} of {len(own)}', answered, percent(cut),
         ))  # fmt: skip
     return table(('form', 'balance', 'mechanism', 'right', 'answered', 'cut'), rows)
