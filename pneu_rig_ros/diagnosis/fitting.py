@@ -46,6 +46,12 @@ SCATTER = 40.0, 1.5
 """Their distance from the fit at most [standard deviations, internal units]."""
 RESTARTS = 3
 """Best of them, and of those along the valley, that are fitted."""
+ALONG, ACROSS = 0.25 * np.arange(-12, 13), 3.0 * np.arange(-5, 6)
+"""
+Grid on which a cause with a memory is sought again: steps in the direction that the data determine
+least, internal units, and in the one that they determine most [standard deviations]. A load that
+swings has a minimum for each of its phases, the narrower the less it is damped.
+"""
 SIMPLEX_SIZE = 0.2
 """Of the search across local minima, internal units [-]."""
 SIMPLEX_STEPS = 100
@@ -218,6 +224,27 @@ def multi_start(
     fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
     best = min((best, *fits), key=lambda result: result.loss)
     return simplex_search(best, given, dataset)
+
+
+def over_ridges(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executor) -> Fit:
+    """
+    Return the best of a fit and of others that ridges of the loss separate from it.
+
+    Along the valley of its last cause, with the best of the steps across at each place, every
+    local minimum is a start, see ``ALONG``.
+    """
+    theta, own = best.explanation.theta, len(best.explanation.parts[-1].coordinates)
+    variances, directions = np.linalg.eigh(best.covariance[-own:, -own:])
+    narrow = np.sqrt(max(variances[0], 0.0)) * directions[:, 0]
+    steps = [far * directions[:, -1] + near * narrow for far in ALONG for near in ACROSS]
+    others = np.zeros(theta.size - own)  # of the other causes
+    points = [best.explanation.with_theta(theta + np.append(others, step)) for step in steps]
+    losses = np.reshape(map_tasks(executor, _loss, points, given, dataset), (ALONG.size, -1))
+    profile = np.pad(losses.min(axis=1), 1, constant_values=np.inf)
+    rows = np.flatnonzero((profile[1:-1] < profile[:-2]) & (profile[1:-1] < profile[2:]))
+    starts = [points[row * ACROSS.size + int(losses[row].argmin())] for row in rows]
+    fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
+    return min((best, *fits), key=lambda result: result.loss)
 
 
 def best_starts(

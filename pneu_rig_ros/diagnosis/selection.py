@@ -24,8 +24,10 @@ from pneu_rig_ros.diagnosis.fitting import (
     changes,
     fit,
     multi_start,
+    over_ridges,
     screen,
 )
+from pneu_rig_ros.diagnosis.localisation import localise
 from pneu_rig_ros.diagnosis.remainder import Remainder
 from pneu_rig_ros.diagnosis.scoring import (
     ScoredFit,
@@ -35,7 +37,9 @@ from pneu_rig_ros.diagnosis.scoring import (
     preferred,
     score,
 )
+from pneu_rig_ros.diagnosis.windows import windows_of
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
+from pneu_rig_ros.model import effects as library
 
 MOST_CAUSES = 3
 """Causes of an explanation at most."""
@@ -286,5 +290,15 @@ class Search(Remainder):
 
     def _fit_thoroughly(self, explanation: Explanation) -> ScoredFit:
         self.progress('fitting ' + explanation.name)
-        best = multi_start(explanation, self.given, self.training, self.executor)
+        problem = self.given, self.training, self.executor
+        best = multi_start(explanation, *problem)
+        if self._may_swing(best):
+            best = over_ridges(best, *problem)
         return score(best, self.given, self.training, self.held_out)
+
+    def _may_swing(self, found: Fit) -> bool:
+        """Return whether states of the last cause may be out of phase with what is left."""
+        last, data = found.explanation.parts[-1], self.training
+        swings = last.is_effect and len(library.load(last.name).states) > 1
+        left = windows_of(data, found.explanation.apply(self.given))
+        return swings and data.cycles is None and bool(localise(left))

@@ -1,0 +1,37 @@
+"""Fits of causes whose loss has several minima."""
+
+from pathlib import Path
+
+import numpy as np
+
+from pneu_rig_ros.diagnosis.balances import Comparison
+from pneu_rig_ros.diagnosis.candidates import Explanation
+from pneu_rig_ros.diagnosis.dataset import Dataset
+from pneu_rig_ros.diagnosis.fitting import ROUNDS, fit, over_ridges
+from pneu_rig_ros.diagnosis.pool import pool
+from pneu_rig_ros.executor import SerialExecutor
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.scenarios.experiments import FIT, levels, set_up
+
+from .runs import configured, measured, system_of
+
+
+def test_a_weakly_damped_load_is_found_beyond_the_ridges_of_its_phases(tmp_path: Path) -> None:
+    compliance, damping, heavy = 3e-4, 5.0, FIT[2]
+    effect = library.load('load_compliance')
+    system = system_of(tmp_path, configured('cylinder_1'))
+    given = system.hypothesis
+    stroke = given.model.cylinder.stroke
+    hidden = {'load_compliance': effect.parameters(compliance, damping)}
+    rig = configured('cylinder_1', hidden, **set_up(heavy, 'cylinder_1', stroke))
+    timeline = tuple((u, time) for time, u in levels(heavy, 'cylinder_1'))
+    runs = [measured(system, 'run', rig, timeline)]
+    data = Dataset.of(given, [Comparison(run) for run in runs], np.random.default_rng(0))
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'load_compliance')
+
+    start = Explanation().with_part(cause, (1.02 * compliance, 4.0 * damping))
+    near = fit(start, given, data, ROUNDS)
+    best = over_ridges(near, given, data, SerialExecutor())
+    assert near.explanation.values[0][1] > 2.0 * damping  # a fit alone does not cross them
+    assert best.loss < 0.6 * near.loss
+    np.testing.assert_allclose(best.explanation.values[0], (compliance, damping), rtol=0.1)
