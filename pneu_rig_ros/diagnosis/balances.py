@@ -167,8 +167,9 @@ class Comparison:
             run.interval / parts,
         )
         if parts > 1:
-            rates = rates.reshape(-1, parts, rates.shape[1]).mean(axis=1)
-            bias = bias.reshape(-1, parts, bias.shape[1]).mean(axis=1)
+            with np.errstate(over='ignore'):  # a trial value may let a state grow without bounds
+                rates = rates.reshape(-1, parts, rates.shape[1]).mean(axis=1)
+                bias = bias.reshape(-1, parts, bias.shape[1]).mean(axis=1)
         return rates, bias
 
     def _gas(self, hypothesis: Hypothesis, run: Run, rates: Floats, chamber: int) -> Floats:
@@ -197,13 +198,19 @@ class Comparison:
         drive = driving_force(hypothesis, run)
         size = max(round(LOAD_WINDOW / run.interval), 1)
         windows = [slice(max(end + 1 - size, 0), end + 1) for end in self.breakaways]
-        loads = [float(np.nanmean(rates[window, along.LOADING])) for window in windows]
+        loads = [_finite_mean(rates[window, along.LOADING]) for window in windows]
         return np.array(
             [
                 float(drive[window].mean()) * (1.0 - 1.0 / max(load, LEAST_LOAD))
                 for window, load in zip(windows, loads, strict=True)
             ]
         )
+
+
+def _finite_mean(values: Floats) -> float:
+    """Return the mean of the finite values, NaN if there is none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else np.nan
 
 
 def chamber_volume(hypothesis: Hypothesis, position: Floats, chamber: int) -> Floats:

@@ -34,6 +34,11 @@ MOST_LEFT = 0.2
 """Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
 MOST_LEFT_ALONE = 0.5
 """The same where no formula does: a cause has to explain most of the excess [-]."""
+MOST_LEFT_REPORTED = 0.75
+"""
+Largest share of the excess, as it is reported, that a named cause may leave [-]: with the noise
+that the data have if it is true, which may differ from that under the given model.
+"""
 MOST_LEFT_OF_ALL = 0.95
 """The same of an effect where all models are far off: those of real seals close a tenth [-]."""
 MUCH_BETTER = 0.5

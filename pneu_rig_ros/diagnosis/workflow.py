@@ -43,6 +43,7 @@ from pneu_rig_ros.diagnosis.scoring import (
     MOST_LEFT,
     MOST_LEFT_ALONE,
     MOST_LEFT_OF_ALL,
+    MOST_LEFT_REPORTED,
     MUCH_BETTER,
     ScoredFit,
     excess,
@@ -273,6 +274,7 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
     named, data = search.best, (search.training, search.held_out)
     # the noise of the sensors is no measure of what a cause may leave where all models are far off
     discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
+    reported = search.remaining()
     search.restart()
     if search.residuals_significant and adopt_profile(search, named):
         return None
@@ -285,6 +287,8 @@ def _unknown(search: Search, where: Sequence[SignificantResidual]) -> Descriptio
     allowed = MOST_LEFT if description.gap_left < share else MOST_LEFT_ALONE
     if discrepant and any(part.is_effect for part in named.explanation.parts):
         allowed = MOST_LEFT_OF_ALL
+    elif reported > MOST_LEFT_REPORTED:
+        return description
     if share > allowed or description.gap_left < MUCH_BETTER * share:
         return description
     hypotheses = search.hypothesis, search.given
