@@ -22,9 +22,10 @@ from pneu_rig_ros.diagnosis.candidates import Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.fitting import ROUNDS, Fit, fit
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.noise import force_noise, gas_variance
 from pneu_rig_ros.diagnosis.replicates import replicate
 from pneu_rig_ros.diagnosis.weak_form import Floats
-from pneu_rig_ros.diagnosis.windows import Windows, windows_of
+from pneu_rig_ros.diagnosis.windows import NEAR_BREAKAWAY, Windows
 from pneu_rig_ros.executor import Executor, map_tasks
 
 Spans = list[tuple[str, str, float, float]]
@@ -87,14 +88,31 @@ def value_intervals(
 
 def contribution_intervals(given: Hypothesis, improved: Hypothesis, dataset: Dataset) -> Spans:
     """
-    Return the intervals in which an explanation contributes more than the noise.
+    Return the intervals in which an explanation contributes more than the noise of the sensors.
 
-    Its contribution is the difference of the residuals without and with it.
+    Its contribution, the difference of the residuals without and with it, is known also in windows
+    that are no evidence, as close to a breakaway.
     """
     spans: Spans = []
-    pairs = zip(windows_of(dataset, given), windows_of(dataset, improved), strict=True)
-    for before, after in pairs:
-        spans += _spans(before, np.abs(before.residual - after.residual) > before.deviation)
+    for comparison, noise in zip(dataset.comparisons, dataset.noises, strict=True):
+        run, motion = comparison.run, comparison.motion
+        pair = comparison.residuals(given), comparison.residuals(improved)
+        gas_1, gas_2, force, breakaway = (np.abs(b - a) for a, b in zip(*pair, strict=True))
+        of_force = sum(source.variance for source in force_noise(improved, comparison))
+        rows = (
+            ('gas_1', comparison.gas, gas_1, gas_variance(improved, comparison, 1)),
+            ('gas_2', comparison.gas, gas_2, gas_variance(improved, comparison, 2)),
+            ('force', motion, force, of_force),
+        )
+        for balance, functions, change, variance in rows:
+            if balance in run.balances:
+                start = run.begin + functions.starts.astype(np.float64) * run.interval
+                end = start + functions.size * run.interval
+                spans += _spans(balance, run.name, start, end, change > np.sqrt(variance))
+        kept, deviation = noise.breakaway.kept, noise.breakaway.deviation
+        time = run.begin + comparison.breakaways[kept].astype(np.float64) * run.interval
+        near = time - NEAR_BREAKAWAY, time + NEAR_BREAKAWAY
+        spans += _spans('force', run.name, *near, breakaway[kept] > deviation)
     return spans
 
 
@@ -104,18 +122,20 @@ def residual_intervals(groups: Sequence[Windows], deviations: float) -> Spans:
     for windows in groups:
         width = min(AVERAGED_WINDOWS, windows.residual.size)
         mean = uniform_filter1d(windows.residual / windows.deviation, width)
-        spans += _spans(windows, np.abs(mean) * np.sqrt(width) > deviations)
+        place = windows.balance, windows.recording, windows.start, windows.end
+        spans += _spans(*place, np.abs(mean) * np.sqrt(width) > deviations)
     return spans
 
 
-def _spans(windows: Windows, flags: NDArray[np.bool_]) -> Iterator[tuple[str, str, float, float]]:
+def _spans(
+    balance: str, recording: str, start: Floats, end: Floats, flags: NDArray[np.bool_]
+) -> Iterator[tuple[str, str, float, float]]:
     """Yield the stretches of the flagged windows; each stands for the middle of its time."""
     marks = np.flatnonzero(flags)
     if not marks.size:
         return
-    quarter = 0.25 * (windows.end - windows.start)
-    starts, ends = windows.start + quarter, windows.end - quarter
+    quarter = 0.25 * (end - start)
+    starts, ends = start + quarter, end - quarter
     pauses = np.flatnonzero(starts[marks[1:]] - ends[marks[:-1]] > BRIDGED_PAUSE) + 1
     for group in np.split(marks, pauses):
-        first, last = float(starts[group[0]]), float(ends[group[-1]])
-        yield windows.balance, windows.recording, first, last
+        yield balance, recording, float(starts[group[0]]), float(ends[group[-1]])

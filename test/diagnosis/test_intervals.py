@@ -11,6 +11,7 @@ from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import FORCE, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset
 from pneu_rig_ros.diagnosis.fitting import UNIFORM, Fit, fit, scattered
+from pneu_rig_ros.diagnosis.intervals import contribution_intervals
 from pneu_rig_ros.diagnosis.noise import FORGOTTEN, bristle_is_known
 from pneu_rig_ros.diagnosis.pool import _parameter, effect_candidate
 from pneu_rig_ros.diagnosis.read_runs import prepare_run
@@ -19,6 +20,7 @@ from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.system import System, load_system
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.model import along
+from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
 
 from .parts import (
@@ -31,6 +33,7 @@ from .parts import (
     table,
     vessel_run,
 )
+from .runs import configured, measured, system_of
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -123,3 +126,31 @@ def test_seal_on_a_bench_counts_once_its_bristle_is_known(tmp_path: Path) -> Non
     first = int(np.argmax(bristle_is_known(system.hypothesis, shown)))
     moved = np.abs(np.diff(shown.run.smooth[: first + 2, 0])).sum()
     assert 0.5 * length < moved < 2.0 * length
+
+
+def test_a_force_larger_than_the_noise_contributes_whenever_the_piston_moves(
+    tmp_path: Path,
+) -> None:
+    rig = configured('cylinder_1')
+    system = system_of(tmp_path, rig)
+    given = system.hypothesis
+    run = measured(system, 'run', rig)
+    data = Dataset.of(given, [Comparison(run)], np.random.default_rng(0))
+    tilted = given.with_effect('inclination', library.load('inclination').parameters(0.5))
+    spans = contribution_intervals(given, tilted, data)
+    assert {(balance, name) for balance, name, _, _ in spans} == {('force', 'run')}
+    told = np.zeros(run.size - 1, dtype=bool)
+    for _, _, start, end in spans:
+        told |= (run.time > start) & (run.time < end)
+    # however slowly, and close to a breakaway: windows that are no evidence count as well
+    assert told[run.velocity != 0.0].mean() > 0.9
+    assert told[run.velocity == 0.0].mean() < 0.4
+
+
+def test_nothing_contributes_where_nothing_is_added(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    system = system_of(tmp_path, rig)
+    data = Dataset.of(
+        system.hypothesis, [Comparison(measured(system, 'run', rig))], np.random.default_rng(0)
+    )
+    assert not contribution_intervals(system.hypothesis, system.hypothesis, data)
