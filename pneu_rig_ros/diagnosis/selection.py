@@ -300,5 +300,6 @@ class Search(Remainder):
         """Return whether states of the last cause may be out of phase with what is left."""
         last, data = found.explanation.parts[-1], self.training
         swings = last.is_effect and len(library.load(last.name).states) > 1
-        left = windows_of(data, found.explanation.apply(self.given))
-        return swings and data.cycles is None and bool(localise(left))
+        if not swings or data.cycles is not None:
+            return False
+        return bool(localise(windows_of(data, found.explanation.apply(self.given))))

@@ -139,12 +139,12 @@ def test_a_force_larger_than_the_noise_contributes_whenever_the_piston_moves(
     tilted = given.with_effect('inclination', library.load('inclination').parameters(0.5))
     spans = contribution_intervals(given, tilted, data)
     assert {(balance, name) for balance, name, _, _ in spans} == {('force', 'run')}
-    told = np.zeros(run.size - 1, dtype=bool)
+    contributes = np.zeros(run.size - 1, dtype=bool)
     for _, _, start, end in spans:
-        told |= (run.time > start) & (run.time < end)
+        contributes |= (run.time > start) & (run.time < end)
     # however slowly, and close to a breakaway: windows that are no evidence count as well
-    assert told[run.velocity != 0.0].mean() > 0.9
-    assert told[run.velocity == 0.0].mean() < 0.4
+    assert contributes[run.velocity != 0.0].mean() > 0.9
+    assert contributes[run.velocity == 0.0].mean() < 0.4
 
 
 def test_nothing_contributes_where_nothing_is_added(tmp_path: Path) -> None:
