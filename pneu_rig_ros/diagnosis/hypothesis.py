@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,12 @@ POSITION_ZERO, SENSOR_CLOCK = 'position_zero', 'clock_offset'
 Conditions that are differences: reading of the position at the inner end [m], and by how much the
 clock of the sensors is ahead of that of the commands [s].
 """
+
+
+@cache
+def _nulls() -> Mapping[str, Any]:
+    """Return the parameters of every effect of the library with which it does not act."""
+    return {name: library.load(name).null for name in library.names()}
 
 
 @dataclass(frozen=True)
@@ -42,16 +49,19 @@ class Hypothesis:
 
     def plant_of(self, run: Run) -> Plant:
         """Return the plant in the state in which a run begins."""
-        plant = self.plant(run, run.initial_operation)
-        plant.start_with(run.gas_temperatures(self.model.gas))
-        return plant
+        temperatures = run.gas_temperatures(self.model.gas)
+        return self.plant(run, run.initial_operation, temperatures)
 
-    def plant(self, run: Run, operation: Operation) -> Plant:
+    def plant(
+        self, run: Run, operation: Operation, temperatures: tuple[float, float] | None = None
+    ) -> Plant:
         """
         Return the plant in the surroundings of a run, under conditions as stated.
 
         It has every effect of the library, the others with their null parameters: one compiled
         right-hand side then serves all hypotheses.
+
+        :param temperatures: of the gas at the start [K], see ``Plant``
         """
         true = {
             name: ratio * getattr(operation, name)
@@ -60,8 +70,8 @@ class Hypothesis:
         }
         gas = self.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
         model = self.model._replace(operation=operation._replace(**true), gas=gas)
-        nulls = {name: library.load(name).null for name in library.names()}
-        return Plant(model, {**nulls, **self.effects}, TOLERANCE)
+        effects = {**_nulls(), **self.effects}
+        return Plant(model, effects, TOLERANCE, temperatures=temperatures)
 
     @property
     def position_zero(self) -> float:

@@ -14,7 +14,13 @@ from pneu_rig_ros.diagnosis.balances import BALANCES
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.localisation import NOISE_ERROR, SignificantResidual, localise
-from pneu_rig_ros.diagnosis.scoring import MOST_LEFT_ALONE, ScoredFit, excess, remaining_share
+from pneu_rig_ros.diagnosis.scoring import (
+    MOST_LEFT,
+    MOST_LEFT_ALONE,
+    ScoredFit,
+    excess,
+    remaining_share,
+)
 from pneu_rig_ros.diagnosis.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.windows import windows_of
 
@@ -74,10 +80,12 @@ class Remainder:
         """
         Return the significant residuals of the best explanation so far.
 
-        Of an uncalibrated system, what is weak in a whole balance is not evidence of a cause,
-        however significant.
+        What an accepted cause leaves in the training data alone, and little, is no evidence of
+        another one. Nor is, of an uncalibrated system, what is weak in a whole balance.
         """
         found = localise(windows_of(self.training, self.hypothesis))
+        if found and self._by_chance(found):
+            return []
         if not self.uncalibrated:
             return found
         rows = self.training.residuals_by_run(self.hypothesis)
@@ -86,6 +94,16 @@ class Remainder:
         least = float(np.hypot(NOISE_ERROR, WEAK))
         wide = {name for name, each in parts.items() if rms(np.concatenate(each)) > least}
         return [residual for residual in found if residual.balance in wide]
+
+    def _by_chance(self, found: Sequence[SignificantResidual]) -> bool:
+        """Return whether what an accepted cause leaves is little, and not in the held-out data."""
+        if self.best is None or self.best is self.calibrated:
+            return False
+        share = remaining_share(self.training.without_cycles, self.given, self.hypothesis)
+        if share > MOST_LEFT:
+            return False
+        again = localise(windows_of(self.held_out, self.hypothesis))
+        return not {each.balance for each in found} & {each.balance for each in again}
 
     def remaining(self, simulated: bool = True) -> float:
         """

@@ -49,6 +49,8 @@ MOVES, RESTS, AT_INNER_STOP, AT_OUTER_STOP = range(4)
 
 SLOWEST_CREEP = 1e-7
 """Speed at which g(v, h) is that at rest [m/s]."""
+BALANCED = 1e-5
+"""Newton's last step towards the deflection that holds the driving force, relative to it [-]."""
 FASTEST_CREEP = 1e-3
 """A piston at rest is slower: the speed between rest and motion, see ``analysis`` [m/s]."""
 
@@ -147,15 +149,18 @@ def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
         be measured, so it is the model's own. The piston breaks away at the fastest creep.
         """
         state, rate, arrow, memory = carry.y1, carry.f1, carry.arrow, carry.memory
-        state[VELOCITY], old = 0.0, state[DEFLECTION]
-        for _ in range(BALANCING_ROUNDS):
+        old, side = state[DEFLECTION], 1.0
+        for _ in range(BALANCING_ROUNDS + 1):
+            side = 1.0 if state[DEFLECTION] > 0.0 else -1.0
+            state[VELOCITY] = side * SLOWEST_CREEP
             right_hand_side(time, state, rate, arrow, memory, voltages, model, effects)
-            if arrow[V_Z] < -LEAST_STIFFNESS:
-                state[DEFLECTION] -= rate[VELOCITY] / arrow[V_Z]
-                events.update_anchors(state, memory, model)
-        side = 1.0 if state[DEFLECTION] > 0.0 else -1.0
-        state[VELOCITY] = side * SLOWEST_CREEP
-        right_hand_side(time, state, rate, arrow, memory, voltages, model, effects)
+            if arrow[V_Z] > -LEAST_STIFFNESS:
+                break
+            step = -rate[VELOCITY] / arrow[V_Z]
+            state[DEFLECTION] += step
+            events.update_anchors(state, memory, model)
+            if abs(step) <= BALANCED * abs(state[DEFLECTION]):
+                break
         share = 1.0 - side * rate[DEFLECTION] / SLOWEST_CREEP
         bent = side * (state[DEFLECTION] - old) / interval
         loaded = share + max(bent, 0.0) / FASTEST_CREEP

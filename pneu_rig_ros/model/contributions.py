@@ -39,7 +39,8 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
     """
     Return the sums over the effects.
 
-    :param effects: in the order of their parameters in the plant's tuple
+    :param effects: in the order of their parameters in the plant's tuple, after which that tuple
+        has which of them act, shape (len(effects),)
     :param first_state: index of the first effect state in the state array
     :param shaped: whether the plant's tuple ends with the shapes of the effects
     """
@@ -49,7 +50,8 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
         effect = effects[index]
         own = _own(effect, index, ends[index], ends[index + 1])
         if shaped:
-            own = _shaped(own, index, len(effects))
+            own = _shaped(own, index, len(effects) + 1)
+        own = _acting(own, index, len(effects))
         others, behind = sums[effect.balance], CHAINS.get(effect.balance)
         sums[effect.balance] = _series(others, own, behind) if behind else _parallel(others, own)
     return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
@@ -70,6 +72,20 @@ def _own(effect: Effect, index: int, start: int, end: int) -> Contribution:
         signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
     ) -> tuple[float, float]:
         return contribution(signals, model, effects[index], state[start:end], rate[start:end])
+
+    return own
+
+
+def _acting(always: Contribution, index: int, acting: int) -> Contribution:
+    """Return the contributions of an effect, none while it does not act: that costs least."""
+
+    @inner
+    def own(
+        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+    ) -> tuple[float, float]:
+        if effects[acting][index]:
+            return always(signals, model, effects, state, rate)
+        return 0.0, 0.0
 
     return own
 

@@ -109,6 +109,7 @@ class Plant:
     :param effects: name -> parameters of each optional effect, with or without a ``Shape``
     :param tolerance: local error as a share of full scale [-]
     :param longest_step: [s]
+    :param temperatures: of the gas in both chambers at the start [K]; the supply's if omitted
     :raises RigError: for an unknown effect, or a shape that it cannot have
     """
 
@@ -118,6 +119,7 @@ class Plant:
         effects: Mapping[str, Any] | None = None,
         tolerance: float = TOLERANCE,
         longest_step: float = LONGEST_STEP,
+        temperatures: tuple[float, float] | None = None,
     ) -> None:
         self.model = model
         self.tolerance, self.longest_step = tolerance, longest_step
@@ -128,9 +130,12 @@ class Plant:
             coefficients(own) if name in EFFECTS else own
             for name, own in zip(chosen, self._chosen, strict=True)
         )
+        acting = [own != one.null for own, one in zip(self._chosen, loaded, strict=True)]
+        self.effects += (np.array(acting, dtype=np.bool_),)
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
-        self._sensed = any(effect.balance in READING_BALANCES for effect in loaded)
-        self._temperatures = (model.gas.supply_temperature,) * 2
+        sensing = [effect.balance in READING_BALANCES for effect in loaded]
+        self._sensed = any(np.logical_and(sensing, acting))
+        self._temperatures = temperatures or (model.gas.supply_temperature,) * 2
         shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
         if shapes is not None:
             self.effects += (shapes,)
@@ -156,12 +161,6 @@ class Plant:
         signals = carry.y1, carry.f1, carry.arrow, carry.memory, carry.voltages
         self.right_hand_side(0.0, *signals, *given)
         carry.counts[integrator.EVALUATIONS] += 1
-
-    def start_with(self, temperatures: tuple[float, float]) -> None:
-        """Go back to rest, with the gas of both chambers at temperatures [K]."""
-        if temperatures != self._temperatures:
-            self._temperatures = temperatures
-            self.reset()
 
     def _compiled_model(self) -> CompiledModel:
         """Return the model; the dwell clock is that of an effect which the law is completed by."""

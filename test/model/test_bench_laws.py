@@ -21,11 +21,16 @@ HELD: dict[str, Any] = {
 ATMOSPHERE = GAS.atmospheric_pressure
 
 
-def plant_with(name: str, *values: float, **sections: dict[str, Any]) -> Plant:
+def plant_with(
+    name: str,
+    *values: float,
+    temperatures: tuple[float, float] | None = None,
+    **sections: dict[str, Any],
+) -> Plant:
     """Return the plant that all effects share, one of them switched on."""
     chosen = {other: effects.load(other).null for other in effects.names()}
     chosen[name] = effects.load(name).parameters(*values)
-    return Plant(changed('cylinder_2', **sections), chosen)
+    return Plant(changed('cylinder_2', **sections), chosen, temperatures=temperatures)
 
 
 @pytest.mark.parametrize('exponent', [0.5, 1.0, 1.2, 2.0])
@@ -70,13 +75,14 @@ def test_gas_in_a_closed_volume_takes_the_temperature_of_the_wall(
     exponent: float, warmer: float
 ) -> None:
     """The balance of energy, m c_v d' = -G (|d| / 10 K)^n d, has a closed form."""
-    conductance = 0.05
+    conductance, wall = 0.05, GAS.supply_temperature
     start = {'initial_pressure_1': 4e5, 'initial_position': 0.1}
     plant = plant_with(
-        *('natural_convection', conductance, 0.0, exponent), friction=HELD, operation=start
+        *('natural_convection', conductance, 0.0, exponent),
+        temperatures=(wall + warmer, wall),
+        friction=HELD,
+        operation=start,
     )
-    wall = GAS.supply_temperature
-    plant.start_with((wall + warmer, wall))
     mass = plant.state.gas_mass_1
     run = drive(plant, SHUT, 10.0, 0.01)
     capacity = mass * GAS.gas_constant / (GAS.heat_capacity_ratio - 1.0)
