@@ -16,18 +16,9 @@ import numpy as np
 from pneu_rig_ros.diagnosis.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.families import Family, families
-from pneu_rig_ros.diagnosis.fitting import (
-    FINAL_ROUNDS,
-    ROUNDS,
-    Fit,
-    Screened,
-    changes,
-    fit,
-    multi_start,
-    over_ridges,
-    screen,
-)
+from pneu_rig_ros.diagnosis.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
 from pneu_rig_ros.diagnosis.localisation import localise
+from pneu_rig_ros.diagnosis.multi_start import multi_start, over_ridges
 from pneu_rig_ros.diagnosis.remainder import Remainder
 from pneu_rig_ros.diagnosis.scoring import (
     ScoredFit,
@@ -37,6 +28,7 @@ from pneu_rig_ros.diagnosis.scoring import (
     preferred,
     score,
 )
+from pneu_rig_ros.diagnosis.screening import Screened, changes, screen
 from pneu_rig_ros.diagnosis.windows import windows_of
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 from pneu_rig_ros.model import effects as library

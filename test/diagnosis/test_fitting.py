@@ -7,7 +7,8 @@ import numpy as np
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.fitting import ROUNDS, fit, over_ridges
+from pneu_rig_ros.diagnosis.fitting import ROUNDS, fit
+from pneu_rig_ros.diagnosis.multi_start import over_ridges
 from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.executor import SerialExecutor
 from pneu_rig_ros.model import effects as library

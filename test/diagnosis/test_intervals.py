@@ -10,8 +10,9 @@ import pytest
 from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import FORCE, Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.fitting import UNIFORM, Fit, fit, scattered
+from pneu_rig_ros.diagnosis.fitting import UNIFORM, Fit, fit
 from pneu_rig_ros.diagnosis.intervals import contribution_intervals
+from pneu_rig_ros.diagnosis.multi_start import scattered
 from pneu_rig_ros.diagnosis.noise import FORGOTTEN, bristle_is_known
 from pneu_rig_ros.diagnosis.pool import _parameter, effect_candidate
 from pneu_rig_ros.diagnosis.read_runs import prepare_run

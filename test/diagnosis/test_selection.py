@@ -9,6 +9,7 @@ from pneu_rig_ros.diagnosis.balances import Comparison
 from pneu_rig_ros.diagnosis.candidates import Explanation
 from pneu_rig_ros.diagnosis.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.fitting import Fit
+from pneu_rig_ros.diagnosis.pool import pool
 from pneu_rig_ros.diagnosis.scoring import score
 from pneu_rig_ros.diagnosis.selection import Search
 
@@ -51,3 +52,33 @@ def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(tmp_path: Path) -> N
     assert not found[0]
     assert strong > 1.9
     assert {residual.balance for residual in found[1]} == {'force'}
+
+
+def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(tmp_path: Path) -> None:
+    system = system_of(tmp_path, configured('cylinder_1'))
+    rng, right = np.random.default_rng(0), system.hypothesis
+    coulomb = right.model.friction.coulomb_force
+    given = right.with_parameter('friction', 'coulomb_force', 1.5 * coulomb)
+
+    def data(factor: float, seed: int) -> Dataset:
+        rig = configured('cylinder_1', seed=seed)
+        friction = rig.model.friction._replace(coulomb_force=factor * coulomb)
+        rig = replace(rig, model=rig.model._replace(friction=friction))
+        run = measured(system, str(seed), rig)
+        return Dataset.of(right, [Comparison(run)], rng)
+
+    same, other, far = data(1.0, 0), data(1.06, 1), data(1.2, 2)
+    runs = [each.comparisons[0].run for each in (same, other)]
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'friction.coulomb_force')
+    found = Fit(Explanation().with_part(cause, (coulomb,)), 0.0, np.zeros((0, 0)))
+
+    def significant(training: Dataset, held_out: Dataset) -> bool:
+        search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
+        assert search.significant()
+        search.best = score(found, given, training, held_out)
+        return bool(search.significant())
+
+    assert not significant(same, other)
+    assert not significant(other, same)
+    assert significant(other, other)
+    assert significant(far, same)
