@@ -6,7 +6,7 @@ from pathlib import Path
 from . import scores
 from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
-from .foreign_scores import by_form, figures, headline
+from .foreign_scores import by_form, by_verdict, figures, headline
 from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .page_tables import percent, table
 
@@ -36,6 +36,13 @@ building were drawn, with other seeds. Every answer is a line of the file of its
 ## How much was run
 
 {coverage}
+## What an answer is worth
+
+How often an answer was true, by its verdict, in all of these trials: a name that is a right
+mechanism, `unknown` where the library has none, nothing missing where nothing strong or visible
+is hidden. Another mix of causes than that of these trials has other shares.
+
+{by_verdict}
 ## Form by form
 
 {by_form}
@@ -94,7 +101,7 @@ def write_kept(source: Path, docs: Path) -> None:
         forms=len(FORMS), known=len(KNOWN), unknown=len(UNKNOWN), folder=FOLDER,
         draws=', '.join(f'seed {seed} at git {revision}' for seed, revision in draws),
         headline=headline(answers), coverage=coverage(answers, [seed for seed, _ in draws]),
-        by_form=by_form(answers), answers=said(answers),
+        by_form=by_form(answers), by_verdict=by_verdict(answers), answers=said(answers),
     )  # fmt: skip
     (docs / f'{NAME}.md').write_text(text)
     data = {**figures(answers), 'draws': [{'seed': s, 'revision': r} for s, r in draws]}

@@ -102,6 +102,33 @@ def headline(answers: list[Answer]) -> str:
     return table(('figure', 'what', 'measured', '95 % interval', 'wanted', 'trials'), rows)
 
 
+def right(answer: Answer) -> bool:
+    """Whether an answer is true, with what it names first, of a trial of any of the parts."""
+    verdict = answer['verdict']
+    hidden = answer['part'] != 'nuisance_none' and scores.shows(answer)
+    if verdict == 'conditions':
+        return condition_named(answer)
+    if answer['part'] == 'conditions' or not alarm(answer):
+        return not (hidden or alarm(answer))
+    mechanisms = {each for name in answer['names'] for each in mechanism(name)}
+    if verdict == 'unknown':
+        return hidden and not mechanisms
+    return hidden and scores.first_name(answer) in mechanisms
+
+
+def by_verdict(answers: list[Answer]) -> str:
+    """Return a row for each verdict: how often an answer with it was true."""
+    rows = []
+    for verdict in sorted({a['verdict'] for a in answers}):
+        own = [a for a in answers if a['verdict'] == verdict]
+        figure = share(own, right)
+        rows.append((
+            f'`{verdict}`', f'{sum(map(right, own))} of {len(own)}',
+            percent(figure['value']), interval('right', figure),
+        ))  # fmt: skip
+    return table(('verdict', 'true', 'share', '95 % interval'), rows)
+
+
 def by_form(answers: list[Answer]) -> str:
     """Return a row for each form that was hidden alone: what it was taken for."""
     parts = scores.seen(answers, 'foreign') + scores.seen(answers, 'foreign_unknown')

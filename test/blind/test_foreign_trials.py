@@ -187,6 +187,10 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
     assert f'| `woschni_heat` | gas | {heat} | 1 of 1 | wall_heat_transfer |' in rows
     assert '| `detent` | force | - | 1 of 1 | unknown |' in rows
     assert '| `compressor_pulsation` | gas | - | 0 of 1 | unknown |' in rows
+    worth = foreign_scores.by_verdict(ANSWERS)
+    for row in ('`conditions` | 1 of 1', '`effect` | 4 of 7', '`parameter` | 1 of 2',
+                '`uncalibrated` | 1 of 1', '`unknown` | 2 of 3'):  # fmt: skip
+        assert f'| {row} |' in worth
 
 
 def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
