@@ -18,6 +18,7 @@ from pneu_rig_ros.records.description import git_revision
 from . import cases, places
 from .files import Files
 from .trials import Trial
+from .weights import weight_of_answer
 
 Answer = dict[str, Any]
 FOLDER = 'blind_answers'
@@ -37,14 +38,15 @@ def kept(store: Path, trials: list[Trial]) -> list[Answer]:
 
 
 def ask(files: Files, trial: Trial, executor: Executor | None) -> Answer:
-    """Return what the workflow says: the content of diagnosis.json."""
+    """Return what the workflow says, the content of diagnosis.json, and the weight of that."""
     from pneu_rig_ros.diagnosis.result import answer
     from pneu_rig_ros.diagnosis.workflow import diagnose
 
-    return answer(diagnose(
+    diagnosis = diagnose(
         files.fit, files.model, files.verify, seed=1, without=trial.without, executor=executor,
         mapping=files.mapping,
-    ))  # fmt: skip
+    )  # fmt: skip
+    return {**answer(diagnosis), 'weight': weight_of_answer(diagnosis)}
 
 
 def carry_out(trial: Trial, executor: Executor | None = None, ask: Ask = ask) -> Answer:
@@ -91,6 +93,7 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'errors': _errors(trial, said),
         'covered': _covered(trial, said),
         'seconds': said.get('seconds'),
+        'weight': said.get('weight'),
         'revision': git_revision(),
     }  # fmt: skip
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from . import scores
 from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
-from .foreign_scores import by_form, by_verdict, figures, headline
+from .foreign_scores import by_form, by_verdict, by_weight, figures, headline
 from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .page_tables import percent, table
 
@@ -43,12 +43,25 @@ mechanism, `unknown` where the library has none, nothing missing where nothing s
 is hidden. Another mix of causes than that of these trials has other shares.
 
 {by_verdict}
-## Form by form
+{reliability}## Form by form
 
 {by_form}
 ## Answers
 
 {answers}"""
+RELIABILITY = """Named answers by their weight among what was fitted beside them (pseudo-BMA+,
+`test/blind/weights.py`), of trials since seed 65. Their expected calibration error is {error:.2f}:
+a weight says how sure one name is against the others that were fitted, and not whether the truth
+is among these.
+
+{table}
+"""
+
+
+def reliability(answers: list[Answer]) -> str:
+    """Return how often answers of a weight were true; nothing where no weight is kept."""
+    rows, error = by_weight(answers)
+    return '' if error is None else RELIABILITY.format(error=error, table=rows)
 
 
 def coverage(answers: list[Answer], seeds: list[int]) -> str:
@@ -101,7 +114,8 @@ def write_kept(source: Path, docs: Path) -> None:
         forms=len(FORMS), known=len(KNOWN), unknown=len(UNKNOWN), folder=FOLDER,
         draws=', '.join(f'seed {seed} at git {revision}' for seed, revision in draws),
         headline=headline(answers), coverage=coverage(answers, [seed for seed, _ in draws]),
-        by_form=by_form(answers), by_verdict=by_verdict(answers), answers=said(answers),
+        by_form=by_form(answers), by_verdict=by_verdict(answers),
+        reliability=reliability(answers), answers=said(answers),
     )  # fmt: skip
     (docs / f'{NAME}.md').write_text(text)
     data = {**figures(answers), 'draws': [{'seed': s, 'revision': r} for s, r in draws]}

@@ -1,7 +1,8 @@
 """What the answers in a foreign world are worth, a table row for each figure."""
 
 from collections.abc import Iterable
-from statistics import median
+from itertools import pairwise
+from statistics import fmean, median
 
 from . import scores
 from .answers import Answer
@@ -36,6 +37,8 @@ MEANING = {
     'foreign_pairs_both': 'two foreign forms: both mechanisms are named',
     'triples_all': 'three foreign forms: all mechanisms are named',
 }
+WEIGHTS = 0.0, 0.5, 0.8, 0.95, 0.99, 1.01
+"""Ends of the ranges in which the weights of named answers are compared with how many are true."""
 
 
 def right_mechanism(answer: Answer) -> bool:
@@ -127,6 +130,24 @@ def by_verdict(answers: list[Answer]) -> str:
             percent(figure['value']), interval('right', figure),
         ))  # fmt: skip
     return table(('verdict', 'true', 'share', '95 % interval'), rows)
+
+
+def by_weight(answers: list[Answer]) -> tuple[str, float | None]:
+    """Return a row for each range of weights of named answers, and the calibration error."""
+    stated = [a for a in answers if a.get('weight') is not None]
+    rows, error = [], 0.0
+    for low, high in pairwise(WEIGHTS):
+        own = [a for a in stated if low <= a['weight'] < high]
+        if own:
+            mean, figure = fmean(a['weight'] for a in own), share(own, right)
+            error += len(own) / len(stated) * abs(mean - figure['value'])
+            rows.append((
+                f'{low:.2f} to {min(high, 1.0):.2f}', f'{mean:.2f}',
+                f'{sum(map(right, own))} of {len(own)}', percent(figure['value']),
+                interval('right', figure),
+            ))  # fmt: skip
+    head = 'weight', 'mean', 'true', 'share', '95 % interval'
+    return table(head, rows), error if stated else None
 
 
 def by_form(answers: list[Answer]) -> str:
