@@ -29,6 +29,7 @@ CLUSTER = {'distributed'}
 # layer: the layers of the package it may import from, the outside packages it may import
 RULES: dict[str, tuple[set[str], set[str]]] = {
     '__init__': (set(), set()),
+    'arrays': (set(), {'numpy'}),
     'errors': (set(), set()),
     'executor': (set(), CLUSTER),
     'model': (set(), SCIENCE),
@@ -78,6 +79,9 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
         FIGURES | TERMINAL,
     ),
 }
+
+# folders of the diagnosis: each may import from itself and from those before it
+DIAGNOSIS = ('runs', 'residuals', 'inputs', 'causes', 'search', 'answer')
 
 
 def imports(tree: ast.AST) -> Iterator[str]:
@@ -129,13 +133,24 @@ def layer_of(module: Path) -> str:
 def test_imports_only_what_its_layer_may(module: Path) -> None:
     here = layer_of(module)
     layers, outside = RULES[here]
-    allowed = {PACKAGE, *(f'{PACKAGE}.{name}' for name in layers | {here, 'errors'})}
+    allowed = {PACKAGE, *(f'{PACKAGE}.{name}' for name in layers | {here, 'arrays', 'errors'})}
     for name in imports(ast.parse(module.read_text())):
         first = name.split('.')[0]
         if first == PACKAGE:
             assert '.'.join(name.split('.')[:2]) in allowed, f'{here} imports {name}'
         elif first not in STANDARD:
             assert first in outside, f'{here} imports {name}'
+
+
+@pytest.mark.parametrize('folder', DIAGNOSIS)
+def test_folders_of_the_diagnosis_import_from_those_before_them(folder: str) -> None:
+    allowed = DIAGNOSIS[: DIAGNOSIS.index(folder) + 1]
+    modules = list((ROOT / 'diagnosis' / folder).glob('*.py'))
+    assert len(modules) > 1
+    for module in modules:
+        for name in imports(ast.parse(module.read_text())):
+            if name.startswith(f'{PACKAGE}.diagnosis'):
+                assert name.split('.')[2] in allowed, f'{module.name} imports {name}'
 
 
 def declared(*extras: str) -> set[str]:

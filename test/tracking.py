@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.analysis.friction import Floats
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.control.observer import RestDetector
 
 

@@ -20,9 +20,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.recording import Floats, low_pass
+from pneu_rig_ros.records.recording import low_pass
 from pneu_rig_ros.rig import RigConfiguration
 
 CUTOFF = 32.0

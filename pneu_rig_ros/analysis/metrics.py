@@ -16,9 +16,9 @@ import numpy as np
 from pneu_rig_ros.analysis.friction import CUTOFF, ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.recording import Floats
 
 UNITS = {
     'position': 'm',

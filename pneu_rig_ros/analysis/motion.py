@@ -29,10 +29,8 @@ from pneu_rig_ros.analysis.velocity import (
     running_mean,
     window_for,
 )
+from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.recording import Floats
-
-Flags = NDArray[np.bool_]
 
 REST_SPEED = 1e-3
 """A piston slower than this is at rest [m/s]."""

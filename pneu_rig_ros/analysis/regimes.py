@@ -39,9 +39,9 @@ from pneu_rig_ros.analysis.velocity import (
     running_mean,
     speed_noise,
 )
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.recording import Floats
 
 Regimes = NDArray[np.int8]
 

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneu_rig_ros.records.recording import Floats
+from pneu_rig_ros.arrays import Floats
 
 WINDOW = 0.046
 """Length of the shortest line fits that give the speed [s]."""

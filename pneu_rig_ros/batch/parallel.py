@@ -12,14 +12,12 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.assembly import kept_module
 from pneu_rig_ros.model.integrator import EXTRA_NAMES
 from pneu_rig_ros.model.plant import FREE, Plant, RunState, Trajectory
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
-
-Floats = NDArray[np.float64]
 
 
 @dataclass

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.analysis.motion import find_rests
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 VISIBLE_CREEP = 0.5e-3
 """

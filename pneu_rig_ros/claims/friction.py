@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import CAPTIONS, INTERVAL, Laboratory, Stroke
 from pneu_rig_ros.claims.findings import Finding, at_most, in_slips, numbers, rises_throughout
 from pneu_rig_ros.claims.trends import LOAD_COMMAND, LOADS
@@ -138,9 +139,6 @@ def advance(
         if until(plant.state):
             break
     return peak
-
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def estimated_friction(laboratory: Laboratory) -> list[Finding]:

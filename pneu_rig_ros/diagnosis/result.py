@@ -7,26 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis import conditions as condition_rows
-from pneu_rig_ros.diagnosis.alternatives import indistinguishable, ranking_rows
-from pneu_rig_ros.diagnosis.balances import BALANCES, UNITS
-from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Candidate, Condition, Explanation
-from pneu_rig_ros.diagnosis.families import Family
-from pneu_rig_ros.diagnosis.improvement import signal_tables
-from pneu_rig_ros.diagnosis.intervals import (
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.answer import condition_rows
+from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable, ranking_rows
+from pneu_rig_ros.diagnosis.answer.improvement import signal_tables
+from pneu_rig_ros.diagnosis.answer.intervals import (
     HALF_WIDTH,
     Spans,
     contribution_intervals,
     residual_intervals,
     value_intervals,
 )
-from pneu_rig_ros.diagnosis.localisation import SignificantResidual
-from pneu_rig_ros.diagnosis.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
-from pneu_rig_ros.diagnosis.profiles import Profile
-from pneu_rig_ros.diagnosis.scoring import excess, excess_rms
+from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Condition, Explanation
+from pneu_rig_ros.diagnosis.causes.families import Family
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, UNITS
+from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
+from pneu_rig_ros.diagnosis.residuals.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
+from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
+from pneu_rig_ros.diagnosis.search.profiles import Profile
+from pneu_rig_ros.diagnosis.search.scoring import excess, excess_rms
 from pneu_rig_ros.diagnosis.sentence import sentence
-from pneu_rig_ros.diagnosis.weak_form import Floats
-from pneu_rig_ros.diagnosis.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import DRIVERS

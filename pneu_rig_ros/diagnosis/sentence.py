@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis import conditions as condition_rows
-from pneu_rig_ros.diagnosis.balances import UNITS
-from pneu_rig_ros.diagnosis.intervals import HALF_WIDTH
+from pneu_rig_ros.diagnosis.answer import condition_rows
+from pneu_rig_ros.diagnosis.answer.intervals import HALF_WIDTH
+from pneu_rig_ros.diagnosis.residuals.balances import UNITS
 from pneu_rig_ros.diagnosis.workflow import (
     CONDITIONS,
     CONSISTENT,

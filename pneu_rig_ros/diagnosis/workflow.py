@@ -17,32 +17,32 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.diagnosis.alternatives import rivals
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.candidates import CALIBRATION, Explanation
-from pneu_rig_ros.diagnosis.dataset import Dataset, rms
-from pneu_rig_ros.diagnosis.empirical import Description
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.intervals import replicate_errors
-from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
-from pneu_rig_ros.diagnosis.next_experiment import NextExperiment, next_experiment
-from pneu_rig_ros.diagnosis.pool import pool
-from pneu_rig_ros.diagnosis.read_runs import (
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.answer.alternatives import rivals
+from pneu_rig_ros.diagnosis.answer.intervals import replicate_errors
+from pneu_rig_ros.diagnosis.answer.next_experiment import NextExperiment, next_experiment
+from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
+from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Explanation
+from pneu_rig_ros.diagnosis.inputs.read_runs import (
     prepare_runs,
     read_recordings,
     split_in_time,
     split_paths,
     with_unknown_temperature,
 )
-from pneu_rig_ros.diagnosis.repeatability import repeatability
-from pneu_rig_ros.diagnosis.restated import Restated, otherwise
-from pneu_rig_ros.diagnosis.run import Run
-from pneu_rig_ros.diagnosis.scoring import ScoredFit, excess
-from pneu_rig_ros.diagnosis.selection import DISCREPANT, Search
-from pneu_rig_ros.diagnosis.system import System, load_system
-from pneu_rig_ros.diagnosis.unknown import describe_unknown
-from pneu_rig_ros.diagnosis.weak_form import Floats
-from pneu_rig_ros.diagnosis.windows import Windows, windows_of
+from pneu_rig_ros.diagnosis.inputs.repeatability import repeatability
+from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
+from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, localise
+from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.diagnosis.search.empirical import Description
+from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, excess
+from pneu_rig_ros.diagnosis.search.selection import DISCREPANT, Search
+from pneu_rig_ros.diagnosis.search.unknown import describe_unknown
 from pneu_rig_ros.executor import Executor, SerialExecutor
 
 Progress = Callable[[str, float], None]

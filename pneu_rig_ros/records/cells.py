@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Union
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.mapping import Layout
-from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.table_form import (
     DECIMAL_COMMA,
     DETECTION_LINES,

@@ -15,10 +15,10 @@ from typing import cast
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, specifications
-from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
 from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import NANOSECONDS, pack_string, template
 from pneu_rig_ros.records.conditions import (
@@ -33,7 +34,7 @@ from pneu_rig_ros.records.description import (
     package_version,
 )
 from pneu_rig_ros.records.reader import read_recording
-from pneu_rig_ros.records.recording import SIGNALS, Floats, Recording, Stamps
+from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
 from pneu_rig_ros.records.rows import TopicRows, fill_rows
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.whole_files import atomic_write

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.recording import Floats, Stamps
+from pneu_rig_ros.records.recording import Stamps
 
 HELD = ('u', 'voltage_1', 'voltage_2')
 """Signals that keep their value until the next one; the others are interpolated linearly."""

@@ -17,6 +17,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.bag import (
@@ -31,7 +32,7 @@ from pneu_rig_ros.records.cdr import NANOSECONDS, typestore
 from pneu_rig_ros.records.decompression import check_ros1_chunks
 from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.mapping import Source, TableMapping, in_si, unit_of
-from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats, Stamps
+from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Stamps
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import JOINT
 

@@ -19,9 +19,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
-from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats
+from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.units import Unit, convert, parse_unit, scaled
 from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from pneu_rig_ros.arrays import Floats
 
 KEPT = 0.9
 """Share of the smallest second differences that count: the others may be motion [-]."""

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
 from pneu_rig_ros.records.bulk_cdr import decode_all
@@ -20,7 +21,7 @@ from pneu_rig_ros.records.cdr import (
 from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps, fit_grid, shortest_decimal
-from pneu_rig_ros.records.recording import NEVER, Floats, Recording, Stamps, check_stamps
+from pneu_rig_ros.records.recording import NEVER, Recording, Stamps, check_stamps
 from pneu_rig_ros.records.topics import TOPICS, absolute_names
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.valve_drive import valve_voltages

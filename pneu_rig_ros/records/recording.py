@@ -14,13 +14,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
 from pneu_rig_ros.records.noise import noise_of, smallest_step
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
-Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 SIGNALS = {

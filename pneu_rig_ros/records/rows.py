@@ -15,8 +15,9 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.records.cdr import NANOSECONDS, Template
-from pneu_rig_ros.records.recording import Floats, Stamps
+from pneu_rig_ros.records.recording import Stamps
 
 Bytes = NDArray[np.uint8]
 

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cells import Cells, read_cells, release_memory
 from pneu_rig_ros.records.grid import Columns
 from pneu_rig_ros.records.mapping import DATETIME, Source, TableMapping, in_si, unit_of
-from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Floats
+from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.units import parse_unit, scaled
 
 LIKELY_GAUGE = 5e4

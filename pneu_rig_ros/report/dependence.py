@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.latent import Latent, smooth
-from pneu_rig_ros.diagnosis.localisation import LEAST_WIDTH
-from pneu_rig_ros.diagnosis.windows import VARIABLES, Windows
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.residuals.latent import Latent, smooth
+from pneu_rig_ros.diagnosis.residuals.localisation import LEAST_WIDTH
+from pneu_rig_ros.diagnosis.residuals.windows import VARIABLES, Windows
 from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS, display
 from pneu_rig_ros.report.figure import BLUE, ORANGE
-
-Floats = NDArray[np.float64]
 
 COLOURS = {'out': BLUE, 'in': ORANGE, '': '#5f6570'}
 NAMES = {'out': 'outstroke', 'in': 'instroke', '': 'at rest'}

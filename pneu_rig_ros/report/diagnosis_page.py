@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from pneu_rig_ros.diagnosis.alternatives import rivals
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.answer.alternatives import rivals
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.whole_files import atomic_write

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pneu_rig_ros.diagnosis.candidates import CONDITIONS
+from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS
 
 Answer = Mapping[str, Any]
 """What `pneu_rig_ros.diagnosis.result.answer` returns, or diagnosis.json holds."""

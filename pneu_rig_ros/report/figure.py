@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError, printable
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.recording import Floats
 
 BLUE, ORANGE, GREEN, GREY = '#1f5a94', '#d1660b', '#2c8a5a', '#8a8f98'
 BAR = 1e5

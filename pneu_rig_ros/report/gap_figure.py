@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.metrics import AnalysedRun, SignalGap
-from pneu_rig_ros.records.recording import Floats
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.report.figure import (
     BLUE,
     GREEN,

@@ -12,14 +12,18 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.next_experiment import INTERVAL, NextExperiment, simulated_readings
-from pneu_rig_ros.diagnosis.replicates import bench_force, chamber_pressures
-from pneu_rig_ros.diagnosis.run import Run
-from pneu_rig_ros.diagnosis.shooting import MultipleShooting
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.answer.next_experiment import (
+    INTERVAL,
+    NextExperiment,
+    simulated_readings,
+)
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, chamber_pressures
+from pneu_rig_ros.diagnosis.residuals.shooting import MultipleShooting
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.diagnosis_rows import display
 from pneu_rig_ros.report.figure import (
@@ -32,8 +36,6 @@ from pneu_rig_ros.report.figure import (
     thinned,
 )
 from pneu_rig_ros.report.figure import SIGNALS as SHOWN
-
-Floats = NDArray[np.float64]
 
 SIGNALS = ('position', 'pressure_1', 'pressure_2')
 MEASURED, GIVEN, IMPROVED = 'measured', 'model as given', 'improved model'

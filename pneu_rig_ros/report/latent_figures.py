@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.windows import BREAKAWAY, Windows, windows_of
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, Windows, windows_of
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.report.dependence import (
     COLOURS,
     NAMES,
@@ -29,7 +29,6 @@ from pneu_rig_ros.report.dependence import (
 from pneu_rig_ros.report.diagnosis_rows import UNITS
 from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, literal
 
-Floats = NDArray[np.float64]
 Spans = Sequence[tuple[float, float]]
 
 SHADE, BAND = '#f6e7c8', 0.25

@@ -13,11 +13,11 @@ from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.regimes import regimes_of
 from pneu_rig_ros.analysis.velocity import velocity_of
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.description import git_revision
-from pneu_rig_ros.records.recording import Floats
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.web.page import render
 

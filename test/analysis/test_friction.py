@@ -6,13 +6,13 @@ from scipy.signal import butter, filtfilt
 
 from pneu_rig_ros.analysis.friction import (
     CausalFriction,
-    Floats,
     ForceBalance,
     acceleration_zero_phase,
     causal_kernel,
     delay_samples,
     friction_zero_phase,
 )
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 
 INTERVAL = 1.16e-3

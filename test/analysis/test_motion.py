@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.friction import Floats
 from pneu_rig_ros.analysis.motion import end_stops, find_rests, strokes
 from pneu_rig_ros.analysis.velocity import NOISE, RESOLUTION, WINDOW, window_for
+from pneu_rig_ros.arrays import Floats
 
 INTERVAL = 1.16e-3
 STROKE = 0.3

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import Floats, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of, find_cycles
 from pneu_rig_ros.analysis.regimes import Forces, Regimes, regimes, regimes_of
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.model.plant import Plant, Trajectory

@@ -5,9 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.friction import Floats, friction_of
+from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import find_cycles, find_rests
 from pneu_rig_ros.analysis.velocity import RESOLUTION
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.read_runs import prepare_run, prepare_runs, read_recordings
-from pneu_rig_ros.diagnosis.run import Run
-from pneu_rig_ros.diagnosis.system import System, load_system
+from pneu_rig_ros.diagnosis.inputs.read_runs import prepare_run, prepare_runs, read_recordings
+from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.hypothesis import POSITION_ZERO, SENSOR_CLOCK, Hypothesis
-from pneu_rig_ros.diagnosis.read_runs import prepare_run
-from pneu_rig_ros.diagnosis.restated import otherwise
-from pneu_rig_ros.diagnosis.run import Run
-from pneu_rig_ros.diagnosis.system import System
+from pneu_rig_ros.diagnosis.inputs.read_runs import prepare_run
+from pneu_rig_ros.diagnosis.inputs.restated import otherwise
+from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.runs.hypothesis import POSITION_ZERO, SENSOR_CLOCK, Hypothesis
+from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
 

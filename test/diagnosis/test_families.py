@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.families import KNOTS, Family, families, knots
-from pneu_rig_ros.diagnosis.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.pool import effect_candidate
-from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.diagnosis.causes.candidate_pool import effect_candidate
+from pneu_rig_ros.diagnosis.causes.families import KNOTS, Family, families, knots
+from pneu_rig_ros.diagnosis.inputs.system import load_system
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import Shaped
 

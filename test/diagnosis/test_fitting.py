@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.candidates import Explanation
-from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.fitting import ROUNDS, fit
-from pneu_rig_ros.diagnosis.multi_start import over_ridges
-from pneu_rig_ros.diagnosis.pool import pool
+from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.multi_start import over_ridges
 from pneu_rig_ros.executor import SerialExecutor
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.scenarios.experiments import FIT, levels, set_up

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.candidates import FORCE, Explanation
-from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.fitting import UNIFORM, Fit, fit
-from pneu_rig_ros.diagnosis.intervals import contribution_intervals
-from pneu_rig_ros.diagnosis.multi_start import scattered
-from pneu_rig_ros.diagnosis.noise import FORGOTTEN, bristle_is_known
-from pneu_rig_ros.diagnosis.pool import _parameter, effect_candidate
-from pneu_rig_ros.diagnosis.read_runs import prepare_run
-from pneu_rig_ros.diagnosis.replicates import shrunk_mean
+from pneu_rig_ros.diagnosis.answer.intervals import contribution_intervals
+from pneu_rig_ros.diagnosis.causes.candidate_pool import _parameter, effect_candidate
+from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
+from pneu_rig_ros.diagnosis.inputs.read_runs import prepare_run
+from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.noise import FORGOTTEN, bristle_is_known
+from pneu_rig_ros.diagnosis.residuals.replicates import shrunk_mean
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.system import System, load_system
+from pneu_rig_ros.diagnosis.search.fitting import UNIFORM, Fit, fit
+from pneu_rig_ros.diagnosis.search.multi_start import scattered
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model import effects as library

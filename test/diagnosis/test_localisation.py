@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.dataset import Dataset
-from pneu_rig_ros.diagnosis.localisation import SignificantResidual, localise
-from pneu_rig_ros.diagnosis.whitening import whitener
-from pneu_rig_ros.diagnosis.windows import Windows, windows_of
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, localise
+from pneu_rig_ros.diagnosis.residuals.whitening import whitener
+from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.rig import RigConfiguration
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.periodogram import SHORTEST, dominant_wavelengths
-from pneu_rig_ros.diagnosis.whitening import Whitener
-from pneu_rig_ros.diagnosis.windows import SLIDING, Windows
+from pneu_rig_ros.diagnosis.residuals.whitening import Whitener
+from pneu_rig_ros.diagnosis.residuals.windows import SLIDING, Windows
+from pneu_rig_ros.diagnosis.search.periodogram import SHORTEST, dominant_wavelengths
 from pneu_rig_ros.diagnosis.workflow import diagnose
 
 from .parts import BENCH, bench_run, mapping, system_file, table

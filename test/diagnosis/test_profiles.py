@@ -9,8 +9,8 @@ import jsonschema
 import numpy as np
 import pytest
 
+from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.balances import Comparison
-from pneu_rig_ros.diagnosis.candidates import Explanation
-from pneu_rig_ros.diagnosis.dataset import Dataset, rms
-from pneu_rig_ros.diagnosis.fitting import Fit
-from pneu_rig_ros.diagnosis.pool import pool
-from pneu_rig_ros.diagnosis.scoring import score
-from pneu_rig_ros.diagnosis.selection import Search
+from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.search.fitting import Fit
+from pneu_rig_ros.diagnosis.search.scoring import score
+from pneu_rig_ros.diagnosis.search.selection import Search
 
 from .runs import configured, measured, system_of
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis import weak_form
-from pneu_rig_ros.diagnosis.weak_form import Floats
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.residuals import weak_form
 
 INTERVAL = 1.16e-3
 COUNT = 1200

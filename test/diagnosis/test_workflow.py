@@ -11,9 +11,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from pneu_rig_ros.diagnosis.restated import Restated
+from pneu_rig_ros.diagnosis.inputs.restated import Restated
+from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.rig import RigConfiguration, load_configuration

@@ -20,7 +20,7 @@ from rosbags.serde import SerdeError
 
 from pneu_rig_ros.claims.readings import load_reading
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.diagnosis.system import load_system
+from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import bag as bags
 from pneu_rig_ros.records import cdr, read_recording, repair

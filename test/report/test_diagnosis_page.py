@@ -16,9 +16,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.cli import main
-from pneu_rig_ros.diagnosis.latent import smooth
+from pneu_rig_ros.diagnosis.inputs.system import load_system
+from pneu_rig_ros.diagnosis.residuals.latent import smooth
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.errors import printable
 from pneu_rig_ros.report.dependence import dependence

@@ -7,8 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pneu_rig_ros.analysis.friction import Floats, ForceBalance
+from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.metrics import AnalysedRun, analyse_run, compare_signals
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.report.gap_figure import SIGNALS, draw_gap, smoothed
 from pneu_rig_ros.rig import load_configuration

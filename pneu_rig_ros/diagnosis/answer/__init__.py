@@ -1,0 +1,1 @@
+"""What is said of the cause: intervals, alternatives, the gap that is closed, what to do next."""

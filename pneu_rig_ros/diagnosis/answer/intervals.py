@@ -1,0 +1,141 @@
+"""
+Confidence intervals of fitted values, and intervals of time in which an explanation contributes.
+
+The curvature of a fit to whitened residuals is a covariance; it grows with the mean square of the
+residuals that remain, as for any fit by least squares. What the method itself is off by - smoothed
+signals, local minima of simulations - is found by fits to replicates, whose values are known: a
+parametric bootstrap (B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap, Chapman & Hall
+(1993), ch. 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+from scipy.stats import norm
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.residuals.noise import force_noise, gas_variance
+from pneu_rig_ros.diagnosis.residuals.replicates import replicate
+from pneu_rig_ros.diagnosis.residuals.windows import NEAR_BREAKAWAY, Windows
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
+from pneu_rig_ros.executor import Executor, map_tasks
+
+Spans = list[tuple[str, str, float, float]]
+"""Balance, recording, from, to [s]."""
+
+CONFIDENCE = 0.95
+HALF_WIDTH = float(norm.ppf(0.5 + 0.5 * CONFIDENCE))
+"""Half an interval [standard deviations]."""
+REPLICATES = 4
+"""Fits to replicates: as many as two processors do in about two seconds."""
+AVERAGED_WINDOWS = 5
+"""Windows whose mean is compared with the noise, without a cause."""
+BRIDGED_PAUSE = 0.15
+"""Intervals less far apart are joined [s]."""
+
+
+def replicate_errors(
+    explanation: Explanation,
+    given: Hypothesis,
+    dataset: Dataset,
+    rng: Generator,
+    executor: Executor,
+) -> Floats:
+    """
+    Return the errors of fits to replicates of a fitted explanation.
+
+    :returns: internal units, shape (REPLICATES, coordinates)
+    """
+    seeds = rng.spawn(REPLICATES)
+    return np.array(map_tasks(executor, _replicate_error, seeds, explanation, given, dataset))
+
+
+def _replicate_error(
+    rng: Generator, explanation: Explanation, given: Hypothesis, dataset: Dataset
+) -> Floats:
+    hypothesis = explanation.apply(given)
+    runs = [replicate(hypothesis, comparison, rng) for comparison in dataset.comparisons]
+    data = Dataset.of(hypothesis, runs, rng, dataset.inflation)
+    if dataset.cycles is not None:
+        data = data.with_cycles(hypothesis, rng)
+    error: Floats = fit(explanation, given, data, ROUNDS).explanation.theta - explanation.theta
+    return error
+
+
+def value_intervals(
+    best: Fit, given: Hypothesis, dataset: Dataset, errors: Floats
+) -> list[tuple[float, float]]:
+    """
+    Return the 95 % confidence interval of each coordinate of a fit [SI].
+
+    :param errors: of fits to replicates, see :func:`replicate_errors`
+    """
+    residual = dataset.residual(best.explanation.apply(given))
+    excess = max(2.0 * loss(residual) / max(residual.size, 1), 1.0)
+    variances = np.maximum(np.diag(best.covariance) * excess, np.mean(errors**2, axis=0))
+    half = HALF_WIDTH * np.sqrt(variances)
+    triples = zip(best.explanation.coordinates, best.explanation.theta, half, strict=True)
+    return [(c.from_internal(float(t - d)), c.from_internal(float(t + d))) for c, t, d in triples]
+
+
+def contribution_intervals(given: Hypothesis, improved: Hypothesis, dataset: Dataset) -> Spans:
+    """
+    Return the intervals in which an explanation contributes more than the noise of the sensors.
+
+    Its contribution, the difference of the residuals without and with it, is known also in windows
+    that are no evidence, as close to a breakaway.
+    """
+    spans: Spans = []
+    for comparison, noise in zip(dataset.comparisons, dataset.noises, strict=True):
+        run, motion = comparison.run, comparison.motion
+        pair = comparison.residuals(given), comparison.residuals(improved)
+        gas_1, gas_2, force, breakaway = (np.abs(b - a) for a, b in zip(*pair, strict=True))
+        of_force = sum(source.variance for source in force_noise(improved, comparison))
+        rows = (
+            ('gas_1', comparison.gas, gas_1, gas_variance(improved, comparison, 1)),
+            ('gas_2', comparison.gas, gas_2, gas_variance(improved, comparison, 2)),
+            ('force', motion, force, of_force),
+        )
+        for balance, functions, change, variance in rows:
+            if balance in run.balances:
+                start = run.begin + functions.starts.astype(np.float64) * run.interval
+                end = start + functions.size * run.interval
+                spans += _spans(balance, run.name, start, end, change > np.sqrt(variance))
+        kept, deviation = noise.breakaway.kept, noise.breakaway.deviation
+        time = run.begin + comparison.breakaways[kept].astype(np.float64) * run.interval
+        near = time - NEAR_BREAKAWAY, time + NEAR_BREAKAWAY
+        spans += _spans('force', run.name, *near, breakaway[kept] > deviation)
+    return spans
+
+
+def residual_intervals(groups: Sequence[Windows], deviations: float) -> Spans:
+    """Return the intervals in which local means exceed so many standard deviations."""
+    spans: Spans = []
+    for windows in groups:
+        width = min(AVERAGED_WINDOWS, windows.residual.size)
+        mean = uniform_filter1d(windows.residual / windows.deviation, width)
+        place = windows.balance, windows.recording, windows.start, windows.end
+        spans += _spans(*place, np.abs(mean) * np.sqrt(width) > deviations)
+    return spans
+
+
+def _spans(
+    balance: str, recording: str, start: Floats, end: Floats, flags: NDArray[np.bool_]
+) -> Iterator[tuple[str, str, float, float]]:
+    """Yield the stretches of the flagged windows; each stands for the middle of its time."""
+    marks = np.flatnonzero(flags)
+    if not marks.size:
+        return
+    quarter = 0.25 * (end - start)
+    starts, ends = start + quarter, end - quarter
+    pauses = np.flatnonzero(starts[marks[1:]] - ends[marks[:-1]] > BRIDGED_PAUSE) + 1
+    for group in np.split(marks, pauses):
+        yield balance, recording, float(starts[group[0]]), float(ends[group[-1]])

@@ -1,0 +1,141 @@
+"""
+The next experiment: the recording that separates rival explanations best.
+
+T-optimal discrimination (A. C. Atkinson, V. V. Fedorov, Biometrika 62 (1975) 57): of the
+experiments that the system's own recordings show to be possible, the one in which the nearest two
+rivals differ most, by simulation of a rig, by the residuals of recordings otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import combinations, product
+from typing import Any
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.residuals.shooting import readings_of
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+from pneu_rig_ros.rig.valve_drive import valve_voltages
+
+STARTS = (0.05, 0.5)
+"""Initial positions that are tried, as a share of the stroke [-]; from the far end for u < 0."""
+COMMAND_PERCENTILES = (10.0, 60.0)
+"""Percentiles of |u| in the recordings that are tried as slow and fast commands."""
+DURATION = 8.0
+"""Of the experiment [s]: u is held for two thirds, then the valves are shut."""
+INTERVAL = 0.01
+"""Between the simulated samples that are compared [s]."""
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """
+    An experiment: u held, then the valves shut; or a repetition of a recording.
+
+    :param u: [V], None where no valve moves the system
+    :param supply_pressure: absolute [Pa]
+    :param load_mass: [kg]
+    :param initial_position: [m]
+    :param like: recording to be repeated for longer, '' for another experiment
+    :param separates: explanations
+    :param by: RMS difference of the nearest two, in standard deviations of a reading [-]
+    """
+
+    u: float | None
+    supply_pressure: float | None
+    load_mass: float | None
+    initial_position: float | None
+    like: str
+    separates: tuple[str, ...]
+    by: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {**asdict(self), 'separates': list(self.separates)}
+
+
+def next_experiment(
+    rivals: Mapping[str, Hypothesis], dataset: Dataset, system: System
+) -> NextExperiment | None:
+    """
+    Return the experiment that separates the nearest two rivals most, None without rivals.
+
+    :param rivals: name -> hypothesis
+    :param dataset: recordings of the system, which show what is possible
+    """
+    if len(rivals) < 2:
+        return None
+    names = tuple(rivals)
+    if system.rig is None or not dataset.comparisons[0].free:
+        rows = zip(*(dataset.residuals_by_run(rival) for rival in rivals.values()), strict=True)
+        separations = [rms_separation([np.concatenate(each) for each in row]) for row in rows]
+        recordings = [comparison.run.name for comparison in dataset.comparisons]
+        by, recording = max(zip(separations, recordings, strict=True))
+        return NextExperiment(None, None, None, None, recording, names, by)
+    runs = [comparison.run for comparison in dataset.comparisons]
+    noise = runs[0].noise.readings
+    supplies = ends(run.operation.supply_pressure for run in runs)
+    loads = ends(run.operation.load_mass for run in runs)
+    experiments = []
+    for u, supply, load, share in product(commands(runs), supplies, loads, STARTS):
+        position = (share if u > 0 else 1.0 - share) * runs[0].stroke
+        readings = []
+        for rival in rivals.values():
+            table = simulated_readings(rival, runs[0], u, supply, load, position)
+            if table is not None:
+                readings.append(table / noise)
+        if len(readings) == len(rivals):
+            by = rms_separation(readings)
+            experiments.append(NextExperiment(u, supply, load, position, '', names, by))
+    return max(experiments, key=lambda experiment: experiment.by, default=None)
+
+
+def rms_separation(predictions: Sequence[Floats]) -> float:
+    """Return the RMS difference of the nearest two of some scaled predictions [-]."""
+    return min(rms(a - b) for a, b in combinations(predictions, 2))
+
+
+def commands(runs: Sequence[Run]) -> list[float]:
+    """Return slow and fast commands of the recordings, in both directions [V]."""
+    u = np.concatenate([run.voltages[:, 0] for run in runs]) - CENTRE_VOLTAGE
+    sizes = np.abs(u[np.abs(u) > 0.0])
+    if not sizes.size:
+        return []
+    percentiles = (float(np.percentile(sizes, p)) for p in COMMAND_PERCENTILES)
+    levels = dict.fromkeys(float(np.round(level, 3)) for level in percentiles)
+    return [sign * level for level in levels for sign in (-1.0, 1.0)]
+
+
+def ends(values: Iterable[float]) -> list[float]:
+    """Return the smallest and the largest of some values."""
+    ordered = sorted(values)
+    return sorted({ordered[0], ordered[-1]})
+
+
+def simulated_readings(
+    hypothesis: Hypothesis, run: Run, u: float, supply: float, load: float, position: float
+) -> Floats | None:
+    """Return x [m], p1, p2 [Pa] of an experiment, shape (n, 3); None if its simulation fails."""
+    zero = run.atmospheric_pressure
+    operation = run.operation._replace(
+        supply_pressure=supply,
+        load_mass=load,
+        initial_position=position,
+        initial_pressure_1=zero,
+        initial_pressure_2=zero,
+    )
+    count = round(DURATION / INTERVAL)
+    voltages = np.array([valve_voltages(u if 3 * k < 2 * count else 0.0) for k in range(count)])
+    try:
+        states = hypothesis.plant(run, operation).run(voltages, INTERVAL)
+    except RigError:
+        return None
+    return readings_of(states)

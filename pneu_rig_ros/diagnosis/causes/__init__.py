@@ -1,0 +1,1 @@
+"""What may be the cause: parameters, conditions, effects and other forms of these."""

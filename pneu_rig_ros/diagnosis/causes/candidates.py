@@ -1,0 +1,250 @@
+"""Candidate causes of a gap - parameters, conditions, effects - and explanations made of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
+from pneu_rig_ros.model.quantity import Quantity
+
+GAS, FORCE, SENSOR = 'gas', 'force', 'sensor'
+"""Groups of candidates, by where they show."""
+CALIBRATION = 'sensors.gains'
+"""Errors within the class of sensors and gauges: neither a wrong model nor an effect."""
+CONDITIONS = 'conditions.'
+"""Prefix of a condition in the name of a candidate."""
+PARAMETER_RATIO = 2.0
+"""Largest ratio of a parameter to its value in the model, or its inverse [-]."""
+LARGEST_LOGARITHM = 100.0
+"""Beyond all ranges; keeps the exponential finite [-]."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """
+    A number to be fitted, with its internal representation in the solver.
+
+    :param name: of the parameter
+    :param quantity: unit and meaning
+    :param low, high: range [unit]
+    :param scale: unit of the internal value: a factor of e for a logarithm [-], else [unit]
+    :param logarithmic: whether the internal value is the logarithm
+    :param null: value without the explanation [unit]
+    """
+
+    name: str
+    quantity: Quantity
+    low: float
+    high: float
+    scale: float
+    logarithmic: bool
+    null: float = 0.0
+
+    def to_internal(self, value: float) -> float:
+        """Return the internal representation of a value."""
+        inside = min(max(value, self.low), self.high)
+        return float(np.log(inside)) if self.logarithmic else inside / self.scale
+
+    def from_internal(self, theta: float) -> float:
+        """Return the value of an internal representation, within the range."""
+        if self.logarithmic:
+            value = float(np.exp(min(theta, LARGEST_LOGARITHM)))
+        else:
+            value = theta * self.scale
+        return min(max(value, self.low), self.high)
+
+    def amplified(self, value: float, factor: float) -> float:
+        """Return a value whose distance from the null is multiplied, within the range."""
+        inside = self.from_internal(self.to_internal(value))
+        amplified = self.to_internal(self.null + factor * (inside - self.null))
+        return self.from_internal(amplified)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The range in internal representation."""
+        return self.to_internal(self.low), self.to_internal(self.high)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """
+    A possible explanation: an effect, or a parameter of the model.
+
+    :param name: of the effect, or section.name of the parameter
+    :param balance: on which it acts
+    :param coordinates: numbers to be fitted
+    :param starts: values from which a fit starts, each of shape (len(coordinates),)
+    :param model_value: of a parameter in the given model [SI], NaN for an effect
+    """
+
+    name: str
+    balance: str
+    coordinates: tuple[Coordinate, ...]
+    starts: tuple[tuple[float, ...], ...]
+    # a NaN that a worker has sent back does not equal itself
+    model_value: float = field(default=math.nan, compare=False)
+
+    @property
+    def is_effect(self) -> bool:
+        """Whether it is an effect of the library."""
+        return '.' not in self.name
+
+    @property
+    def is_parameter(self) -> bool:
+        """Whether it is a parameter of the model."""
+        return not self.is_effect and self.name != CALIBRATION
+
+    @property
+    def is_empirical(self) -> bool:
+        """Whether it is a formula without a physical cause."""
+        return self.is_effect and library.load(self.name).describes
+
+    @property
+    def group(self) -> str:
+        """Where it shows: gas, force or sensor."""
+        if not self.is_effect:
+            return self.balance
+        balance = library.load(self.name).balance
+        if balance in READING_BALANCES:
+            return SENSOR
+        return GAS if balance in GAS_BALANCES else FORCE
+
+    def negative_log_prior(self, values: Sequence[float]) -> float:
+        """Return the negative log density of values before the data, 0 where it is uniform [-]."""
+        return 0.0
+
+    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+        """Return the hypothesis with this explanation [SI]."""
+        if self.is_effect:
+            changed = {c.name: v for c, v in zip(self.coordinates, values, strict=True)}
+            parameters = library.load(self.name).null._replace(**changed)
+            return hypothesis.with_effect(self.name, parameters)
+        if self.name == CALIBRATION:
+            return _calibrated(hypothesis, values)
+        section, name = self.name.split('.')
+        old = getattr(getattr(hypothesis.model, section), name)
+        new: Any = float(values[0])
+        if isinstance(old, tuple):  # all elements of F(z) by the same factor
+            new = tuple(values[0] / sum(old) * item for item in old)
+        return hypothesis.with_parameter(section, name, new)
+
+
+def _calibrated(hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+    """Return a hypothesis with the gains of x, p1, p2, and what the supply is times the stated."""
+    x, p1, p2, *supply = map(float, values)
+    hypothesis = replace(hypothesis, gains=(x, p1, p2))
+    if supply:
+        warmer = supply[1] * hypothesis.model.gas.supply_temperature
+        hypothesis = hypothesis.with_condition('supply_pressure', supply[0])
+        hypothesis = hypothesis.with_parameter('gas', 'supply_temperature', warmer)
+    return hypothesis
+
+
+@dataclass(frozen=True)
+class Condition(Candidate):
+    """
+    A condition whose true value differs from the stated one by a ratio, or by a difference.
+
+    :param deviation: standard deviation of the logarithm of that ratio before the data, 0 if it is
+        uniform [-]
+    """
+
+    deviation: float = 0.0
+
+    @property
+    def is_parameter(self) -> bool:
+        """Never: the model is not wrong."""
+        return False
+
+    @property
+    def condition(self) -> str:
+        """Its name."""
+        return self.name.removeprefix(CONDITIONS)
+
+    def negative_log_prior(self, values: Sequence[float]) -> float:
+        """
+        Return the negative log density of a ratio, relative to that of a parameter [-].
+
+        It decides between a gauge that is a little off and a parameter that acts alike: the supply
+        and the intake coefficient while the intake is choked.
+        """
+        if self.deviation <= 0.0:
+            return 0.0
+        normal = 0.5 * (math.log(values[0]) / self.deviation) ** 2
+        width = 2.0 * math.log(PARAMETER_RATIO)
+        return normal - math.log(width / (self.deviation * math.sqrt(2.0 * math.pi)))
+
+    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+        """Return the hypothesis with the true condition."""
+        return hypothesis.with_condition(self.condition, float(values[0]))
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    Candidates with fitted values, applied one after the other.
+
+    :param parts: the candidates
+    :param values: of the coordinates of each [SI]
+    """
+
+    parts: tuple[Candidate, ...] = ()
+    values: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The names of all parts."""
+        return ' + '.join(part.name for part in self.parts)
+
+    @property
+    def causes(self) -> list[str]:
+        """The names of all parts but the calibration, which is fitted with any cause."""
+        return [part.name for part in self.parts if part.name != CALIBRATION]
+
+    @property
+    def coordinates(self) -> list[Coordinate]:
+        """The coordinates of all parts."""
+        return [coordinate for part in self.parts for coordinate in part.coordinates]
+
+    @property
+    def calibrates(self) -> list[bool]:
+        """Whether each coordinate is one of the calibration."""
+        return [part.name == CALIBRATION for part in self.parts for _ in part.coordinates]
+
+    @property
+    def theta(self) -> Floats:
+        """Internal representation of all values, shape (len(coordinates),)."""
+        values = [value for part in self.values for value in part]
+        pairs = zip(self.coordinates, values, strict=True)
+        return np.array([coordinate.to_internal(value) for coordinate, value in pairs])
+
+    @property
+    def negative_log_prior(self) -> float:
+        """Negative log density of all values before the data [-]."""
+        pairs = zip(self.parts, self.values, strict=True)
+        return sum(part.negative_log_prior(values) for part, values in pairs)
+
+    def with_theta(self, theta: Floats) -> Explanation:
+        """Return the explanation with other values, in internal representation."""
+        pairs = zip(self.coordinates, theta, strict=True)
+        values = iter([coordinate.from_internal(float(value)) for coordinate, value in pairs])
+        parts = tuple(tuple(next(values) for _ in part.coordinates) for part in self.parts)
+        return Explanation(self.parts, parts)
+
+    def with_part(self, part: Candidate, values: Sequence[float]) -> Explanation:
+        """Return the explanation with one more part."""
+        return Explanation((*self.parts, part), (*self.values, tuple(values)))
+
+    def apply(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Return a hypothesis with all parts."""
+        for part, values in zip(self.parts, self.values, strict=True):
+            hypothesis = part.apply(hypothesis, values)
+        return hypothesis

@@ -1,0 +1,1 @@
+"""What goes in: the file of a system, its recordings, what of them is not as stated."""

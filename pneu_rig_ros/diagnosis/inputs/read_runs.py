@@ -1,0 +1,306 @@
+"""Recordings for a diagnosis: read, checked, split into training and held-out data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.inputs.system import System, on_bench
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
+from pneu_rig_ros.diagnosis.residuals.nuisances import (
+    CLOCK_OFFSET,
+    FORCE_OFFSET,
+    INITIAL_TEMPERATURE,
+    read_nuisances,
+)
+from pneu_rig_ros.diagnosis.runs.reading import Noise, Span, without_outliers
+from pneu_rig_ros.diagnosis.runs.run import LARGEST_DELAY, Run
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
+from pneu_rig_ros.model.parameters import Operation
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
+from pneu_rig_ros.records.noise import reading_noise
+from pneu_rig_ros.records.reader import is_bag, read_recording
+from pneu_rig_ros.records.recording import PRESSURES, Recording
+from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
+
+HELD_OUT = 3
+"""Every third recording is held out when none is named for it."""
+SATURATED = 0.5
+"""Largest share of a recording that a signal may be at the upper end of its span [-]."""
+MACHINE = ('cylinder', 'valve')
+"""Sections of a recording's configuration that are alike in all recordings of a system."""
+LEAST_DURATION = 1.0
+"""A shorter recording is refused [s]."""
+LONGEST_GAP = 0.025
+"""Samples that are missing for longer leave nothing of a slip: half its duration [s]."""
+LEAST_GAP = 5
+"""Samples of a slower signal that may be missing in succession."""
+ESTIMATED = ('velocity', 'friction')
+"""Signals that are not used: the estimator of the rig, e.g., begins later."""
+TEMPERATURE_DRIFT = 2.0
+"""By how much the temperature of a vessel may drift in a recording, as that of a room does [K]."""
+FRICTION_ERROR = 0.03
+"""
+By how much the friction of a rig differs from one recording to the next, where not even its
+sensors are calibrated [-]: seals put in again differ by 5 to 13 %, from cycle to cycle by 2 to 3 %
+(recordings of E. Zillen, TU Delft).
+"""
+SLOWEST_SAMPLING = 0.02
+"""At a longer interval the breakaways of a free piston do not show [s]."""
+
+
+def split_paths(
+    paths: Sequence[Path], verify: Sequence[Path] = ()
+) -> tuple[list[Path], list[Path]]:
+    """
+    Return the bags, or tables, of training data and those of held-out data.
+
+    Of a single recording there are none: see :func:`split_in_time`.
+
+    :raises RigError: when one does not exist or is given twice
+    """
+    seen: dict[Path, Path] = {}
+    for path in (*paths, *verify):
+        if not path.exists():
+            raise RigError(f'{path} does not exist; give a bag or a text table')
+        # a file and its directory are one run, which would validate its own fit
+        place = (path.parent if path.suffix == '.mcap' else path).resolve()
+        if place in seen:
+            before = '' if str(seen[place]) == str(path) else f', before as {seen[place]}'
+            raise RigError(
+                f'{path}: given twice{before}; a recording is either training data or held-out '
+                'data'
+            )
+        seen[place] = path
+    if verify or len(paths) < 2:
+        return list(paths), list(verify)
+    held_out = list(paths[HELD_OUT - 1 :: HELD_OUT]) or [paths[-1]]
+    return [path for path in paths if path not in held_out], held_out
+
+
+def read_recordings(
+    paths: Sequence[Path],
+    system: System,
+    mapping: Path | None,
+    executor: Executor | None = None,
+) -> list[Recording]:
+    """
+    Return the recordings in bags or text tables.
+
+    :param mapping: file that maps the columns of a text table to signals with units
+    :param executor: where they are read; this process if omitted
+    :raises RigError: for a recording that cannot be read, or recordings of several systems
+    """
+    bags = [path for path in paths if is_bag(path)]
+    if mapping is not None and system.rig is not None and len(bags) == len(paths):
+        raise RigError(f'--map {mapping}: is for text tables, and there is none')
+    zero = system.hypothesis.model.gas.atmospheric_pressure
+    own = set(bags if system.rig is not None else ())
+    tasks = [(path, None if path in own else mapping) for path in paths]
+    recordings = map_tasks(executor or SerialExecutor(), _read, tasks, zero)
+    _check_same_machine(recordings)
+    return recordings
+
+
+def split_in_time(recording: Recording, system: System, path: Path) -> list[Recording]:
+    """
+    Return the earlier part of a recording and its last third, which is held out.
+
+    :raises RigError: for a free piston: what its seal remembers is not known where it is cut
+    """
+    missing = system.missing(recording)
+    if not missing['force'] and not on_bench(recording):
+        raise RigError(
+            f'{path}: only one recording of a free piston given; add another, or a held-out one '
+            'with --verify'
+        )
+    cut = recording.size - recording.size // HELD_OUT
+    at, end = cut * recording.interval, recording.duration
+    first, later = recording.cut(0, cut), recording.cut(cut, recording.size)
+    return [
+        replace(first, name=f'{recording.name}, 0 to {at:.1f} s'),
+        replace(later, name=f'{recording.name}, {at:.1f} to {end:.1f} s'),
+    ]
+
+
+def _check_same_machine(recordings: Sequence[Recording]) -> None:
+    """Raise RigError for recordings that say they are of different machines."""
+    models = [(r.name, r.configuration.model) for r in recordings if r.configuration is not None]
+    for name, model in models[1:]:
+        first, of_first = models[0]
+        for part in MACHINE:
+            if getattr(model, part) != getattr(of_first, part):
+                raise RigError(
+                    f'{name}: recorded with another {part} than {first}; '
+                    'diagnose recordings of one system at a time'
+                )
+
+
+def prepare_runs(
+    recordings: Sequence[Recording], system: System, paths: Sequence[Path]
+) -> list[Run]:
+    """Return recordings, prepared for a system; RigError where one cannot be of the system."""
+    pairs = list(zip(recordings, paths, strict=True))
+    runs = [prepare_run(recording, system, path) for recording, path in pairs]
+    if not system.constant_volume:
+        return runs
+    lengths = {path: sum(r.duration for r, of in pairs if of == path) for path in paths}
+    return [with_drift(run, system, lengths[path]) for run, path in zip(runs, paths, strict=True)]
+
+
+def with_unknown_temperature(run: Run) -> Run:
+    """Return a run that begins while the gas is not at the temperature of the supply."""
+    usual = read_nuisances([INITIAL_TEMPERATURE], '')[INITIAL_TEMPERATURE]
+    return replace(run, temperature_offset=run.temperature_offset or usual)
+
+
+def with_drift(run: Run, system: System, duration: float) -> Run:
+    """
+    Return a run of a vessel with what the drift of its temperature adds to the gas source [kg/s].
+
+    :param duration: in which it drifts, that of the whole recording [s]
+    """
+    model = system.hypothesis.model
+    gas, dead = model.gas, (model.cylinder.cap_dead_volume, model.cylinder.rod_dead_volume)
+    rate = TEMPERATURE_DRIFT / gas.supply_temperature / duration
+    enthalpy = gas.heat_capacity_ratio * gas.gas_constant * gas.supply_temperature
+    sources = rate * run.pressures.mean(axis=0) * np.array(dead) / enthalpy
+    drift = {f'gas_{i}': float(source) for i, source in enumerate(sources, start=1)}
+    return replace(run, repeatability={**drift, **run.repeatability})
+
+
+def _read(task: tuple[Path, Path | None], zero: float) -> Recording:
+    path, mapping = task
+    return read_recording(path, mapping, zero)
+
+
+def prepare_run(recording: Recording, system: System, path: Path) -> Run:
+    """Return a recording, prepared for a system; RigError where it cannot be of the system."""
+    missing = system.missing(recording)
+    balances = frozenset(name for name, reasons in missing.items() if not reasons)
+    if not balances:
+        reasons = '; '.join(f'{name} needs {names}' for name, names in missing.items())
+        raise RigError(f'{path}: no balance can be compared: {reasons}')
+    _check_signals(recording, system, balances, path)
+    model = system.hypothesis.model
+    conditions = dict(recording.conditions)
+    zero = conditions.pop('atmospheric_pressure', model.gas.atmospheric_pressure)
+    stated = {name: value for name, value in conditions.items() if name in Operation._fields}
+
+    def signal(name: str, default: float) -> Floats:
+        if name in recording:
+            return np.array(recording[name])
+        return np.full(recording.size, system.fixed.get(name, default))
+
+    if system.shut or not recording.driven:
+        voltages = np.full((recording.size - 1, 2), CENTRE_VOLTAGE)
+    else:
+        voltages = np.column_stack([recording.voltage_1, recording.voltage_2])[:-1]
+    deviations, noise = system.each_recording, _noise(recording, system.sensors)
+    position = signal('position', 0.0)
+    if on_bench(recording):
+        position = without_outliers(position, noise.position)
+    run = Run(
+        recording.name,
+        recording.interval,
+        position,
+        np.column_stack([signal(name, zero) for name in PRESSURES]),
+        voltages,
+        model.operation._replace(**stated),
+        zero,
+        model.cylinder.stroke,
+        noise,
+        _span(system.sensors, zero),
+        missing,
+        np.array(recording['force']) if on_bench(recording) else None,
+        deviations.get(FORCE_OFFSET, 0.0),
+        deviations.get(CLOCK_OFFSET, 0.0),
+        deviations.get(INITIAL_TEMPERATURE, 0.0),
+        system.repeatability,
+        FRICTION_ERROR * model.friction.coulomb_force if _worn(system) else 0.0,
+    )
+    return run.with_delay(0.0) if run.clock_offset > 0.0 else run
+
+
+def _worn(system: System) -> bool:
+    """Return whether friction may be a little other in each recording: no rig is kept like new."""
+    return system.rig is not None and system.uncalibrated
+
+
+def _noise(recording: Recording, sensors: Sensors | None) -> Noise:
+    """Return the noise that the signals show, at least that of the data sheet."""
+    least: dict[str, float] = {}
+    if sensors is not None:
+        position, pressure = sensor_noise(sensors)
+        least = {'position': position, 'pressure_1': pressure, 'pressure_2': pressure}
+    noise = dict.fromkeys(('position', *PRESSURES, 'force'), 0.0)
+    for name in (name for name in noise if name in recording):
+        if name in least:
+            noise[name] = reading_noise(recording[name], least[name])
+        else:
+            noise[name] = recording.noise[name]
+    return Noise(**noise)
+
+
+def _span(sensors: Sensors | None, zero: float) -> Span:
+    if sensors is None:
+        return Span()
+    return Span(sensors.position_span, zero, zero + sensors.pressure_span)
+
+
+def _check_signals(
+    recording: Recording, system: System, balances: frozenset[str], path: Path
+) -> None:
+    """Raise RigError for signals without information, or that cannot be of the system."""
+    needed = LEAST_DURATION + 2.0 * LARGEST_DELAY * system.each_recording.get(CLOCK_OFFSET, 0.0)
+    if recording.duration < needed:
+        raise RigError(f'{path}: {recording.duration:.2f} s, at least {needed:g} s needed')
+    if recording.interval > SLOWEST_SAMPLING and balances == frozenset(BALANCES):
+        raise RigError(
+            f'{path}: a sample every {1e3 * recording.interval:g} ms, at most '
+            f'{1e3 * SLOWEST_SAMPLING:g} ms allowed to see the piston break away'
+        )
+    _check_gaps(recording, path)
+    for name in ('position', *PRESSURES, 'force'):
+        if name in recording and np.ptp(recording[name]) == 0.0:
+            raise RigError(
+                f'{path}: {name} is {recording[name][0]:g} throughout: is it connected? '
+                'Omit it, or name it under fixed, if it does not change'
+            )
+    atmosphere = system.hypothesis.model.gas.atmospheric_pressure
+    if system.rig is not None:
+        conditioned = apply_conditions(system.rig, dict(recording.conditions))
+        check_plausible(path, recording.signals, conditioned)
+        atmosphere = conditioned.model.gas.atmospheric_pressure
+    span = _span(system.sensors, atmosphere)
+    ends = {'position': span.position, **dict.fromkeys(PRESSURES, span.high)}
+    for name, end in ends.items():
+        if name in recording:
+            share = float(np.mean(recording[name] >= end - 2.0 * recording.noise[name]))
+            if share > SATURATED:
+                raise RigError(
+                    f"{path}: {name} is at the end of its sensor's span ({end:g}) for "
+                    f'{share:.0%} of the time; record it within the span'
+                )
+
+
+def _check_gaps(recording: Recording, path: Path) -> None:
+    """Raise RigError where so many samples are missing in succession that none can be guessed."""
+    interval = recording.interval_ns
+    allowed = max(LEAST_GAP, round(1e9 * LONGEST_GAP / interval))
+    used = {name: at for name, at in recording.missing.items() if name not in ESTIMATED}
+    for name, stamps in used.items():
+        gaps = np.split(stamps, np.flatnonzero(np.diff(stamps) > interval) + 1)
+        longest = max(gaps, key=len)
+        if longest.size > allowed:
+            first, last = 1e-9 * (longest[[0, -1]] - recording.start_ns)
+            raise RigError(
+                f'{path}: {longest.size} samples of {name} are missing in succession, from '
+                f'{first:.2f} to {last:.2f} s, at most {allowed} allowed; cut the recording there'
+            )

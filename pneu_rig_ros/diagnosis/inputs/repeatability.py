@@ -1,0 +1,42 @@
+"""By how much recordings of a system differ from its model: what a good model leaves of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
+from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, Windows, windows_of
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+
+
+def repeatability(
+    system: System, improved: Hypothesis, datasets: Sequence[Dataset]
+) -> dict[str, float]:
+    """
+    Return balance -> standard deviation of the residuals beyond their noise [unit].
+
+    What the system had before is part of it.
+    """
+    groups = [each for data in datasets for each in windows_of(data, improved)]
+    deviations = dict(system.repeatability)
+    for balance in dict.fromkeys(group.balance for group in groups):
+        # breakaways, single numbers, are a group of their own
+        own = [g for g in groups if g.balance == balance and set(g.regime) != {BREAKAWAY}]
+        if not own:
+            continue
+        squares = np.mean(np.concatenate([_beyond_offset(group, system) ** 2 for group in own]))
+        noise = np.mean(np.concatenate([group.deviation**2 for group in own]))
+        before = deviations.get(balance, 0.0)
+        deviations[balance] = float(np.sqrt(before**2 + max(squares - noise, 0.0)))
+    return {balance: value for balance, value in deviations.items() if value > 0.0}
+
+
+def _beyond_offset(group: Windows, system: System) -> Floats:
+    """Return the residuals of a balance in a run without the unknown zero of a bench."""
+    unknown_zero = group.balance == 'force' and FORCE_OFFSET in system.each_recording
+    return group.residual - (group.residual.mean() if unknown_zero else 0.0)

@@ -1,0 +1,345 @@
+"""
+The system under test: a rig, or the part of one that a file describes and a recording shows.
+
+Sections and keys are those of a rig's configuration, as far as they are known::
+
+    name: sealed_chambers
+    cylinder: {cap_area: 0.0127 m^2, cap_dead_volume: 0.025 m^3, ...}
+    gas: {gas_constant: 296.8 J/(kg*K), ...}
+    valve: shut                           # or the section of a configuration
+    fixed: {position: 0 m}                # constant, and not recorded
+    each_recording: [force_offset]        # differs between recordings, see ``nuisances``
+    refit:                                # may be wrong, within a range
+      cylinder.cap_dead_volume: [0.02 m^3, 0.03 m^3]
+    repeatability: {force: 0.6 N}         # what the model left of earlier recordings
+
+A balance is open when its signals are recorded and the file has the sections it needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast
+
+from pneu_rig_ros.diagnosis.residuals.nuisances import (
+    INITIAL_TEMPERATURE,
+    read_nuisances,
+    written_nuisances,
+)
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.parameters import SECTIONS, Model
+from pneu_rig_ros.model.quantity import (
+    Quantity,
+    read_section,
+    specifications,
+    unknown,
+    write_section,
+)
+from pneu_rig_ros.model.shape import read_effect, write_effect
+from pneu_rig_ros.records.recording import Recording
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig.sensors import Sensors
+from pneu_rig_ros.rig.yaml_file import read_yaml, to_yaml
+
+SHUT = 'shut'
+"""In place of the valve section: nothing flows."""
+OWN_KEYS = ('fixed', 'each_recording', 'refit', 'repeatability')
+"""Keys that a rig's configuration does not have."""
+FIXED = {
+    'position': Quantity('m', 0.0, 10.0, 'of a piston that does not move'),
+    'pressure_1': Quantity('Pa', 5e4, 1.1e6, 'of a chamber at constant pressure'),
+    'pressure_2': Quantity('Pa', 5e4, 1.1e6, 'of a chamber at constant pressure'),
+}
+"""Signals that may be constant and not recorded."""
+REPEATABILITY = {
+    'gas_1': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 1'),
+    'gas_2': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 2'),
+    'force': Quantity('N', 0.0, 1e4, 'of the force while sliding'),
+}
+"""Balance -> standard deviation by which recordings of one system differ from its model."""
+GAS_KEYS = ('supply_temperature', 'heat_capacity_ratio', 'gas_constant')
+VALVE_KEYS = ('intake_coefficient', 'exhaust_coefficient', 'intake_voltage', 'exhaust_voltage')
+FRICTION_KEYS = ('model', 'coulomb_force', 'element_stiffness')
+PLACEHOLDERS: dict[str, dict[str, Any]] = {
+    'cylinder': {
+        'cap_area': 1e-3,
+        'rod_area': 1e-3,
+        'cap_dead_volume': 0.1,
+        'rod_dead_volume': 0.1,
+        'stroke': 10.0,
+        'moving_mass': 1.0,
+    },
+    'friction': {
+        'model': 0,
+        'breakaway_force': 1e5,
+        'coulomb_force': 1e5,
+        'viscous_coefficient': 0.0,
+        'micro_viscous_coefficient': 0.0,
+        'element_stiffness': (1e6,),
+        'element_limit': (),
+        'stop_velocity': 5e-4,
+        'start_velocity': 1e-3,
+        'fluid_time_constant': 0.0,
+    },
+    'operation': {'supply_pressure': 1.1e6, 'load_mass': 0.0, 'rest_time': 0.0},
+}
+"""
+Section -> values of keys that a file does not give [SI]. No open balance uses any: without its own
+keys a balance is closed.
+"""
+
+
+@dataclass(frozen=True)
+class System:
+    """
+    A model of the system with what a file says about it.
+
+    :param name: for a reader
+    :param hypothesis: its parameters and effects
+    :param given: section -> keys that its file gives
+    :param sensors: data sheet, None where it is unknown
+    :param shut: whether no valve is connected
+    :param fixed: signal -> constant value [SI]
+    :param each_recording: nuisance parameter -> its standard deviation [SI]
+    :param refit: parameter -> range within which it may be wrong [SI]
+    :param repeatability: balance -> standard deviation of what the model left of recordings to
+        which it was fitted or on which it was validated [unit of the balance]
+    :param rig: the configuration of a complete rig, else None
+    """
+
+    name: str
+    hypothesis: Hypothesis
+    given: Mapping[str, tuple[str, ...]]
+    sensors: Sensors | None = None
+    shut: bool = False
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    each_recording: Mapping[str, float] = field(default_factory=dict)
+    refit: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    rig: RigConfiguration | None = None
+
+    @property
+    def uncalibrated(self) -> bool:
+        """Whether the sensors are known to their accuracy class only."""
+        sensors = self.sensors
+        return sensors is not None and max(sensors.position_class, sensors.pressure_class) > 0.0
+
+    @property
+    def constant_volume(self) -> bool:
+        """Whether gas is sealed in chambers of constant volume."""
+        return self.shut and 'position' in self.fixed
+
+    def missing(self, recording: Recording) -> dict[str, str]:
+        """Return balance -> what a file or recording lacks for it, '' where it is open."""
+        return {
+            'gas_1': ', '.join(self._missing_gas(recording, 1)),
+            'gas_2': ', '.join(self._missing_gas(recording, 2)),
+            'force': ', '.join(self._missing_force(recording)),
+        }
+
+    def _missing_gas(self, recording: Recording, chamber: int) -> list[str]:
+        prefix = 'cap' if chamber == 1 else 'rod'
+        keys = [f'{prefix}_dead_volume']
+        if 'position' not in self.fixed:
+            keys += [f'{prefix}_area', *(['stroke'] if chamber == 2 else [])]
+        missing = self._not_given('cylinder', keys) + self._not_given('gas', GAS_KEYS)
+        if not self.shut:
+            missing += self._not_given('valve', VALVE_KEYS)
+            if 'supply_pressure' not in recording.conditions:
+                missing += self._not_given('operation', ['supply_pressure'])
+            missing += [] if recording.driven else ['signal u']
+        return missing + self._not_recorded(recording, 'position', f'pressure_{chamber}')
+
+    def _missing_force(self, recording: Recording) -> list[str]:
+        missing = self._not_given('cylinder', ['cap_area', 'rod_area', 'stroke'])
+        missing += self._not_given('friction', FRICTION_KEYS)
+        pressures = 'pressure_1', 'pressure_2'
+        if on_bench(recording):
+            if not any(name in recording or name in self.fixed for name in pressures):
+                missing += ['signal pressure_1 or pressure_2']
+            return missing + self._not_recorded(recording, 'position')
+        missing += self._not_given('cylinder', ['moving_mass'])
+        return missing + self._not_recorded(recording, 'position', *pressures)
+
+    def _not_given(self, section: str, keys: Iterable[str]) -> list[str]:
+        given = self.given.get(section, ())
+        return [f'{section}.{key}' for key in keys if key not in given]
+
+    def _not_recorded(self, recording: Recording, *signals: str) -> list[str]:
+        return [
+            f'signal {name}'
+            for name in signals
+            if name not in recording and name not in self.fixed
+        ]
+
+    def to_yaml(self, hypothesis: Hypothesis) -> str:
+        """Return the text of a file that loads back as this system under a hypothesis."""
+        if self.rig is not None:
+            # the temperature of the supply in these recordings is not that of the rig
+            model = hypothesis.model._replace(gas=self.hypothesis.model.gas)
+            return replace(self.rig, model=model, effects=dict(hypothesis.effects)).to_yaml()
+        data: dict[str, Any] = {'name': self.name}
+        for section in SECTIONS:
+            written = write_section(getattr(hypothesis.model, section))
+            changed = [full.split('.')[1] for full in self.refit if full.startswith(section)]
+            keys = dict.fromkeys([*self.given.get(section, ()), *changed])
+            if keys:
+                data[section] = {key: written[key] for key in keys}
+        if self.shut:
+            data['valve'] = SHUT
+        if self.sensors is not None:
+            data['sensors'] = write_section(self.sensors)
+        data['effects'] = {name: write_effect(own) for name, own in hypothesis.effects.items()}
+        data['fixed'] = {name: FIXED[name].format(value) for name, value in self.fixed.items()}
+        data['each_recording'] = written_nuisances(self.each_recording)
+        data['refit'] = {
+            full: [quantity_of(full).format(limit) for limit in limits]
+            for full, limits in self.refit.items()
+        }
+        data['repeatability'] = {
+            name: REPEATABILITY[name].format(value) for name, value in self.repeatability.items()
+        }
+        return to_yaml(data)
+
+
+def on_bench(recording: Recording) -> bool:
+    """Return whether a bench moves the piston and records its force."""
+    return 'force' in recording
+
+
+def load_system(source: Path | str) -> System:
+    """
+    Read the file of a system, or take the name of a shipped cylinder.
+
+    :raises RigError: for a key that is missing or unknown, a wrong unit or a value out of range
+    """
+    data = read_yaml(source) if Path(source).is_file() else None
+    if data is not None and not _is_rig(data):
+        return _read(data, str(source))
+    rig = load_configuration(source)
+    given = {name: tuple(specifications(section)) for name, section in SECTIONS.items()}
+    hypothesis = Hypothesis(rig.model, dict(rig.effects))
+    return System(rig.name, hypothesis, given, rig.sensors, rig=rig)
+
+
+def _is_rig(data: object) -> bool:
+    """Return whether a file describes a whole rig: cylinder and friction, and no key of a part."""
+    if not isinstance(data, dict):
+        return True  # the configuration reports what is wrong with it
+    if any(key in data for key in OWN_KEYS) or data.get('valve') == SHUT:
+        return False
+    return all(
+        isinstance(data.get(name), dict) and set(specifications(SECTIONS[name])) <= set(data[name])
+        for name in ('cylinder', 'friction')
+    )
+
+
+def _read(data: dict[str, Any], origin: str) -> System:
+    keys = ('name', *SECTIONS, 'effects', 'sensors', *OWN_KEYS)
+    for key in data:
+        if key not in keys:
+            raise RigError(f'{origin}: {unknown(str(key), keys)}')
+    shut = data.get('valve') == SHUT
+    model, given = load_configuration('cylinder_1').model, {}
+    for name, section in SECTIONS.items():
+        content = {} if name == 'valve' and shut else data.get(name) or {}
+        values = _parsed(content, specifications(section), f'{origin}: {name}')
+        given[name] = tuple(values)
+        defaults = dict(PLACEHOLDERS.get(name, {}))
+        if 'exhaust_voltage' in values:  # a port that opens from there, without a jump
+            defaults['exhaust_zero_voltage'] = values['exhaust_voltage']
+        changed = getattr(model, name)._replace(**{**defaults, **values})
+        model = model._replace(**{name: changed})
+    sensors = data.get('sensors')
+    if sensors is not None:
+        sensors = cast(Sensors, read_section(Sensors, sensors, f'{origin}: sensors'))
+    fixed = _parsed({} if data.get('fixed') is None else data['fixed'], FIXED, f'{origin}: fixed')
+    vessel = shut and 'position' in fixed
+    refit = _refit(data.get('refit'), model, origin)
+    volume = next((name for name in refit if name.endswith('dead_volume')), '')
+    if vessel and volume:
+        raise RigError(
+            f'{origin}: refit.{volume}: cannot be found where position is fixed and the valves '
+            'are shut; state any volume, to which leak and heat transfer are in proportion'
+        )
+    return System(
+        str(data.get('name', Path(origin).stem)),
+        Hypothesis(model, _effects(data.get('effects'), origin)),
+        given,
+        sensors,
+        shut,
+        fixed,
+        _each_recording(data.get('each_recording'), vessel, f'{origin}: each_recording'),
+        refit,
+        _parsed(data.get('repeatability') or {}, REPEATABILITY, f'{origin}: repeatability'),
+    )
+
+
+def _each_recording(data: object, vessel: bool, where: str) -> dict[str, float]:
+    """Return name -> standard deviation [SI] of the nuisance parameters of a file."""
+    stated = read_nuisances(data, where)
+    # a vessel has just been filled, which warms its gas by an unmeasured amount
+    return {**read_nuisances([INITIAL_TEMPERATURE], where), **stated} if vessel else stated
+
+
+def _parsed(data: object, allowed: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return the values of a mapping [SI]; RigError for another key or value."""
+    if not isinstance(data, dict):
+        raise RigError(f'{where}: expected a mapping with {", ".join(allowed)}')
+    for key in data:
+        if key not in allowed:
+            raise RigError(f'{where}: {unknown(str(key), allowed)}')
+    return {str(key): allowed[key].parse(text, f'{where}.{key}') for key, text in data.items()}
+
+
+def _effects(data: object, origin: str) -> dict[str, Any]:
+    if not isinstance(data, dict | None):
+        raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
+    effects = {}
+    for name, values in (data or {}).items():
+        effect = library.load(str(name), f'{origin}: effects')
+        effects[str(name)] = read_effect(effect, values, f'{origin}: effects.{name}')
+    return effects
+
+
+def _refit(data: object, model: Model, origin: str) -> dict[str, tuple[float, float]]:
+    """Return parameter -> range; RigError for an unknown one or a range without the value."""
+    if not isinstance(data, dict | None):
+        raise RigError(f'{origin}: refit: expected a mapping of section.name: [low, high]')
+    allowed = [
+        f'{name}.{key}'
+        for name, section in SECTIONS.items()
+        for key, spec in specifications(section).items()
+        if isinstance(getattr(spec, 'item', spec), Quantity)
+    ]
+    ranges = {}
+    for full, limits in (data or {}).items():
+        where = f'{origin}: refit.{full}'
+        if full not in allowed:
+            raise RigError(f'{origin}: refit: {unknown(str(full), allowed)}')
+        if not isinstance(limits, list) or len(limits) != 2:
+            raise RigError(f'{where}: expected [low, high]')
+        low, high = (quantity_of(full).parse(limit, where) for limit in limits)
+        value = value_of(model, full)
+        if not low <= value <= high or low == high:
+            raise RigError(f'{where}: {value:g} is not within {low:g} to {high:g}')
+        ranges[full] = (low, high)
+    return ranges
+
+
+def value_of(model: Model, full: str) -> float:
+    """Return a parameter 'section.name' [SI]; the sum of one that is a list."""
+    section, key = full.split('.')
+    value = getattr(getattr(model, section), key)
+    return float(sum(value)) if isinstance(value, tuple) else float(value)
+
+
+def quantity_of(full: str) -> Quantity:
+    """Return unit and range of a parameter; of an element where it is a list."""
+    section, key = full.split('.')
+    specification = specifications(SECTIONS[section])[key]
+    return cast(Quantity, getattr(specification, 'item', specification))

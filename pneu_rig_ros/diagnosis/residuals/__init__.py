@@ -1,0 +1,1 @@
+"""What a run lacks in each balance under a hypothesis, its noise, and where it is significant."""

@@ -1,0 +1,250 @@
+"""
+Residuals of the weak form: what a run lacks in each balance under a hypothesis.
+
+Gas in a chamber, Eq. 6 with mass and heat as one source::
+
+    residual = mean(phi d(p V^k)/dt) / (k R T_s V^(k-1)) - modelled source          [kg/s]
+
+piston, Eq. 8 with the missing force along the outstroke::
+
+    residual = M mean(phi d2x/dt2) - modelled force (- force of a bench)             [N]
+
+and at each breakaway the force by which the seal held more than the model lets it [N].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions
+from pneu_rig_ros.diagnosis.runs.hypothesis import CALIBRATED, Hypothesis
+from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.model import along, chambers
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import LEAST_TIME, READING_BALANCES
+from pneu_rig_ros.model.shape import without_shape
+
+BALANCES = ('gas_1', 'gas_2', 'force')
+UNITS = {'gas_1': 'kg/s', 'gas_2': 'kg/s', 'force': 'N'}
+
+GAS_WINDOW, FORCE_WINDOW = 0.1, 0.07
+"""Length of the test functions [s]: as long as the duration of a slip permits."""
+LEAST_SAMPLES = 20
+"""A test function has at least so many intervals."""
+GAS_POWER, FORCE_POWER = 2, 4
+"""Of the sine: the first and the second derivative of the test functions vanish at their ends."""
+GAS_OVERLAP, FORCE_OVERLAP = 2, 3
+"""Windows that overlap at any instant."""
+LOAD_WINDOW = 0.012
+"""Length of the mean of the load at the end of a rest [s]."""
+LEAST_LOAD = 0.2
+"""A seal that breaks away at a smaller share of its strength is not held by friction [-]."""
+MOST_SUBSTEPS = 16
+SLOW_SAMPLING = 5e-3
+"""Above this interval of samples effects of milliseconds neither show nor are integrated [s]."""
+
+
+class Residuals(NamedTuple):
+    """Of chamber 1 and 2 [kg/s], the sliding piston [N] and its breakaways [N]."""
+
+    gas_1: Floats
+    gas_2: Floats
+    force: Floats
+    breakaway: Floats
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """
+    A run with the windows over which it is compared with hypotheses.
+
+    :param run: whose motion counts
+    :param readings: simulated readings without errors of the sensors, in place of the run's
+    """
+
+    run: Run
+    readings: Run | None = None
+
+    @cached_property
+    def gas(self) -> TestFunctions:
+        """Windows of the gas balances."""
+        return self._windows(GAS_POWER, GAS_WINDOW, GAS_OVERLAP)
+
+    @cached_property
+    def motion(self) -> TestFunctions:
+        """Windows of the balance of forces."""
+        return self._windows(FORCE_POWER, FORCE_WINDOW, FORCE_OVERLAP)
+
+    def _windows(self, power: int, length: float, overlap: int) -> TestFunctions:
+        size = max(round(length / self.run.interval), LEAST_SAMPLES)
+        hop = max(round(size / overlap), 1)
+        return TestFunctions.of(power, size, hop, self.run.size - 1, self.run.interval)
+
+    @cached_property
+    def breakaways(self) -> NDArray[np.intp]:
+        """The last interval of each rest that a slide follows, shape (breakaways,)."""
+        contacts = self.run.contacts
+        slips = (contacts[:-1] == along.RESTS) & (contacts[1:] == along.MOVES)
+        return np.flatnonzero(slips)
+
+    @property
+    def sizes(self) -> tuple[int, int, int, int]:
+        """Number of residuals of each kind."""
+        gas, motion = self.gas.starts.size, self.motion.starts.size
+        return gas, gas, motion, self.breakaways.size
+
+    @property
+    def free(self) -> bool:
+        """Whether the model moves the piston: all balances are open, and there is no bench."""
+        return len(self.run.balances) == len(BALANCES) and self.run.force is None
+
+    @property
+    def window_velocity(self) -> Floats:
+        """Mean velocity in each window of the motion [m/s], shape (m,)."""
+        return self.motion.averages(self.run.velocity)
+
+    def residuals(self, hypothesis: Hypothesis) -> Residuals:
+        """Return the residuals of all windows, NaN where a balance cannot be evaluated."""
+        run, velocity = self._corrected(hypothesis)
+        rates, _ = self._along(hypothesis, run, velocity)
+        return Residuals(
+            self._gas(hypothesis, run, rates, 1),
+            self._gas(hypothesis, run, rates, 2),
+            self._force(run, rates),
+            self._breakaway(hypothesis, run, rates),
+        )
+
+    def rates(self, hypothesis: Hypothesis) -> Floats:
+        """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
+        return self._along(hypothesis, *self._corrected(hypothesis))[0]
+
+    def inertia(self, hypothesis: Hypothesis) -> Floats:
+        """Return the accelerated mass in each window of the motion [kg], NaN at rest."""
+        rates, _ = self._along(hypothesis, self.run, self.run.velocity)
+        return self.motion.averages(rates[:, along.INERTIA])
+
+    def corrected(self, hypothesis: Hypothesis) -> Run:
+        """Return the run without the errors that the sensors have under a hypothesis."""
+        return self._corrected(hypothesis)[0]
+
+    def _corrected(self, hypothesis: Hypothesis) -> tuple[Run, Floats]:
+        """
+        Return the run without the errors that the sensors have, and its velocity [m/s], (n - 1,).
+
+        The velocity is that of the readings, corrected: that of a corrected run would change the
+        rests.
+        """
+        if self.readings is not None:
+            return self.readings, self.run.velocity
+        run, velocity = self.run, self.run.velocity
+        if hypothesis.position_zero != 0.0:
+            run = run.with_readings(run.position - hypothesis.position_zero, run.pressures)
+        if hypothesis.gains != CALIBRATED:
+            x, *pressures = hypothesis.gains
+            run, velocity = run.with_gains(x, np.array(pressures)), velocity / x
+        if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
+            bias = np.nan_to_num(self._along(hypothesis, run, velocity)[1])
+            at_samples = np.vstack([bias[:1], 0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
+            right = run.pressures - at_samples[:, 1:]
+            run = run.with_readings(run.position - at_samples[:, 0], right)
+            drift = np.gradient(bias[:, 0], run.interval)
+            velocity = np.where(velocity != 0.0, velocity - drift, 0.0)
+        return run, velocity
+
+    def _along(self, hypothesis: Hypothesis, run: Run, velocity: Floats) -> tuple[Floats, Floats]:
+        """Return modelled rates and errors of the sensors along a run, shape (n - 1, k) each."""
+        parts = substeps(hypothesis, run.interval)
+        rates, bias = hypothesis.plant_of(run).along(
+            interpolated(run.smooth, parts),
+            np.repeat(velocity, parts),
+            np.repeat(self.run.contacts, parts),
+            np.repeat(hypothesis.voltages(run), parts, axis=0),
+            run.interval / parts,
+        )
+        if parts > 1:
+            with np.errstate(over='ignore'):  # a trial value may let a state grow without bounds
+                rates = rates.reshape(-1, parts, rates.shape[1]).mean(axis=1)
+                bias = bias.reshape(-1, parts, bias.shape[1]).mean(axis=1)
+        return rates, bias
+
+    def _gas(self, hypothesis: Hypothesis, run: Run, rates: Floats, chamber: int) -> Floats:
+        gas = hypothesis.model.gas
+        k = gas.heat_capacity_ratio
+        enthalpy = k * gas.gas_constant * gas.supply_temperature
+        volume = chamber_volume(hypothesis, run.position, chamber)
+        middle = 0.5 * (volume[1:] + volume[:-1])
+        with np.errstate(invalid='ignore'):  # a trial error of x may put it beyond the ends
+            volume_k, middle_k = volume**k, middle ** (k - 1.0)
+            typical = self.gas.averages(middle) ** (k - 1.0)
+            stored = self.gas.rates(run.pressures[:, chamber - 1] * volume_k)
+            source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle_k)
+            return (stored / enthalpy - source) / typical
+
+    def _force(self, run: Run, rates: Floats) -> Floats:
+        inertia = self.motion.averages(rates[:, along.INERTIA])
+        missing = inertia * self.motion.accelerations(run.position)
+        missing = missing - self.motion.means(rates[:, along.FORCE])
+        if run.force is not None:
+            missing -= self.motion.means(0.5 * (run.force[1:] + run.force[:-1]))
+        return missing
+
+    def _breakaway(self, hypothesis: Hypothesis, run: Run, rates: Floats) -> Floats:
+        """Return the driving force beyond that at which the model breaks away, by its load."""
+        drive = driving_force(hypothesis, run)
+        size = max(round(LOAD_WINDOW / run.interval), 1)
+        windows = [slice(max(end + 1 - size, 0), end + 1) for end in self.breakaways]
+        loads = [_finite_mean(rates[window, along.LOADING]) for window in windows]
+        return np.array(
+            [
+                float(drive[window].mean()) * (1.0 - 1.0 / max(load, LEAST_LOAD))
+                for window, load in zip(windows, loads, strict=True)
+            ]
+        )
+
+
+def _finite_mean(values: Floats) -> float:
+    """Return the mean of the finite values, NaN if there is none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else np.nan
+
+
+def chamber_volume(hypothesis: Hypothesis, position: Floats, chamber: int) -> Floats:
+    """Return the gas volume at positions [m], shape (n,) [m^3]."""
+    volumes: Any = chambers.volumes
+    volume: Floats = volumes(position, hypothesis.model.cylinder)[chamber - 1]
+    return volume
+
+
+def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
+    """Return the force of the gas on the piston in each interval [N], shape (n - 1,)."""
+    cylinder = hypothesis.model.cylinder
+    p1, p2 = 0.5 * (run.smooth[1:, 1:] + run.smooth[:-1, 1:]).T
+    a1, a2 = cylinder.cap_area, cylinder.rod_area
+    force: Floats = p1 * a1 - p2 * a2 - run.atmospheric_pressure * (a1 - a2)
+    return force
+
+
+def substeps(hypothesis: Hypothesis, interval: float) -> int:
+    """Return the parts of an interval [s] that resolve the states of the acting effects."""
+    for name, own in hypothesis.effects.items():
+        effect, parameters = library.load(name), without_shape(own)
+        # an empirical effect has a state for each of its terms: only those in use act
+        active = not effect.describes or any(getattr(parameters, s) != 0.0 for s in effect.states)
+        if effect.states and active and interval <= SLOW_SAMPLING:
+            return min(int(np.ceil(interval / (0.4 * LEAST_TIME))), MOST_SUBSTEPS)
+    return 1
+
+
+def interpolated(samples: Floats, parts: int) -> Floats:
+    """Return samples with linear interpolation between them, shape (parts (n - 1) + 1, k)."""
+    if parts == 1:
+        return samples
+    steps = np.diff(samples, axis=0)[:, np.newaxis] * (np.arange(parts) / parts)[:, np.newaxis]
+    between = (samples[:-1, np.newaxis] + steps).reshape(-1, samples.shape[1])
+    return np.vstack([between, samples[-1:]])

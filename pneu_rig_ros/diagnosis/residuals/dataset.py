@@ -1,0 +1,201 @@
+"""The data that judge a hypothesis: whitened residuals, and simulated cycles if they are used."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.residuals.nuisances import (
+    RunNuisances,
+    clock_column,
+    estimate_nuisances,
+    fitted_to_pressures,
+    temperature_columns,
+    without_nuisances,
+)
+from pneu_rig_ros.diagnosis.residuals.replicates import Inflation, estimate_inflation, with_bias
+from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
+from pneu_rig_ros.diagnosis.residuals.threads import map_runs
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+
+OUTLIER = 3.0
+"""Standard deviations beyond which a residual counts linearly [-]."""
+LARGEST = 1e4
+"""Whitened residuals are clipped to it [-]."""
+STRETCHES = 12
+"""Parts of a run and balance whose losses are taken to be independent."""
+
+
+class Evaluation(NamedTuple):
+    """Residuals of one run under a hypothesis, their noise, and both as whitened residuals."""
+
+    residuals: Residuals
+    noise: NoiseModel
+    whitened: Residuals
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """
+    Runs with the noise of their residuals under one hypothesis.
+
+    :param comparisons: the runs
+    :param noises: of each
+    :param inflation: of the noise, by replicates
+    :param clocks: change of the residuals of each run by one standard deviation of its delay,
+        shape (m, 1) each
+    :param cycles: the simulated cycles, None where simulation is not used
+    """
+
+    comparisons: tuple[Comparison, ...]
+    noises: tuple[NoiseModel, ...]
+    inflation: Inflation
+    clocks: tuple[Residuals, ...]
+    cycles: Cycles | None = None
+
+    @classmethod
+    def of(
+        cls,
+        hypothesis: Hypothesis,
+        comparisons: Sequence[Comparison],
+        rng: Generator,
+        inflation: Inflation | None = None,
+    ) -> Dataset:
+        """
+        Return the runs with the noise that they have if the hypothesis is true.
+
+        :param inflation: where it is known for the hypothesis
+        """
+        count = len(comparisons)
+        aligned = map_runs(partial(without_nuisances, hypothesis), comparisons, rng.spawn(count))
+        runs = tuple(aligned)
+        inflation = inflation or estimate_inflation(hypothesis, runs, rng)
+        noises = map_runs(partial(noise_model, hypothesis), runs, rng.spawn(count))
+        biased = tuple(with_bias(*pair, inflation.bias) for pair in zip(noises, runs, strict=True))
+        clocks = map_runs(partial(clock_column, hypothesis), runs)
+        return cls(runs, biased, inflation, tuple(clocks))
+
+    def with_cycles(self, hypothesis: Hypothesis, rng: Generator) -> Dataset:
+        """Return the dataset with simulated cycles, spread as if the hypothesis were true."""
+        return replace(self, cycles=Cycles.of(hypothesis, self.comparisons, rng))
+
+    @property
+    def without_cycles(self) -> Dataset:
+        """The dataset without simulation."""
+        return replace(self, cycles=None)
+
+    def with_discrepancy(self, other: Dataset, hypothesis: Hypothesis) -> Dataset:
+        """
+        Return the dataset with a noise as wide as the residuals of a hypothesis.
+
+        :param other: whose residuals give the width, balance by balance
+        """
+        rows = other.residuals_by_run(hypothesis)
+        gas_1, gas_2, force, breakaway = (
+            max(rms(np.concatenate(column)), 1.0) for column in zip(*rows, strict=True)
+        )
+        old = self.inflation
+        wider = old._replace(
+            gas_1=old.gas_1 * gas_1,
+            gas_2=old.gas_2 * gas_2,
+            force=tuple(force * factor for factor in old.force),
+            breakaway=old.breakaway * breakaway,
+        )
+        return replace(self, inflation=wider)
+
+    def nuisances(self, hypothesis: Hypothesis, comparison: Comparison) -> RunNuisances | None:
+        """Return the nuisance parameters of one of the runs, None where it has none."""
+        if not comparison.run.has_nuisances:
+            return None
+        index = [each is comparison for each in self.comparisons].index(True)
+        by_rates = estimate_nuisances(hypothesis, comparison, self.noises[index])
+        return fitted_to_pressures(hypothesis, comparison, by_rates)
+
+    def aligned(self, hypothesis: Hypothesis, comparison: Comparison) -> Comparison:
+        """Return one of the runs, corrected for its nuisance parameters under a hypothesis."""
+        estimate = self.nuisances(hypothesis, comparison)
+        return comparison if estimate is None else Comparison(estimate.correct(comparison.run))
+
+    @cached_property
+    def factors(self) -> list[Residuals]:
+        """Inflation of the noise in each window of each run [-]."""
+        pairs = zip(self.comparisons, self.noises, strict=True)
+        return [self.inflation.factors(*pair) for pair in pairs]
+
+    @cached_property
+    def biases(self) -> list[Floats]:
+        """Mean force residual of a true model in each window of each run [N]."""
+        return [self.inflation.force_bias(comparison) for comparison in self.comparisons]
+
+    def evaluate(self, hypothesis: Hypothesis) -> list[Evaluation]:
+        """Return the residuals of each run with their noise, nuisance parameters marginalised."""
+        arguments = self.comparisons, self.noises, self.clocks, self.factors, self.biases
+        return map_runs(partial(_evaluate, hypothesis), *arguments)
+
+    def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
+        """Return the whitened residuals of each run."""
+        return [evaluation.whitened for evaluation in self.evaluate(hypothesis)]
+
+    def whitened(self, hypothesis: Hypothesis) -> Floats:
+        """Return all residuals, independent and of standard deviation 1, shape (n,)."""
+        parts = [part for run in self.residuals_by_run(hypothesis) for part in run]
+        return np.clip(np.concatenate(parts), -LARGEST, LARGEST)
+
+    def residual(self, hypothesis: Hypothesis) -> Floats:
+        """Return the vector that a fit minimises, shape (n,); see :func:`loss`."""
+        whitened = self.whitened(hypothesis)
+        if self.cycles is None:
+            return whitened
+        return np.concatenate([whitened, self.cycles.residual(hypothesis)])
+
+    def losses(self, hypothesis: Hypothesis) -> Floats:
+        """Return the losses of independent stretches of the runs, shape (k,)."""
+        losses = []
+        for run in self.residuals_by_run(hypothesis):
+            for whitened in run:
+                each = pseudo_huber(np.clip(whitened, -LARGEST, LARGEST))
+                losses += [float(part.sum()) for part in np.array_split(each, STRETCHES)]
+        if self.cycles is not None:
+            losses += self.cycles.losses(hypothesis).tolist()
+        return np.array(losses)
+
+
+def _evaluate(
+    hypothesis: Hypothesis,
+    comparison: Comparison,
+    noise: NoiseModel,
+    clock: Residuals,
+    factors: Residuals,
+    bias: Floats,
+) -> Evaluation:
+    residuals = comparison.residuals(hypothesis)
+    residuals = residuals._replace(force=residuals.force - bias)
+    if comparison.run.has_nuisances:
+        noise = noise.with_shared(clock)
+        noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))
+    pairs = zip(noise.whiten(residuals), factors, strict=True)
+    return Evaluation(residuals, noise, Residuals(*(z / factor for z, factor in pairs)))
+
+
+def rms(values: Floats) -> float:
+    """Return the root mean square, 0 without values."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def pseudo_huber(whitened: Floats) -> Floats:
+    """Return half the squares, growing linearly beyond ``OUTLIER`` [-]."""
+    losses: Floats = OUTLIER**2 * (np.sqrt(1.0 + (whitened / OUTLIER) ** 2) - 1.0)
+    return losses
+
+
+def loss(residual: Floats) -> float:
+    """Return the sum of the pseudo-Huber losses of residuals [-]."""
+    return float(pseudo_huber(residual).sum())

@@ -1,0 +1,226 @@
+"""
+The noise of the residuals under a hypothesis: what the noise of the sensors makes of them.
+
+White noise of the readings passes through the test functions in closed form. Its effect on the
+velocity, and so on friction, and the error of smoothing are found by simulated readings: noise is
+added to the smoothed run, whose motion is then known exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+from scipy.ndimage import uniform_filter1d
+
+from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.diagnosis.residuals.balances import (
+    Comparison,
+    Residuals,
+    chamber_volume,
+    driving_force,
+)
+from pneu_rig_ros.diagnosis.residuals.whitening import Source, Whitener, whitener
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.model import along
+
+COPIES = 8
+"""Simulated readings of each run."""
+POOLED = 5
+"""Neighbouring windows over which the mean square of their errors is pooled."""
+SLOWEST_SLIDE = 0.003
+"""
+Slower motion is not used [m/s]: seven standard deviations of the velocity, whose error would be
+too large on the falling branch of the Stribeck curve.
+"""
+FORGOTTEN = 10.0
+"""Travel after which the bristle has forgotten its start but for e^-10 [F_c/sigma_0]."""
+CUT_OFF = float(1.0 / np.sqrt(2.0 * np.pi))
+"""Mean of the positive part of normal noise [standard deviations]."""
+SAME_BREAKAWAY = 0.15
+"""Breakaways of two readings less far apart are the same [s]."""
+ONSET = 0.023
+"""Error of the time of a breakaway: half the window of the velocity [s]."""
+CREEP_ERROR = 0.5
+"""Relative error of the speed at which the piston is seen to break away [-]."""
+HOLDING_VARIANCE = 0.01
+"""Further variance of a breakaway force [N^2]: the seal holds 0.1 N more or less."""
+
+
+class NoiseModel(NamedTuple):
+    """One whitener for each kind of residual of one run."""
+
+    gas_1: Whitener
+    gas_2: Whitener
+    force: Whitener
+    breakaway: Whitener
+
+    def whiten(self, residuals: Residuals) -> Residuals:
+        """Return the whitened residuals of the kept windows."""
+        pairs = zip(self, residuals, strict=True)
+        return Residuals(*(whiten(residual) for whiten, residual in pairs))
+
+    def with_shared(self, columns: Residuals) -> NoiseModel:
+        """
+        Return the noise with more nuisance parameters.
+
+        :param columns: effect of one standard deviation of each on all windows, (m, k) each
+        """
+        pairs = zip(self, columns, strict=True)
+        return NoiseModel(*(whiten.with_shared(column) for whiten, column in pairs))
+
+
+def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> NoiseModel:
+    """
+    Return the noise of the residuals of a run if the hypothesis is true.
+
+    :param rng: of the simulated readings
+    """
+    errors = reading_errors(hypothesis, comparison, rng)
+    run, gas, motion = comparison.run, comparison.gas, comparison.motion
+    residuals = comparison.residuals(hypothesis)
+    chambers = []
+    for chamber in (1, 2):
+        kept = gas.inside(run.pressure_valid(chamber) & run.position_valid)
+        kept &= np.isfinite(residuals[chamber - 1]) & (f'gas_{chamber}' in run.balances)
+        variance = gas_variance(hypothesis, comparison, chamber)
+        source = Source(variance, gas.correlation(gas.slope))
+        excess = np.where(kept, excess_variance(errors[chamber - 1], variance), 0.0)
+        differs = run.repeatability.get(f'gas_{chamber}', 0.0)
+        common = np.full((gas.starts.size, 1), differs)
+        chambers.append(whitener(kept, [source], excess + differs**2).with_shared(common))
+    known = run.sliding & run.position_valid & ~run.vacuum
+    kept = motion.inside(known) & np.isfinite(residuals.force)
+    kept &= 'force' in run.balances
+    if run.force is None:
+        kept &= np.abs(comparison.window_velocity) > SLOWEST_SLIDE
+    else:
+        kept &= motion.inside(bristle_is_known(hypothesis, comparison))
+    sources = force_noise(hypothesis, comparison)
+    variance = sources[0].variance + sources[1].variance
+    excess = np.where(kept, excess_variance(errors.force, variance), 0.0)
+    offset = np.full((motion.starts.size, 1), run.force_offset)
+    differs = run.repeatability.get('force', 0.0)
+    outward = comparison.window_velocity >= 0.0
+    levels = np.hypot(differs, run.level_error) * np.column_stack([outward, ~outward])
+    # what smoothing does to a slip, and noise to the bristle of a slow motion, is alike in all
+    smeared = np.nan_to_num(errors.force.mean(axis=0))[:, np.newaxis]
+    columns = [clipped_thrust(hypothesis, comparison), offset, levels, smeared]
+    force = whitener(kept, sources, excess + differs**2).with_shared(np.hstack(columns))
+    breakaway = breakaway_noise(hypothesis, comparison, errors.breakaway, residuals.breakaway)
+    return NoiseModel(chambers[0], chambers[1], force, breakaway)
+
+
+def excess_variance(errors: Floats, variance: Floats) -> Floats:
+    """Return the pooled mean square of errors, shape (COPIES, m), beyond a variance, (m,)."""
+    valid = np.isfinite(errors)
+    squares = np.where(valid, errors**2, 0.0).mean(axis=0)
+    counts = valid.astype(np.float64).mean(axis=0)
+    total, count = (uniform_filter1d(each, POOLED, mode='nearest') for each in (squares, counts))
+    mean = np.divide(total, count, out=np.zeros_like(total), where=count > 0.0)
+    excess: Floats = np.maximum(mean - variance, 0.0)
+    return excess
+
+
+def gas_variance(hypothesis: Hypothesis, comparison: Comparison, chamber: int) -> Floats:
+    """Return the variance of the gas residuals by noise of p and x [kg^2/s^2], shape (m,)."""
+    run, windows, gas = comparison.run, comparison.gas, hypothesis.model.gas
+    cylinder = hypothesis.model.cylinder
+    area = (cylinder.cap_area, cylinder.rod_area)[chamber - 1]
+    x, pressure = (0.5 * (run.smooth[1:, i] + run.smooth[:-1, i]) for i in (0, chamber))
+    volume = chamber_volume(hypothesis, x, chamber)
+    k = gas.heat_capacity_ratio
+    by_pressure = volume * run.noise.pressures[chamber - 1]
+    by_position = k * pressure * area * run.noise.position
+    energy = windows.averages(by_pressure**2 + by_position**2)
+    enthalpy = k * gas.gas_constant * gas.supply_temperature
+    variance: Floats = energy * float(windows.slope @ windows.slope) / enthalpy**2
+    return variance
+
+
+def force_noise(hypothesis: Hypothesis, comparison: Comparison) -> tuple[Source, Source]:
+    """Return the noise of the force residuals by that of x, and by that of p and the bench."""
+    run, windows, cylinder = comparison.run, comparison.motion, hypothesis.model.cylinder
+    inertia = np.nan_to_num(comparison.inertia(hypothesis)) * run.noise.position
+    by_position = inertia**2 * float(windows.curvature @ windows.curvature)
+    white = (cylinder.cap_area * run.noise.pressure_1) ** 2
+    white += (cylinder.rod_area * run.noise.pressure_2) ** 2 + run.noise.force**2
+    by_force = np.full(windows.starts.size, white * float(windows.weights @ windows.weights))
+    return (
+        Source(by_position, windows.correlation(windows.curvature)),
+        Source(by_force, windows.correlation(windows.weights)),
+    )
+
+
+def bristle_is_known(hypothesis: Hypothesis, comparison: Comparison) -> Flags:
+    """
+    Return the intervals before which a bench moved the seal far enough, shape (n - 1,).
+
+    By Eq. 10 it forgets its deflection over the travel g/sigma_0, about F_c/sigma_0.
+    """
+    run, friction = comparison.run, hypothesis.model.friction
+    length = friction.coulomb_force / sum(friction.element_stiffness)
+    travelled = np.cumsum(np.abs(run.velocity)) * run.interval
+    known: Flags = travelled > FORGOTTEN * length
+    return known
+
+
+def clipped_thrust(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
+    """
+    Return the force error by a pressure that is below the zero of its sensor [N], shape (m, 2).
+
+    The mean of noise that is cut off at zero is 0.4 of its standard deviation.
+    """
+    run, cylinder = comparison.run, hypothesis.model.cylinder
+    areas = cylinder.cap_area, cylinder.rod_area
+    columns = []
+    for chamber, area, noise in zip((1, 2), areas, run.noise.pressures, strict=True):
+        clipped = (~run.pressure_valid(chamber)).astype(np.float64)
+        columns.append(area * CUT_OFF * noise * comparison.motion.averages(clipped))
+    return np.column_stack(columns)
+
+
+def breakaway_noise(
+    hypothesis: Hypothesis, comparison: Comparison, errors: Floats, residual: Floats
+) -> Whitener:
+    """Return the noise of the breakaways: that of the readings, and of their time."""
+    run, ends = comparison.run, comparison.breakaways
+    drive = driving_force(hypothesis, run)
+    span = max(round(2.0 * ONSET / run.interval), 1)
+    slopes = np.array([(drive[end] - drive[max(end - span, 0)]) / (2.0 * ONSET) for end in ends])
+    stiffness = sum(hypothesis.model.friction.element_stiffness)
+    creep = slopes / (stiffness * along.FASTEST_CREEP)
+    onset = (ONSET * slopes) ** 2 + (CREEP_ERROR * creep * drive[ends]) ** 2
+    squares = np.nanmean(np.vstack([errors**2, np.zeros(onset.size)]), axis=0)
+    kept = np.isfinite(residual) & ('force' in run.balances) & ~run.vacuum[ends]
+    differs = np.hypot(run.repeatability.get('force', 0.0), run.level_error)
+    variance = onset + squares + HOLDING_VARIANCE + differs**2
+    return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
+
+
+def reading_errors(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Residuals:
+    """Return the errors of the residuals of simulated readings, shape (COPIES, m) each."""
+    run, noise = comparison.run, comparison.run.noise
+    travelled = np.concatenate([[0.0], np.cumsum(run.velocity)]) * run.interval
+    base = run.with_readings(run.smooth[0, 0] + travelled, run.smooth[:, 1:])
+    truth = Comparison(run, base).residuals(hypothesis)
+    scale, place = np.array(noise.pressures), np.hypot(noise.position, run.missed_turn)
+    copies = []
+    for _ in range(COPIES):
+        position = base.position + place * rng.standard_normal(base.size)
+        pressures = base.pressures + scale * rng.standard_normal((base.size, 2))
+        force = base.force
+        if force is not None:
+            force = force + noise.force * rng.standard_normal(base.size)
+        copy = Comparison(replace(base, position=position, pressures=pressures, force=force))
+        residuals = copy.residuals(hypothesis)
+        breakaway = np.full(truth.breakaway.size, np.nan)
+        for index, end in enumerate(comparison.breakaways if copy.breakaways.size else ()):
+            nearest = int(np.argmin(np.abs(copy.breakaways - end)))
+            if abs(copy.breakaways[nearest] - end) * base.interval < SAME_BREAKAWAY:
+                breakaway[index] = residuals.breakaway[nearest] - truth.breakaway[index]
+        gas_1, gas_2 = residuals.gas_1 - truth.gas_1, residuals.gas_2 - truth.gas_2
+        copies.append(Residuals(gas_1, gas_2, residuals.force - truth.force, breakaway))
+    return Residuals(*(np.array(column) for column in zip(*copies, strict=True)))

@@ -1,0 +1,268 @@
+"""
+Nuisance parameters: what differs from one recording to the next and explains nothing.
+
+The file of a system names them as a list, or as a mapping of names to standard deviations::
+
+    each_recording: [force_offset]
+    each_recording: {clock_offset: 0.3 s, initial_temperature: 30 K}
+
+Their effect on the residuals is found by finite differences. The whitening marginalises them
+(``Whitener.with_shared``); their values under a hypothesis are those of generalised least squares
+with the standard deviations as prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+from scipy.optimize import least_squares
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.quantity import Quantity, unknown
+
+FORCE_OFFSET = 'force_offset'
+CLOCK_OFFSET = 'clock_offset'
+INITIAL_TEMPERATURE = 'initial_temperature'
+HALF_STEP = 0.5
+"""Half the step of the central difference to the delay [standard deviations]."""
+GAUSS_NEWTON_STEPS = 5
+"""At most: a delay that is not small against a motion takes three or four."""
+PRESSURE_STEP = 0.01
+"""Of the finite differences of simulated pressures [standard deviations]."""
+CONVERGED = 0.01
+"""Largest last step of a converged estimate [standard deviations]."""
+
+
+class Nuisance(NamedTuple):
+    """
+    An error that is constant in a recording.
+
+    :param quantity: its standard deviation
+    :param default: that where the file gives none [SI]
+    """
+
+    quantity: Quantity
+    default: float
+
+
+NUISANCES = {
+    # more than any force of a bench: its zero is unknown
+    FORCE_OFFSET: Nuisance(Quantity('N', 1e-3, 1e6, 'zero of the force of a bench'), 1e4),
+    # recorders that are started by hand or exchange packets are some 0.1 s apart
+    CLOCK_OFFSET: Nuisance(Quantity('s', 1e-4, 10.0, 'delay of the pressures'), 0.3),
+    # filling a chamber, or a stroke in a second, warms or cools its gas by tens of kelvin
+    INITIAL_TEMPERATURE: Nuisance(
+        Quantity('K', 0.1, 100.0, 'of the gas at the start less that of the walls'), 30.0
+    ),
+}
+
+
+def read_nuisances(data: object, where: str) -> dict[str, float]:
+    """
+    Return name -> standard deviation [SI] of the nuisance parameters that a file names.
+
+    :raises RigError: for an unknown name, a wrong unit or a value out of range
+    """
+    if not isinstance(data, list | dict | None):
+        raise RigError(f'{where}: expected a list of names, or a mapping to standard deviations')
+    for name in data or ():
+        if name not in NUISANCES:
+            raise RigError(f'{where}: {unknown(str(name), NUISANCES)}')
+    if not isinstance(data, dict):
+        return {str(name): NUISANCES[name].default for name in data or ()}
+    return {
+        str(name): NUISANCES[name].quantity.parse(text, f'{where}.{name}')
+        for name, text in data.items()
+    }
+
+
+def written_nuisances(deviations: Mapping[str, float]) -> dict[str, str]:
+    """Return the mapping that :func:`read_nuisances` reads back."""
+    return {name: NUISANCES[name].quantity.format(value) for name, value in deviations.items()}
+
+
+@dataclass(frozen=True)
+class RunNuisances:
+    """
+    Estimated nuisance parameters of one run.
+
+    :param delay: of the pressures [s]
+    :param temperatures: of the gas in both chambers at the start [K]
+    :param deviations: standard deviations of the delay [s] and the temperatures [K], shape (3,)
+    """
+
+    delay: float
+    temperatures: tuple[float, float]
+    deviations: Floats
+
+    def correct(self, run: Run) -> Run:
+        """Return a run without these errors."""
+        if run.clock_offset > 0.0:
+            run = run.with_delay(self.delay)
+        return replace(run, temperatures=self.temperatures) if run.temperature_offset > 0 else run
+
+
+def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
+    """Return the change of each residual by one standard deviation of the delay, (m, 1) each."""
+    run = comparison.run
+    step = HALF_STEP * run.clock_offset
+    if step <= 0.0:
+        return Residuals(*(np.zeros((size, 1)) for size in comparison.sizes))
+    early = Comparison(run.with_delay(run.delay - step)).residuals(hypothesis)
+    late = Comparison(run.with_delay(run.delay + step)).residuals(hypothesis)
+    changes = [(b - a) / (2.0 * HALF_STEP) for a, b in zip(early, late, strict=True)]
+    return Residuals(*(np.nan_to_num(change)[:, np.newaxis] for change in changes))
+
+
+def temperature_columns(
+    hypothesis: Hypothesis, comparison: Comparison, residuals: Residuals
+) -> Residuals:
+    """
+    Return the change of each residual by one standard deviation of the temperatures, (m, 2) each.
+
+    That of a chamber shows in its own balance alone, so that both are changed at once. Without an
+    effect no residual depends on them.
+    """
+    step = comparison.run.temperature_offset
+    columns = Residuals(*(np.zeros((size, 2)) for size in comparison.sizes))
+    if step > 0.0 and hypothesis.effects:
+        first, second = initial_temperatures(hypothesis, comparison.run)
+        warmer = replace(comparison.run, temperatures=(first + step, second + step))
+        changed = Comparison(warmer).residuals(hypothesis)
+        columns.gas_1[:, 0] = np.nan_to_num(changed.gas_1 - residuals.gas_1)
+        columns.gas_2[:, 1] = np.nan_to_num(changed.gas_2 - residuals.gas_2)
+    return columns
+
+
+def initial_temperatures(hypothesis: Hypothesis, run: Run) -> tuple[float, float]:
+    """Return the gas temperatures of both chambers when the recording began [K]."""
+    supply = hypothesis.model.gas.supply_temperature
+    return run.temperatures or (supply, supply)
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """
+    What delay [s] and initial temperatures [K] may be, shape (3,) each.
+
+    :param prior: the likeliest
+    :param scale: standard deviations
+    :param limit: largest difference from the prior
+    """
+
+    prior: Floats
+    scale: Floats
+    limit: Floats
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis, run: Run) -> Ranges:
+        """Return the ranges for a run."""
+        supply = hypothesis.model.gas.supply_temperature
+        scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
+        limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
+        return cls(np.array([0.0, supply, supply]), scale, limit)
+
+    def scaled(self, estimate: RunNuisances) -> Floats:
+        """Return values as differences from the prior [standard deviations], shape (3,)."""
+        difference = np.array([estimate.delay, *estimate.temperatures]) - self.prior
+        return np.divide(difference, self.scale, out=np.zeros(3), where=self.scale > 0.0)
+
+    def estimate(self, scaled: Floats, deviations: Floats) -> RunNuisances:
+        """Return the values within their limits."""
+        inside = np.clip(self.scale * scaled, -self.limit, self.limit)
+        delay, first, second = (self.prior + inside).tolist()
+        return RunNuisances(delay, (first, second), deviations)
+
+
+def estimate_nuisances(
+    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel
+) -> RunNuisances:
+    """
+    Return the nuisance parameters of a run under a hypothesis, each within its allowed range.
+
+    They are those of generalised least squares with a prior, by Gauss-Newton steps.
+
+    :param noise: without them
+    """
+    run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
+    start = initial_temperatures(hypothesis, run)
+    estimate = RunNuisances(run.delay, start, ranges.scale)
+    for _ in range(GAUSS_NEWTON_STEPS):
+        scaled = ranges.scaled(estimate)
+        corrected = Comparison(estimate.correct(run))
+        residuals = corrected.residuals(hypothesis)
+        clock = clock_column(hypothesis, corrected)
+        temperatures = temperature_columns(hypothesis, corrected, residuals)
+        slopes = [np.hstack(pair) for pair in zip(clock, temperatures, strict=True)]
+        columns = [Residuals(*(slope[:, index] for slope in slopes)) for index in range(3)]
+        residual = np.concatenate(noise.whiten(residuals))
+        matrix = np.column_stack([np.concatenate(noise.whiten(column)) for column in columns])
+        # in standard deviations the covariance of the prior is a unit matrix
+        covariance = np.linalg.inv(matrix.T @ matrix + np.eye(3))
+        step = -covariance @ (matrix.T @ residual + scaled)
+        left = residual + matrix @ step
+        excess = max(float(left @ left) / max(left.size, 1), 1.0)
+        deviations = np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * ranges.scale
+        estimate = ranges.estimate(scaled + step, deviations)
+        if np.all(np.abs(step) <= CONVERGED):
+            break
+    return estimate
+
+
+def fitted_to_pressures(
+    hypothesis: Hypothesis, comparison: Comparison, start: RunNuisances
+) -> RunNuisances:
+    """
+    Return initial temperatures with which simulated pressures follow the measured ones best.
+
+    Rates hardly show how much gas a closed chamber holds, and so to which pressure it returns: an
+    error of 1 K at the start is one of 0.3 % of the pressure ever after. They do show the delay.
+
+    :param start: by the rates
+    """
+    run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
+    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
+    if comparison.free or not chambers or run.temperature_offset <= 0.0:
+        return start
+    noise, delay = np.array(run.noise.pressures)[chambers], ranges.scaled(start)[0]
+
+    def estimate(scaled: Floats) -> RunNuisances:
+        return ranges.estimate(np.append(delay, scaled), start.deviations)
+
+    def residual(scaled: Floats) -> Floats:
+        corrected = Comparison(estimate(scaled).correct(run))
+        gap = chamber_pressures(hypothesis, corrected) - corrected.run.pressures[1:]
+        return np.append((gap[:, chambers] / noise).ravel(), scaled)
+
+    def jacobian(scaled: Floats) -> Floats:
+        base, steps = residual(scaled), PRESSURE_STEP * np.eye(2)
+        return np.column_stack([residual(scaled + step) - base for step in steps]) / PRESSURE_STEP
+
+    solution = least_squares(
+        residual, ranges.scaled(start)[1:], jac=jacobian, max_nfev=GAUSS_NEWTON_STEPS
+    )
+    return estimate(solution.x)
+
+
+def without_nuisances(
+    hypothesis: Hypothesis, comparison: Comparison, rng: Generator
+) -> Comparison:
+    """
+    Return a run corrected for its delay and initial temperatures under a hypothesis.
+
+    The residuals are linear in what remains of them.
+    """
+    if not comparison.run.has_nuisances:
+        return comparison
+    noise = noise_model(hypothesis, comparison, rng)
+    return Comparison(estimate_nuisances(hypothesis, comparison, noise).correct(comparison.run))

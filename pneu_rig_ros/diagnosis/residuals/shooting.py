@@ -1,0 +1,276 @@
+"""
+Simulation of a hypothesis along a run: restarted at each rest (multiple shooting), or freely.
+
+From rest to rest the model predicts one stick-slip cycle after the other. When the piston slips,
+and how far, the residuals of the weak form hardly show.
+
+As data, the gap of a cycle counts in multiples of its spread, which errors of the readings at the
+restart make. A cycle is one piece of data, however many samples it has: a slip at the wrong time
+is wrong until the next restart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+from scipy.stats import mannwhitneyu
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
+from pneu_rig_ros.diagnosis.residuals.threads import map_runs
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.runs.reading import positive_mean
+from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.imposed import Impose
+from pneu_rig_ros.model.plant import Trajectory
+
+SETTLING = 0.03
+"""From the beginning of a rest to the readings for a restart [s]."""
+RESTART_WINDOW = 0.04
+"""Length of the readings for a restart [s]."""
+BLOCK = 0.029
+"""Length of the means that are compared [s]."""
+NEAR_ZERO = 2.0
+"""A pressure this close to its sensor's zero may be any below it [standard deviations]."""
+DRAWS = 8
+"""Simulations from other errors of the readings at the restarts."""
+NEIGHBOURS = 5
+"""Blocks that share the largest spread of them, as a slip may come a little earlier or later."""
+ROUNDED = 0.15
+"""Share of the noise that remains in any mean: readings may stay within one step [-]."""
+NUMERICAL = (2e-5, 3e-5)
+"""Errors of the integration, as shares of stroke and of supply pressure [-]."""
+CYCLE_WEIGHT = 10.0
+"""Independent readings that a cycle is worth."""
+BROKEN_DOWN = 1e6
+"""Gap of a simulation that fails [standard deviations]."""
+REPLICATES = 3
+"""Replicates of each run that show the loss of a true model's cycles."""
+FALSE_ALARMS = 0.01
+"""Share of true models whose cycles are called significantly different [-]."""
+LEAST_RATIO = 1.3
+"""Ratio of losses to those of replicates below which cycles agree, however many there are [-]."""
+
+
+@dataclass(frozen=True)
+class MultipleShooting:
+    """A run whose simulation is restarted from its readings."""
+
+    comparison: Comparison
+
+    @property
+    def run(self) -> Run:
+        """The measured run."""
+        return self.comparison.run
+
+    @cached_property
+    def block(self) -> int:
+        """Samples of the means that are compared."""
+        return max(1, round(BLOCK / self.run.interval))
+
+    def restarts(self, run: Run) -> tuple[NDArray[np.int64], Floats, Floats]:
+        """
+        Return the actions, the measured states and the starts of rest of ``Plant.run_imposed``.
+
+        :param run: the readings, corrected for the errors of the sensors
+        """
+        count, interval = run.size - 1, run.interval
+        actions, begins = np.zeros(count, dtype=np.int64), np.zeros(count)
+        states = np.zeros((count, 4))
+        for rest in self.run.rests:
+            first = rest.first + round(SETTLING / interval)
+            last = min(first + round(RESTART_WINDOW / interval), rest.end)
+            at = (first + last) // 2
+            if rest.first == 0 or not 0 < at < count or last - first < 2:
+                continue
+            actions[at], begins[at] = Impose.RESTART, rest.first * interval
+            window = slice(first, last)
+            valid = self.run.position_valid[window].all()
+            states[at, 0] = run.position[window].mean() if valid else run.stroke
+            for i, noise in enumerate(run.noise.pressures):
+                slope, offset = np.polyfit(np.arange(last - first), run.pressures[window, i], 1)
+                pressure = offset + slope * (at - first)
+                known = pressure > run.span.low + NEAR_ZERO * noise
+                states[at, 2 + i] = pressure if known else np.nan
+        return actions, states, begins
+
+    def simulate(
+        self, hypothesis: Hypothesis, free: bool = False, errors: Floats | None = None
+    ) -> Floats:
+        """
+        Return x [m], p1, p2 [Pa] as read if a hypothesis is true, shape (n - 1, 3).
+
+        :param free: whether the simulation is started only once
+        :param errors: added to x [m], p1, p2 [Pa] at each restart, shape (n - 1, 3)
+        """
+        run = self.comparison.corrected(hypothesis)
+        plant = hypothesis.plant_of(run)
+        actions, measured, begins = self.restarts(run)
+        if free:
+            actions = np.zeros_like(actions)
+        if errors is not None:
+            measured[:, [0, 2, 3]] += errors
+        voltages = hypothesis.voltages(run)
+        states = plant.run_imposed(voltages, run.interval, actions, measured, begins)
+        read = readings_of(states)
+        zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
+        read = zero + np.array(hypothesis.gains) * (read - zero)
+        return within_span(read + np.array([hypothesis.position_zero, 0.0, 0.0]), self.run)
+
+    def gap(self, hypothesis: Hypothesis, errors: Floats | None = None) -> Floats:
+        """Return measured less predicted x [m], p1, p2 [Pa], block by block, shape (blocks, 3)."""
+        predicted = self.simulate(hypothesis, errors=errors)
+        gap = np.column_stack([self.run.position, self.run.pressures])[1:] - predicted
+        whole = len(gap) // self.block * self.block
+        means: Floats = gap[:whole].reshape(-1, self.block, gap.shape[1]).mean(axis=1)
+        return means
+
+    @cached_property
+    def segments(self) -> NDArray[np.intp]:
+        """Number of the restart before each block, shape (blocks,)."""
+        actions, _, _ = self.restarts(self.run)
+        counts = np.cumsum(actions != 0)
+        whole = counts.size // self.block * self.block
+        return counts[:whole].reshape(-1, self.block)[:, -1].astype(np.intp)
+
+
+def readings_of(states: Trajectory) -> Floats:
+    """Return x [m], p1, p2 [Pa] as the sensors read them, shape (n, 3)."""
+    return np.column_stack(
+        [states.position_reading, states.pressure_1_reading, states.pressure_2_reading]
+    )
+
+
+def within_span(readings: Floats, run: Run) -> Floats:
+    """
+    Return the mean of readings whose sensors show nothing beyond their span, shape (n, 3).
+
+    Near its ends noise is cut off on one side.
+    """
+    low = np.array([0.0, run.span.low, run.span.low])
+    high = np.array([run.span.position, run.span.high, run.span.high])
+    noise = run.noise.readings
+    above = low + noise * positive_mean((readings - low) / noise)
+    with np.errstate(invalid='ignore'):
+        below = high - noise * positive_mean((high - above) / noise)
+    mean: Floats = np.where(np.isfinite(high), below, above)
+    return mean
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """
+    Runs with the spread of their simulation.
+
+    :param runs: to be simulated
+    :param spreads: standard deviation of the gap of a true model, shape (blocks, 3) each
+    """
+
+    runs: tuple[MultipleShooting, ...]
+    spreads: tuple[Floats, ...]
+
+    @classmethod
+    def of(
+        cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
+    ) -> Cycles:
+        """Return the runs with the spread that they have if the hypothesis is true."""
+        runs = tuple(MultipleShooting(comparison) for comparison in comparisons)
+        spreads = map_runs(partial(spread_of_gap, hypothesis), runs, rng.spawn(len(runs)))
+        return cls(runs, tuple(spreads))
+
+    def residual(self, hypothesis: Hypothesis) -> Floats:
+        """Return the vector that a fit minimises: half its square is the sum of the losses."""
+        parts = []
+        for run, scaled in zip(self.runs, self._scaled(hypothesis), strict=True):
+            weights = np.sqrt(CYCLE_WEIGHT / np.bincount(run.segments)[run.segments] / 3.0)
+            parts.append((scaled * weights[:, np.newaxis]).ravel())
+        return np.concatenate(parts)
+
+    def losses(self, hypothesis: Hypothesis) -> Floats:
+        """Return the loss of each cycle [-], about 2 for a true hypothesis, shape (cycles,)."""
+        parts = []
+        for run, scaled in zip(self.runs, self._scaled(hypothesis), strict=True):
+            counts = np.bincount(run.segments)
+            sums = np.bincount(run.segments, np.mean(scaled**2, axis=1))
+            parts.append(0.5 * CYCLE_WEIGHT * sums[counts > 0] / counts[counts > 0])
+        return np.concatenate(parts)
+
+    def _scaled(self, hypothesis: Hypothesis) -> list[Floats]:
+        """Return the scaled gap of each run, large values compressed by arsinh."""
+        gaps = map_runs(partial(scaled_gap, hypothesis), self.runs, self.spreads)
+        return [np.arcsinh(gap) for gap in gaps]
+
+
+def scaled_gap(hypothesis: Hypothesis, run: MultipleShooting, spread: Floats) -> Floats:
+    """Return the gap of a run in multiples of its spread, shape (blocks, 3)."""
+    try:
+        scaled = run.gap(hypothesis) / spread
+    except RigError:  # the simulation failed
+        return np.full(spread.shape, BROKEN_DOWN)
+    finite = np.nan_to_num(scaled, nan=BROKEN_DOWN, posinf=BROKEN_DOWN, neginf=-BROKEN_DOWN)
+    return np.clip(finite, -BROKEN_DOWN, BROKEN_DOWN)
+
+
+def spread_of_gap(hypothesis: Hypothesis, shooting: MultipleShooting, rng: Generator) -> Floats:
+    """Return the standard deviation of the gap if a hypothesis is true, shape (blocks, 3)."""
+    run = shooting.run
+    noise = run.noise.readings
+    samples = max(round(RESTART_WINDOW / run.interval), 1)
+    at_restart = noise * np.hypot(1.0 / np.sqrt(samples), ROUNDED)
+    draws = [
+        shooting.gap(hypothesis, at_restart * rng.standard_normal((run.size - 1, 3)))
+        for _ in range(DRAWS)
+    ]
+    spread = maximum_filter1d(np.std(draws, axis=0, ddof=1), NEIGHBOURS, axis=0)
+    of_mean = noise * np.hypot(1.0 / np.sqrt(shooting.block), ROUNDED)
+    stroke, supply = NUMERICAL
+    pressure = supply * run.operation.supply_pressure
+    numerical = np.array([stroke * run.stroke, pressure, pressure])
+    total: Floats = np.sqrt(of_mean**2 + numerical**2 + spread**2)
+    return total
+
+
+@dataclass(frozen=True)
+class CycleTest:
+    """Mean loss of cycles, that of replicates [-], and the p-value of the difference."""
+
+    loss: float
+    expected: float
+    p_value: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether the cycles are farther off than those of a true model."""
+        return self.p_value < FALSE_ALARMS and self.loss > LEAST_RATIO * self.expected
+
+
+def simulate_worn(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
+    """Return a replicate of a run whose friction differs as it may between recordings."""
+    friction = hypothesis.model.friction
+    if run.level_error > 0.0:
+        factor = 1.0 + run.level_error / friction.coulomb_force * float(rng.standard_normal())
+        for name in ('coulomb_force', 'breakaway_force'):
+            level = factor * getattr(friction, name)
+            hypothesis = hypothesis.with_parameter('friction', name, level)
+    return simulate_replicate(hypothesis, run, rng)
+
+
+def compare_cycles(
+    hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
+) -> CycleTest:
+    """Return the test of simulated cycles against those of replicates (Mann-Whitney)."""
+    losses = Cycles.of(hypothesis, comparisons, rng).losses(hypothesis)
+    runs = [comparison.run for comparison in comparisons for _ in range(REPLICATES)]
+    simulate = partial(simulate_worn, hypothesis)
+    replicates = [Comparison(run) for run in map_runs(simulate, runs, rng.spawn(len(runs)))]
+    expected = Cycles.of(hypothesis, replicates, rng).losses(hypothesis)
+    p_value = float(mannwhitneyu(losses, expected, alternative='greater').pvalue)
+    return CycleTest(float(losses.mean()), float(expected.mean()), p_value)

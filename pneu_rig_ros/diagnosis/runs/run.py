@@ -1,0 +1,299 @@
+"""
+A run: one recording, prepared for a comparison with a model.
+
+Of position and pressures both the readings, whose noise is known, and smoothed signals, from which
+the modelled rates are computed, are kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import savgol_filter
+
+from pneu_rig_ros.analysis.motion import Rest, find_rests
+from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
+from pneu_rig_ros.diagnosis.runs.reading import CLIPPED, Noise, Span, unclipped
+from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.model import along
+from pneu_rig_ros.model.parameters import Gas, Operation
+
+SMOOTHING = 0.025
+"""Window of the parabolas that smooth position and pressures: shorter than a filling [s]."""
+AT_STOP = 3e-4
+"""A rest this close to an end stop cannot be distinguished from one at the stop [m]."""
+IMPACT = 0.1
+"""Before it rests at an end stop the piston bounces, and its velocity is smeared [s]."""
+SMEARED = 0.046
+"""The line fits of the velocity smear it after a breakaway and before a rest [s]."""
+FINEST_FIT = 0.5
+"""Length of the shortest line fits of the velocity, relative to those that find rests [-]."""
+LARGEST_DELAY = 3.0
+"""Largest delay of the pressures that is considered [standard deviations]."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """
+    Signals of n samples of one recording.
+
+    :param name: of the recording
+    :param interval: [s]
+    :param position: readings [m], shape (n,)
+    :param pressures: readings of p1, p2, absolute [Pa], shape (n, 2)
+    :param voltages: u1, u2 in each interval [V], shape (n - 1, 2)
+    :param operation: conditions of the recording
+    :param atmospheric_pressure: [Pa]
+    :param stroke: [m]
+    :param noise: of the readings
+    :param span: of the sensors
+    :param missing: balance -> what is missing to compare it, '' where it is open
+    :param force: of a bench that moves the piston, along the outstroke [N], shape (n,); None for a
+        free piston
+    :param force_offset: standard deviation of the zero of that force [N]
+    :param clock_offset: standard deviation of the delay of the pressures [s], 0 without one
+    :param temperature_offset: standard deviation of the initial gas temperature [K]
+    :param repeatability: balance -> standard deviation by which recordings of the system differ
+        from its model [unit of the balance]
+    :param level_error: standard deviation of the level of friction in either direction [N]
+    :param delay: by which the pressures were shifted [s]
+    :param temperatures: of the gas in both chambers when the recording began [K], None for the
+        supply's
+    :param compression: pressures at the first sample relative to those when the recording began
+        [-]: in so short a time the gas takes no heat
+    :param original: the whole run with its pressures as recorded, None where it is this one
+    """
+
+    name: str
+    interval: float
+    position: Floats
+    pressures: Floats
+    voltages: Floats
+    operation: Operation
+    atmospheric_pressure: float
+    stroke: float
+    noise: Noise
+    span: Span
+    missing: Mapping[str, str]
+    force: Floats | None = None
+    force_offset: float = 0.0
+    clock_offset: float = 0.0
+    temperature_offset: float = 0.0
+    repeatability: Mapping[str, float] = field(default_factory=dict)
+    level_error: float = 0.0
+    delay: float = 0.0
+    temperatures: tuple[float, float] | None = None
+    compression: tuple[float, float] = (1.0, 1.0)
+    original: Run | None = None
+
+    @property
+    def balances(self) -> frozenset[str]:
+        """Open balances, of gas_1, gas_2, force."""
+        return frozenset(name for name, missing in self.missing.items() if not missing)
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.position.size
+
+    @property
+    def time(self) -> Floats:
+        """Middles of the intervals [s], shape (n - 1,)."""
+        middles: Floats = (np.arange(self.size - 1, dtype=np.float64) + 0.5) * self.interval
+        return middles
+
+    @cached_property
+    def rests(self) -> list[Rest]:
+        """The rests, in the order of time."""
+        noise = self.noise.position
+        if noise <= 0.0:  # a fixed piston
+            return [Rest(0, self.size)]
+        return find_rests(self.position, self.interval, noise)
+
+    @cached_property
+    def resting(self) -> Flags:
+        """Whether the piston rests throughout an interval, shape (n - 1,)."""
+        flags = np.zeros(self.size, dtype=np.bool_)
+        for rest in self.rests:
+            flags[rest.first : rest.end] = True
+        both: Flags = flags[1:] & flags[:-1]
+        return both
+
+    @cached_property
+    def velocity(self) -> Floats:
+        """Velocity in each interval [m/s], 0 where a free piston rests, shape (n - 1,)."""
+        noise = self.noise.position
+        if noise <= 0.0:
+            return np.zeros(self.size - 1)
+        if self.force is not None:  # however slow a bench is, it deflects the seal
+            return imposed_velocity(self.position, self.interval, noise)
+        finest = FINEST_FIT * window_for(self.interval, noise)
+        velocity = adaptive_velocity(self.position, self.interval, finest, noise)
+        return np.where(self.resting, 0.0, 0.5 * (velocity[1:] + velocity[:-1]))
+
+    @cached_property
+    def missed_turn(self) -> Floats:
+        """
+        How far a bench that turned near a sample went on unseen [m], shape (n,).
+
+        At constant speeds that is half the smaller of the second differences of the samples before
+        and after the turn. 0 where it is noise.
+        """
+        bend = np.zeros(self.size)
+        if self.force is not None:
+            bend[1:-1] = np.abs(np.diff(self.position, 2))
+        missed = 0.5 * np.minimum(bend[1:], bend[:-1])
+        missed[missed < CLIPPED * self.noise.position] = 0.0
+        largest: Floats = np.maximum(np.append(missed, 0.0), np.append(0.0, missed))
+        return largest
+
+    @cached_property
+    def smooth(self) -> Floats:
+        """Position [m] and pressures [Pa] without most of their noise, shape (n, 3)."""
+        size = 2 * round(0.5 * SMOOTHING / self.interval) + 1
+        columns = np.column_stack([self.position, self.pressures])
+        if size >= 5:
+            columns = savgol_filter(columns, size, 2, axis=0)
+        for rest in self.rests if self.force is None else ():
+            columns[rest.first : rest.end, 0] = self.position[rest.first : rest.end].mean()
+        for column, noise in enumerate(self.noise.pressures, start=1):
+            columns[:, column] = unclipped(columns[:, column], self.span.low, noise)
+        return columns
+
+    @cached_property
+    def contacts(self) -> NDArray[np.int64]:
+        """State of motion in each interval, see ``model.along``, shape (n - 1,)."""
+        contacts = np.full(self.size - 1, along.MOVES, dtype=np.int64)
+        if self.force is not None:  # the bench holds the piston, not the seal
+            return contacts
+        contacts[self.resting] = along.RESTS
+        position = self.smooth[1:, 0]
+        contacts[self.resting & (position < AT_STOP)] = along.AT_INNER_STOP
+        outer = min(self.stroke, self.span.position) - AT_STOP
+        contacts[self.resting & (position > outer)] = along.AT_OUTER_STOP
+        return contacts
+
+    @cached_property
+    def position_valid(self) -> Flags:
+        """Intervals in which the position is within its sensor's span, shape (n - 1,)."""
+        valid = self.position < self.span.position - CLIPPED * self.noise.position
+        both: Flags = valid[1:] & valid[:-1]
+        return both
+
+    def pressure_valid(self, chamber: int) -> Flags:
+        """Return the intervals in which the span cuts off no noise, shape (n - 1,)."""
+        margin = CLIPPED * self.noise.pressures[chamber - 1]
+        values = self.pressures[:, chamber - 1]
+        valid = (values > self.span.low + margin) & (values < self.span.high - margin)
+        both: Flags = valid[1:] & valid[:-1]
+        return both
+
+    @cached_property
+    def vacuum(self) -> Flags:
+        """
+        Intervals in which a pressure may be any below its sensor's zero, shape (n - 1,).
+
+        That is from when a chamber expands there until its pressure is read again. A bench says
+        what moves the piston.
+        """
+        flags = np.zeros(self.size - 1, dtype=np.bool_)
+        if self.force is not None:
+            return flags
+        for chamber, expanding in ((1, self.velocity > 0.0), (2, self.velocity < 0.0)):
+            unread = ~self.pressure_valid(chamber)
+            unread &= self.smooth[1:, chamber] < self.span.high / 2.0
+            count = np.cumsum(unread & expanding)
+            before = np.maximum.accumulate(np.where(unread, 0, count))
+            flags |= unread & (count > before)
+        return flags
+
+    @cached_property
+    def sliding(self) -> Flags:
+        """Intervals in which the piston moves, and not onto an end stop, shape (n - 1,)."""
+        moves: Flags = np.equal(self.contacts, along.MOVES)
+        if self.force is not None:
+            return moves
+        at_stop = self.contacts >= along.AT_INNER_STOP
+        smeared, impact = (round(time / self.interval) for time in (SMEARED, IMPACT))
+        for rest in self.rests:
+            before = impact if at_stop[min(rest.first, at_stop.size - 1)] else smeared
+            moves[max(rest.first - before, 0) : rest.end + smeared] = False
+        return moves
+
+    @property
+    def initial_operation(self) -> Operation:
+        """The conditions with the state in which the run begins, within the stroke."""
+        x, p1, p2 = self.smooth[0].tolist()
+        return self.operation._replace(
+            initial_position=min(max(x, 0.0), self.stroke),
+            initial_pressure_1=p1,
+            initial_pressure_2=p2,
+        )
+
+    @property
+    def has_nuisances(self) -> bool:
+        """Whether the clock of the pressures or the initial temperature may be off."""
+        return self.clock_offset > 0.0 or self.temperature_offset > 0.0
+
+    @property
+    def margin(self) -> float:
+        """Duration at either end where pressures that are late may not be recorded [s]."""
+        return LARGEST_DELAY * self.clock_offset
+
+    @property
+    def begin(self) -> float:
+        """Time of the first sample in the recording [s]."""
+        return 0.0 if self.original is None else round(self.margin / self.interval) * self.interval
+
+    def with_delay(self, delay: float) -> Run:
+        """
+        Return the run with its pressures shifted by a delay [s], without ``margin`` at its ends.
+
+        Its size does not depend on the delay.
+        """
+        whole = self.original or self
+        time, cut = whole.interval * np.arange(whole.size), round(self.margin / whole.interval)
+        inside = slice(cut, whole.size - cut)
+        pressures = CubicSpline(time, whole.pressures)(time[inside] + delay)
+        first = whole.pressures[max(round(delay / whole.interval), 0)]
+        return replace(
+            whole,
+            position=whole.position[inside],
+            pressures=pressures,
+            voltages=whole.voltages[cut : whole.size - 1 - cut],
+            force=None if whole.force is None else whole.force[inside],
+            delay=delay,
+            temperatures=self.temperatures,
+            compression=(pressures[0, 0] / first[0], pressures[0, 1] / first[1]),
+            original=whole,
+        )
+
+    def gas_temperatures(self, gas: Gas) -> tuple[float, float]:
+        """Return the gas temperatures of both chambers at the first sample [K]."""
+        supply = gas.supply_temperature
+        power = 1.0 - 1.0 / gas.heat_capacity_ratio
+        first, second = self.temperatures or (supply, supply)
+        return first * self.compression[0] ** power, second * self.compression[1] ** power
+
+    def with_gains(self, position: float, pressures: Floats) -> Run:
+        """
+        Return the run as sensors without errors of gain read it.
+
+        :param position, pressures: slopes of the sensors [-], shape () and (2,)
+        """
+        zero = np.array([0.0, self.atmospheric_pressure, self.atmospheric_pressure])
+        slopes = np.append(position, pressures)
+        columns = zero + (np.column_stack([self.position, self.pressures]) - zero) / slopes
+        scaled = self.with_readings(columns[:, 0], columns[:, 1:])
+        # smoothing is linear, and rests are rests in any unit: neither is recomputed
+        scaled.__dict__.update(rests=self.rests, smooth=zero + (self.smooth - zero) / slopes)
+        return scaled
+
+    def with_readings(self, position: Floats, pressures: Floats) -> Run:
+        """Return the run with other readings."""
+        return replace(self, position=position, pressures=pressures)

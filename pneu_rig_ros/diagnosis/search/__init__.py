@@ -1,0 +1,1 @@
+"""Which cause it is: screening, fits, selection, and a description where none is."""

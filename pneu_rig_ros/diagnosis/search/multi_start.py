@@ -1,0 +1,153 @@
+"""
+Fits from several starts, where simulations or swinging loads have local minima.
+
+Slips make hills in the loss of simulated cycles, phases ridges in that of a load that swings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats.qmc import Sobol
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
+from pneu_rig_ros.executor import Executor, map_tasks
+
+FAR_STARTS = 2
+"""Starts of the last cause that are tried besides the values of an earlier fit."""
+LONG_STEPS = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)
+"""
+Such steps from a fit to simulations, internal units [-]: a local minimum that one slip makes is
+steep, and its standard deviations do not measure the length of the valley.
+"""
+SCATTERED = 64
+"""Points around a fit to simulations from which it is started again."""
+SCATTER = 40.0, 1.5
+"""Their distance from the fit at most [standard deviations, internal units]."""
+RESTARTS = 3
+"""Best of them, and of those along the valley, that are fitted."""
+ALONG, ACROSS = 0.25 * np.arange(-12, 13), 3.0 * np.arange(-5, 6)
+"""
+Grid on which a cause with a memory is sought again: steps in the direction that the data determine
+least, internal units, and in the one that they determine most [standard deviations]. A load that
+swings has a minimum for each of its phases, the narrower the less it is damped.
+"""
+SIMPLEX_SIZE = 0.2
+"""Of the search across local minima, internal units [-]."""
+SIMPLEX_STEPS = 100
+"""Its steps at most, for each coordinate."""
+
+
+def multi_start(
+    explanation: Explanation, given: Hypothesis, dataset: Dataset, executor: Executor
+) -> Fit:
+    """
+    Return the best fit of several starts where simulations have local minima, else of one.
+
+    Started also from the unfitted values of the last cause, then along the valley of the best fit
+    and around it, and finished by a simplex search, which steps across the minimum of a single
+    slip.
+    """
+    if dataset.cycles is None:
+        return fit(explanation, given, dataset, FINAL_ROUNDS)
+    kept = explanation.values[:-1]
+    starts = [replace(explanation, values=(*kept, s)) for s in explanation.parts[-1].starts]
+    starts = [explanation, *best_starts(starts, given, dataset, executor)[:FAR_STARTS]]
+    fits: Sequence[Fit] = map_tasks(executor, fit, starts, given, dataset, FINAL_ROUNDS)
+    best = min(fits, key=lambda result: result.loss)
+    groups = along_valley(best), scattered(best)
+    starts = [
+        start
+        for group in groups
+        for start in best_starts(group, given, dataset, executor)[:RESTARTS]
+    ]
+    fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
+    best = min((best, *fits), key=lambda result: result.loss)
+    return simplex_search(best, given, dataset)
+
+
+def over_ridges(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executor) -> Fit:
+    """
+    Return the best of a fit and of others that ridges of the loss separate from it.
+
+    Along the valley of its last cause, with the best of the steps across at each place, every
+    local minimum is a start, see ``ALONG``.
+    """
+    theta, own = best.explanation.theta, len(best.explanation.parts[-1].coordinates)
+    variances, directions = np.linalg.eigh(best.covariance[-own:, -own:])
+    narrow = np.sqrt(max(variances[0], 0.0)) * directions[:, 0]
+    steps = [far * directions[:, -1] + near * narrow for far in ALONG for near in ACROSS]
+    others = np.zeros(theta.size - own)  # of the other causes
+    points = [best.explanation.with_theta(theta + np.append(others, step)) for step in steps]
+    losses = np.reshape(map_tasks(executor, _loss, points, given, dataset), (ALONG.size, -1))
+    profile = np.pad(losses.min(axis=1), 1, constant_values=np.inf)
+    rows = np.flatnonzero((profile[1:-1] < profile[:-2]) & (profile[1:-1] < profile[2:]))
+    starts = [points[row * ACROSS.size + int(losses[row].argmin())] for row in rows]
+    fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
+    return min((best, *fits), key=lambda result: result.loss)
+
+
+def best_starts(
+    starts: Sequence[Explanation], given: Hypothesis, dataset: Dataset, executor: Executor
+) -> list[Explanation]:
+    """Return starts in the order of their losses."""
+    losses = map_tasks(executor, _loss, starts, given, dataset)
+    order = np.argsort(losses, kind='stable')
+    return [starts[index] for index in order]
+
+
+def _loss(start: Explanation, given: Hypothesis, dataset: Dataset) -> float:
+    return loss(dataset.residual(start.apply(given)))
+
+
+def along_valley(best: Fit) -> list[Explanation]:
+    """Return long steps from a fit in the direction that the data determine least."""
+    theta, (_, direction) = best.explanation.theta, best.widest
+    return [best.explanation.with_theta(theta + step * direction) for step in LONG_STEPS]
+
+
+def scattered(best: Fit) -> list[Explanation]:
+    """Return points around a fit, in a box of the shape of its uncertainty (Sobol's sequence)."""
+    theta, (deviations, most) = best.explanation.theta, SCATTER
+    size = np.minimum(deviations * np.sqrt(np.diag(best.covariance)), most)
+    points = 2.0 * Sobol(theta.size, seed=0).random(SCATTERED) - 1.0
+    return [best.explanation.with_theta(theta + size * point) for point in points]
+
+
+def simplex_search(best: Fit, given: Hypothesis, dataset: Dataset) -> Fit:
+    """Return a fit whose causes are improved by a simplex search across local minima."""
+    start = best.explanation
+    searched = ~np.array(start.calibrates)
+    if not searched.any():
+        return best
+    low, high = np.array([c.bounds for c in start.coordinates]).T[:, searched]
+    first = start.theta[searched]
+
+    def moved(values: Floats) -> Explanation:
+        theta = start.theta
+        theta[searched] = values
+        return start.with_theta(theta)
+
+    simplex = np.vstack([first, first + SIMPLEX_SIZE * np.eye(first.size)])
+    solution = minimize(
+        lambda values: loss(dataset.residual(moved(values).apply(given))),
+        first,
+        method='Nelder-Mead',
+        bounds=list(zip(low, high, strict=True)),
+        options={
+            'initial_simplex': np.clip(simplex, low, high),
+            'xatol': 1e-3,
+            'fatol': 0.1,
+            'maxfev': SIMPLEX_STEPS * first.size,
+        },
+    )
+    if solution.fun >= best.loss:
+        return best
+    return replace(best, explanation=moved(solution.x), loss=float(solution.fun))

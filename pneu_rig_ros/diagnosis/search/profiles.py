@@ -1,0 +1,216 @@
+"""
+Profiles: a mechanism without its formula, as a free function of the variable that drives it.
+
+Where no formula of the library closes the gap, the mechanism may still be known: friction that
+depends on the position, however it does, a leak that depends on the pressure. A profile is linear
+between knots; its values are fitted like any cause, to the residuals alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate, Explanation
+from pneu_rig_ros.diagnosis.causes.families import knots
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.search.empirical import projection, robust_weights
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
+from pneu_rig_ros.diagnosis.search.scoring import (
+    MOST_LEFT,
+    MUCH_BETTER,
+    ScoredFit,
+    improves,
+    remaining_share,
+    score,
+)
+from pneu_rig_ros.diagnosis.search.selection import Search
+from pneu_rig_ros.executor import map_tasks
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.model.shape import KNOTS, Shape, Shaped
+
+FITTED = 3
+"""Profiles that are fitted, of those that explain most by linear regression."""
+ANY, NOT_NEGATIVE = -1e3, 0.0
+
+
+class Kind(NamedTuple):
+    """
+    A mechanism as a profile.
+
+    :param mechanism: effect of the library
+    :param carrier: empirical effect that is multiplied by the profile
+    :param terms: its coefficients, each with its size [SI]
+    :param over: the variable
+    :param lowest: value of the profile [unit of the carrier]
+    """
+
+    mechanism: str
+    carrier: str
+    terms: Mapping[str, float]
+    over: str
+    lowest: float = ANY
+
+
+LEVEL, FORCE = {'constant': 0.3}, {'constant': 0.5}
+VOLTAGE = {'constant_1': 0.01, 'constant_2': 0.01}
+LEAKS = (
+    {'gauge_1_1': -1e-6},
+    {'gauge_2_2': -1e-6},
+    {'gauge_1_1': -1e-6, 'gauge_2_2': -1e-6},
+)
+HEAT = {'cold_1_1': 1.0, 'cold_2_2': 1.0}
+KINDS = (
+    Kind('position_dependent_friction', 'empirical_friction', LEVEL, 'position'),
+    *(
+        Kind('pressure_dependent_friction', 'empirical_friction', LEVEL, over)
+        for over in ('pressure_1', 'pressure_2', 'difference')
+    ),
+    Kind('stribeck', 'empirical_friction', LEVEL, 'speed'),
+    Kind('direction_dependent_friction', 'empirical_friction', LEVEL, 'velocity'),
+    Kind('load_spring', 'empirical_force', FORCE, 'position'),
+    Kind('inclination', 'empirical_force', {'mass': 0.5}, 'position'),
+    Kind('nonlinear_opening', 'empirical_voltage', VOLTAGE, 'opening'),
+    *(Kind('chamber_leak', 'empirical_flow', leak, 'pressure', NOT_NEGATIVE) for leak in LEAKS),
+    Kind(
+        'cross_piston_leak',
+        'empirical_flow',
+        {'difference_1': -1e-6, 'difference_2': 1e-6},
+        'difference',
+        NOT_NEGATIVE,
+    ),
+    *(
+        Kind('wall_heat_transfer', 'empirical_heat', HEAT, over, NOT_NEGATIVE)
+        for over in ('temperature', 'pressure', 'position')
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Profile(Candidate):
+    """
+    A mechanism as a profile; its coordinates are the values at the knots.
+
+    :param kind: what it is a profile of
+    :param at: its knots, increasing [unit of the variable], shape (n,)
+    """
+
+    kind: Kind = field(default=KINDS[0])
+    at: tuple[float, ...] = ()
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect whose mechanism it is."""
+        return self.name
+
+    @property
+    def over(self) -> str:
+        """The variable."""
+        return self.kind.over
+
+    @property
+    def unit(self) -> str:
+        """Unit of ``values_of``, with what they are multiplied by."""
+        quantity = cast(
+            Quantity,
+            specifications(library.load(self.kind.carrier).parameters)[
+                next(iter(self.kind.terms))
+            ],
+        )
+        times = quantity.description.split(', times ')[-1]
+        return quantity.unit if times == '1' else f'{quantity.unit} x ({times})'
+
+    def values_of(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Return the profile at the knots, of the first term if there are several."""
+        size = next(iter(self.kind.terms.values()))
+        return tuple(size * float(value) for value in values)
+
+    def shape(self, values: Sequence[float]) -> Shape:
+        """Return the profile with these values at its knots."""
+        return Shape(self.kind.over, self.at, tuple(float(value) for value in values))
+
+    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+        """Return the hypothesis with the empirical effect that has this profile."""
+        parameters = library.load(self.kind.carrier).null._replace(**self.kind.terms)
+        return hypothesis.with_effect(self.kind.carrier, Shaped(parameters, self.shape(values)))
+
+
+def profiles(search: Search) -> Iterator[Profile]:
+    """Yield profiles of what is in the pool and acts where residuals are significant."""
+    runs = [comparison.run for comparison in search.training.comparisons]
+    temperature = search.given.model.gas.supply_temperature
+    known = {candidate.name: candidate for candidate in search.pool}
+    balances = {residual.balance[:3] for residual in search.significant()}
+    for kind in KINDS:
+        cause = known.get(kind.mechanism)
+        if cause is None or cause.group[:3] not in balances:
+            continue
+        if (at := knots(kind.over, runs, temperature, KNOTS)) is not None:
+            quantity = Quantity('-', kind.lowest, -ANY, 'of the profile')
+            coordinates = tuple(
+                Coordinate(f'value_{i}', quantity, kind.lowest, -ANY, 1.0, False)
+                for i in range(1, KNOTS + 1)
+            )
+            starts = ((0.0,) * KNOTS,)
+            yield Profile(kind.mechanism, cause.balance, coordinates, starts, kind=kind, at=at)
+
+
+def adopt_profile(search: Search, named: ScoredFit | None) -> bool:
+    """
+    Take the best profile for the explanation where it closes the gap and no named cause does.
+
+    It has to leave as little as a named cause may, less than half of what that leaves, and to be
+    decisively likelier.
+
+    :param search: at its start
+    :param named: the best explanation so far
+    """
+    profile = best_profile(search)
+    if profile is None:
+        return False
+    training, held_out = (data.without_cycles for data in (search.training, search.held_out))
+    parts = Explanation() if named is None else named.explanation
+    other = score(Fit(parts, 0.0, np.zeros((0, 0))), search.given, training, held_out)
+    shares = [
+        remaining_share(held_out, search.hypothesis, each.explanation.apply(search.given))
+        for each in (profile, other)
+    ]
+    little = shares[0] <= min(MOST_LEFT, MUCH_BETTER * shares[1])
+    if not little or not improves(profile, other):
+        return False
+    search.best = profile
+    # others are compared with it under the same noise
+    others = [score(each.fit, search.given, training, held_out) for each in search.ranking]
+    search.ranking = [profile, *others]
+    return True
+
+
+def best_profile(search: Search) -> ScoredFit | None:
+    """Return the likeliest profile in place of a cause, None where there is none."""
+    training, held_out = (data.without_cycles for data in (search.training, search.held_out))
+    given = search.hypothesis
+    residual = training.residual(given)
+    candidates = list(profiles(search))
+    explained = map_tasks(search.executor, _explained, candidates, given, training, residual)
+    order = np.argsort(explained, kind='stable')[::-1][:FITTED]
+    start = Explanation() if search.best is None else search.best.explanation
+    starts = [start.with_part(candidates[i], candidates[i].starts[0]) for i in order]
+    fits = map_tasks(search.executor, fit, starts, search.given, training, ROUNDS)
+    scored = [score(each, search.given, training, held_out) for each in fits]
+    return min(scored, key=lambda each: each.cost, default=None)
+
+
+def _explained(profile: Profile, given: Hypothesis, dataset: Dataset, residual: Floats) -> float:
+    """Return how much of a residual a profile explains by robust linear regression [-]."""
+    weights = robust_weights(residual)
+    columns = [
+        dataset.residual(profile.apply(given, row.tolist())) - residual
+        for row in np.eye(len(profile.at))
+    ]
+    return projection(np.column_stack(columns) * weights[:, np.newaxis], -residual * weights)

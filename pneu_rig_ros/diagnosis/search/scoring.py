@@ -1,0 +1,156 @@
+"""
+Fitted explanations with their losses, and which of them is preferred.
+
+They are compared by the penalised log predictive density of all runs; of those within two standard
+errors of the best (A. Vehtari, A. Gelman, J. Gabry, Stat. Comput. 27 (2017) 1413) the simplest is
+taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, significant_cells
+from pneu_rig_ros.diagnosis.residuals.windows import windows_of
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.search.fitting import Fit
+
+STANDARD_ERRORS = 2.0
+"""Two explanations whose difference is smaller are indistinguishable."""
+DECISIVE = 10.0
+"""
+Difference of log densities that decides however few the runs [-]: odds of 20 000 to 1, of which
+the errors of the noise model may take some.
+"""
+LIKELY = 3.0
+"""What one more cause has to gain on the held-out data alone [-]: odds of 20 to 1."""
+MOST_LEFT = 0.2
+"""Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
+MOST_LEFT_ALONE = 0.5
+"""The same where no formula does: a cause has to explain most of the excess [-]."""
+MOST_LEFT_REPORTED = 0.75
+"""
+Largest share of the excess, as it is reported, that a named cause may leave [-]: with the noise
+that the data have if it is true, which may differ from that under the given model.
+"""
+MOST_LEFT_OF_ALL = 0.95
+"""The same of an effect where all models are far off: those of real seals close a tenth [-]."""
+MUCH_BETTER = 0.5
+"""Empirical terms take the place of a name that leaves more than their excess by this factor."""
+TRUE_LOSS = 3.5
+"""Mean loss of the cycles of a true model, at most [-]."""
+
+
+@dataclass(frozen=True)
+class ScoredFit:
+    """
+    A fitted explanation with its losses.
+
+    :param fit: the fit
+    :param losses: of independent stretches of all runs, held-out ones last, shape (k,)
+    :param penalty: for its coordinates (G. Schwarz, Ann. Stat. 6 (1978) 461) [-]
+    :param held_out: number of the held-out stretches
+    :param simulated: whether simulated cycles are part of the data
+    """
+
+    fit: Fit
+    losses: Floats
+    penalty: float
+    held_out: int
+    simulated: bool
+
+    @property
+    def explanation(self) -> Explanation:
+        """The explanation with its values."""
+        return self.fit.explanation
+
+    @property
+    def cost(self) -> float:
+        """Negative log density of all runs, penalised [-]."""
+        return float(self.losses.sum()) + self.penalty
+
+    def difference(self, other: ScoredFit) -> tuple[float, float]:
+        """Return by how much the cost exceeds that of another fit, with its standard error."""
+        difference = self.losses - other.losses
+        error = float(np.sqrt(difference.size) * difference.std())
+        return self.cost - other.cost, error
+
+
+def score(fit: Fit, given: Hypothesis, training: Dataset, held_out: Dataset) -> ScoredFit:
+    """Return a fit with its losses on all runs."""
+    hypothesis = fit.explanation.apply(given)
+    parts = [dataset.losses(hypothesis) for dataset in (training, held_out)]
+    count = sum(whiten.kept.sum() for noise in training.noises for whiten in noise)
+    penalty = 0.5 * len(fit.explanation.coordinates) * float(np.log(max(count, 1)))
+    penalty += fit.explanation.negative_log_prior
+    simulated = training.cycles is not None
+    return ScoredFit(fit, np.concatenate(parts), penalty, parts[1].size, simulated)
+
+
+def as_good_as(fit: ScoredFit, best: ScoredFit) -> bool:
+    """Return whether a fit is within two standard errors of the best."""
+    difference, error = fit.difference(best)
+    return difference <= min(STANDARD_ERRORS * error, DECISIVE)
+
+
+def preferred(fits: Sequence[ScoredFit]) -> ScoredFit:
+    """Return the simplest of those that are within two standard errors of the best."""
+    best = min(fits, key=lambda fit: fit.cost)
+    equivalent = [fit for fit in fits if as_good_as(fit, best)]
+    return min(equivalent, key=lambda fit: (len(fit.explanation.coordinates), fit.cost))
+
+
+def best_of_each(fits: Sequence[ScoredFit]) -> list[ScoredFit]:
+    """Return the best fit of each set of causes, best first."""
+    best: dict[str, ScoredFit] = {}
+    for fit in sorted(fits, key=lambda fit: fit.cost):
+        best.setdefault(fit.explanation.name, fit)
+    return list(best.values())
+
+
+def improves(fit: ScoredFit, smaller: ScoredFit) -> bool:
+    """Return whether an explanation is better than a smaller one, also on the held-out data."""
+    difference, _ = fit.difference(smaller)
+    gain = float((smaller.losses - fit.losses)[-fit.held_out :].sum())
+    return -difference > DECISIVE and gain > LIKELY
+
+
+def ambiguous(fits: Sequence[ScoredFit]) -> bool:
+    """Return whether a cause of friction is among several that are indistinguishable."""
+    best = min(fits, key=lambda fit: fit.cost)
+    causes = [fit.explanation.parts[-1] for fit in fits if as_good_as(fit, best)]
+    return len(causes) > 1 and any(cause.group == FORCE for cause in causes)
+
+
+def excess_rms(whitened: Floats) -> float:
+    """Return the RMS of whitened residuals beyond that of noise, in standard deviations [-]."""
+    if not whitened.size:
+        return 0.0
+    excess = float(np.mean(whitened**2)) - NOISE_ERROR**2
+    return float(np.sqrt(max(excess, 0.0)))
+
+
+def excess(dataset: Dataset, hypothesis: Hypothesis) -> float:
+    """
+    Return the misfit beyond the noise [-]: of the cycles if simulated, else of residuals.
+
+    That of residuals is the root of the sum of squares in the cells in which they are significant:
+    a local one does not drown in the noise of all others.
+    """
+    if dataset.cycles is None:
+        significant = significant_cells(windows_of(dataset, hypothesis))
+        return float(np.sqrt(sum(test.excess for _, test in significant)))
+    losses = dataset.cycles.losses(hypothesis) - TRUE_LOSS
+    return max(float(losses.mean()), 0.0)
+
+
+def remaining_share(dataset: Dataset, before: Hypothesis, after: Hypothesis) -> float:
+    """Return the share of the excess of a hypothesis that remains with another, 0 of none [-]."""
+    old = excess(dataset, before)
+    return excess(dataset, after) / old if old > 0.0 else 0.0

@@ -1,0 +1,82 @@
+"""
+Screening of candidates by what they add to the modelled rates along the measured run.
+
+No simulation, no local minima by slips: a candidate changes the residuals, and its best strength
+is looked for among multiples of that change.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.search.fitting import STEP
+
+SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
+"""Multiples of a candidate's change of the residuals that are screened [-]."""
+
+
+@dataclass(frozen=True)
+class Screened:
+    """
+    A candidate with an estimate of the loss that it leaves.
+
+    :param values: of its best start
+    :param loss: expected from there [-]
+    :param shift: by which the other causes are expected to change, as theta, shape (k,)
+    :param alternatives: values of further starts, where local minima may separate them
+    """
+
+    candidate: Candidate
+    values: tuple[float, ...]
+    loss: float
+    shift: tuple[float, ...] = ()
+    alternatives: tuple[tuple[float, ...], ...] = ()
+
+
+def screen(
+    candidate: Candidate, given: Hypothesis, dataset: Dataset, residual: Floats, free: Floats
+) -> Screened:
+    """
+    Return the loss that a candidate leaves at the best multiple of the change from each start.
+
+    Simulated cycles do not change in proportion to a cause: there only the starts are compared.
+
+    :param residual: without the candidate, shape (n,)
+    :param free: change of the residual by each value of the other causes, which are fitted again
+        with it, see :func:`changes`, shape (n, k)
+    """
+    simulated = dataset.cycles is not None
+    shares = np.ones(1) if simulated else SHARES
+    unit = candidate.coordinates[0].quantity.unit  # that of its strength
+    results, inverse = [], np.linalg.pinv(free, rcond=STEP)
+    for start in candidate.starts:
+        change = dataset.residual(candidate.apply(given, start)) - residual
+        left = [residual + share * change for share in shares]
+        shifts = [-inverse @ each for each in left]
+        losses = [loss(each + free @ shift) for each, shift in zip(left, shifts, strict=True)]
+        best = int(np.argmin(losses))
+        values = tuple(
+            c.amplified(value, float(shares[best])) if c.quantity.unit == unit else value
+            for c, value in zip(candidate.coordinates, start, strict=True)
+        )
+        results.append(Screened(candidate, values, losses[best], tuple(shifts[best].tolist())))
+    first, *rest = sorted(results, key=lambda result: result.loss)
+    if not simulated or len(first.values) == 1:
+        return first
+    return replace(first, alternatives=tuple(result.values for result in rest[:1]))
+
+
+def changes(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:
+    """Return the derivative of the residual by each value of an explanation, shape (n, k)."""
+    base, theta = dataset.residual(explanation.apply(given)), explanation.theta
+    columns = np.zeros((base.size, theta.size))
+    for index, step in enumerate(STEP * np.eye(theta.size)):
+        moved = explanation.with_theta(theta + step)
+        columns[:, index] = (dataset.residual(moved.apply(given)) - base) / STEP
+    return columns

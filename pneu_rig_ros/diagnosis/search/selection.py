@@ -1,0 +1,297 @@
+"""
+Selection of an explanation: forward selection of causes until no significant residual is left.
+
+Explanations grow by one cause at a time, up to three. Of each size the most promising are fitted
+and compared. What the residuals hardly show - bristles, compliance, inertia - shows in simulation
+from rest to rest, which joins the data where they cannot decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
+from pneu_rig_ros.diagnosis.causes.families import Family, families
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.residuals.localisation import localise
+from pneu_rig_ros.diagnosis.residuals.windows import windows_of
+from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
+from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_ridges
+from pneu_rig_ros.diagnosis.search.remainder import Remainder
+from pneu_rig_ros.diagnosis.search.scoring import (
+    ScoredFit,
+    ambiguous,
+    best_of_each,
+    improves,
+    preferred,
+    score,
+)
+from pneu_rig_ros.diagnosis.search.screening import Screened, changes, screen
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
+from pneu_rig_ros.model import effects as library
+
+MOST_CAUSES = 3
+"""Causes of an explanation at most."""
+MOST_FITTED = 6
+"""Candidates that are fitted at each size."""
+BEAM = 2
+"""Explanations of one size that grow further."""
+FIRST_ROUNDS = 4
+"""Evaluations of the solver in the first fits, which choose the finalists."""
+FINALISTS = 3
+"""Explanations that are fitted further."""
+DISCREPANT = 3.0
+"""RMS residual of the best explanation from which on it is taken for noise of any model [-]."""
+CYCLES_EXPLAINED = 0.1
+"""Share of the excess of the cycles below which no further cause is searched [-]."""
+
+
+@dataclass(kw_only=True)
+class Search(Remainder):
+    """
+    The search for an explanation.
+
+    :param pool: candidates
+    :param progress: called with a text at each step
+    :param executor: where candidates are screened and fitted
+    :param base: what is fitted with every explanation
+    :ivar ranking: fitted explanations of accepted sizes
+    :ivar initial: the data with the noise under the given hypothesis
+    :ivar residuals_significant: whether residuals of the given hypothesis are
+    """
+
+    pool: Sequence[Candidate]
+    progress: Callable[[str], None] = lambda text: None
+    executor: Executor = field(default_factory=SerialExecutor)
+    base: Explanation = field(default_factory=Explanation)
+    screened: list[Screened] = field(default_factory=list)
+    ranking: list[ScoredFit] = field(default_factory=list)
+    initial: tuple[Dataset, Dataset] | None = None
+    residuals_significant: bool = False
+
+    def run(self) -> ScoredFit | None:
+        """Return the smallest explanation that leaves no significant residual, or the best."""
+        self.initial = self.training, self.held_out
+        self.residuals_significant = bool(self.significant())
+        if not (self.residuals_significant or self.cycles_differ()):
+            return None
+        if self.base.parts:
+            self.best = self.calibrated = self._fit_thoroughly(self.base)
+            self.base = self.best.explanation
+        beam = [self.base]
+        for size in range(1, MOST_CAUSES + 1):
+            if not self._needs_a_cause():
+                break
+            fits, before = self._grown(beam, size)
+            if not improves(preferred(fits), before) and self._simulation_may_decide(size):
+                self._add_cycles()
+                fits, before = self._grown(beam, size)
+            more = size == 1 and len(self.screened) > MOST_FITTED
+            if more and not improves(preferred(fits), before):
+                fits, before = self._grown(beam, size, MOST_FITTED)  # the next ones
+            chosen = preferred(fits)
+            if not improves(chosen, before):
+                break
+            accepted = self._accept(chosen, size)
+            if accepted is None:
+                break
+            own = accepted.explanation
+            self.ranking += [chosen, *fits]
+            others = [each.explanation for each in sorted(fits, key=lambda fit: fit.cost)]
+            beam = [own, *(each for each in others if each.name != own.name)][:BEAM]
+        return self.best
+
+    def causes(self, explanation: Explanation) -> list[str]:
+        """Return the names of the causes, without the base and with a family for its effect."""
+        implied = {part.name for part in self.base.parts}
+        implied |= {part.effect for part in explanation.parts if isinstance(part, Family)}
+        return [name for name in explanation.causes if name not in implied] or explanation.causes
+
+    def restart(self) -> None:
+        """Return to the base and to the initial data."""
+        simulated = self.training.cycles is not None and not self.residuals_significant
+        assert self.initial is not None
+        self.training, self.held_out = self.initial
+        self.best = self.calibrated
+        if simulated:
+            self._add_cycles()
+
+    def _needs_a_cause(self) -> bool:
+        """Return whether significant residuals or cycles are left; adds cycles where needed."""
+        self.progress('testing the residuals that are left')
+        if self.significant():
+            return True
+        if self.training.cycles is None:
+            if not self.cycles_differ():
+                return False
+            self._add_cycles()
+            return self.best is None or self._needs_a_cause()
+        if self.best is not None and self.remaining() < CYCLES_EXPLAINED:
+            return False
+        return self.cycles_differ()
+
+    def _grown(
+        self, beam: Sequence[Explanation], size: int, first: int = 0
+    ) -> tuple[list[ScoredFit], ScoredFit]:
+        """
+        Return the fits of explanations with one more cause, and the best one without it.
+
+        :param first: of the candidates in their order that is fitted
+        """
+        end = first + MOST_FITTED // len(beam)  # what is likely with one base crowds out no other
+        screened = [
+            (base, result) for base in beam for result in self._screened(base, size)[first:end]
+        ]
+        starts = [
+            base.with_theta(base.theta + result.shift).with_part(result.candidate, values)
+            for base, result in screened
+            for values in (result.values, *result.alternatives)
+        ]
+        fits = best_of_each(self._fits(starts))
+        # among causes that explain nothing further there is nothing to decide by simulation
+        found = self.best is None or improves(preferred(fits), self.best)
+        if found and self._can_simulate() and ambiguous(fits):
+            self._add_cycles()
+            fits = self._fits([each.explanation for each in fits])
+        without_cause = Fit(self.base, 0.0, np.zeros((0, 0)))
+        return self._with_discrepancy(fits, without_cause if self.best is None else self.best.fit)
+
+    def _can_simulate(self) -> bool:
+        """Return whether simulated cycles may join the data."""
+        free = all(comparison.free for comparison in self.training.comparisons)
+        return free and self.training.cycles is None
+
+    def _simulation_may_decide(self, size: int) -> bool:
+        """Return whether cycles may show a cause for which the residuals have no evidence."""
+        return self._can_simulate() and (size == 1 or self.cycles_differ())
+
+    def _add_cycles(self) -> None:
+        """Add simulated cycles to the data, and fit the best explanation to them."""
+        hypothesis = self.hypothesis
+        self.training = self.training.with_cycles(hypothesis, self.rng)
+        self.held_out = self.held_out.with_cycles(hypothesis, self.rng)
+        if self.best is not None and self.best.explanation.parts:
+            self.best = self._fit_thoroughly(self.best.explanation)
+
+    def _screened(self, base: Explanation, size: int) -> list[Screened]:
+        """Return the candidates for one more cause of an explanation, the best first."""
+        candidates = self._candidates(base)
+        self.progress(f'screening {len(candidates)} candidates')
+        hypothesis = base.apply(self.given)
+        residual = self.training.residual(hypothesis)
+        free = np.zeros((residual.size, base.theta.size))
+        if self.training.cycles is None:
+            free = changes(base, self.given, self.training)
+        screened = map_tasks(
+            self.executor, screen, candidates, hypothesis, self.training, residual, free
+        )
+        screened.sort(key=lambda result: result.loss)
+        if size == 1 and not self.screened:
+            self.screened = screened
+        return screened
+
+    def _candidates(self, base: Explanation) -> list[Candidate]:
+        """Return what may join an explanation, other forms of its effects among them."""
+        shaped = {part.effect for part in base.parts if isinstance(part, Family)}
+        runs = [comparison.run for comparison in self.training.comparisons]
+        temperature = self.given.model.gas.supply_temperature
+        forms = [
+            family
+            for part in base.parts
+            if part.is_effect and part.name not in shaped
+            for family in families(part, runs, temperature)
+        ]
+        # what residuals hardly see, and simulated cycles do, are causes of the force
+        balances = {residual.balance for residual in self.significant()}
+        groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
+        if self.training.cycles is not None:
+            groups.add(FORCE)
+        names = {part.name for part in base.parts}
+        return [
+            candidate
+            for candidate in (*self.pool, *forms)
+            if candidate.name not in names and candidate.group in groups
+        ]
+
+    def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
+        """Return explanations fitted from several starts; thoroughly only the finalists."""
+        ahead = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
+        finalists = [each.explanation for each in ahead[:FINALISTS]]
+        return [*self._fit_all(finalists, ROUNDS), *ahead[FINALISTS:]]
+
+    def _fit_all(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
+        self.progress('fitting ' + ', '.join(start.name for start in starts))
+        fits = map_tasks(self.executor, fit, starts, self.given, self.training, rounds)
+        return map_tasks(self.executor, score, fits, self.given, self.training, self.held_out)
+
+    def _with_discrepancy(
+        self, fits: list[ScoredFit], smaller: Fit
+    ) -> tuple[list[ScoredFit], ScoredFit]:
+        """
+        Return fits and a smaller one, with a discrepancy of any model as part of the noise.
+
+        Where every model is off by many times the noise of the sensors, that noise is no measure
+        of which model is nearer.
+        """
+        best = min(fits, key=lambda fit: fit.cost).explanation.apply(self.given)
+        if rms(self.training.whitened(best)) < DISCREPANT:
+            return fits, score(smaller, self.given, self.training, self.held_out)
+        data = self.training, self.held_out
+        self.training, self.held_out = (
+            dataset.with_discrepancy(data[0], best) for dataset in data
+        )
+        refitted = best_of_each(self._fits([each.explanation for each in fits]))
+        before = score(smaller, self.given, self.training, self.held_out)
+        self.training, self.held_out = data
+        return refitted, before
+
+    def _accept(self, chosen: ScoredFit, size: int) -> ScoredFit | None:
+        """
+        Accept an explanation and return it; None if its last cause explains too little.
+
+        Another form of a cause is not a further one: the likelihood decides on it.
+        It is fitted again with the noise that the data have if it is true: under it the piston
+        moves otherwise than the given model predicts. The noise under values that are far off
+        would hide the right ones: they are looked for before.
+        """
+        smaller, before = self.hypothesis, (self.best, self.training, self.held_out)
+        accepted = self._renewed(chosen)
+        another_form = size == 2 and isinstance(chosen.explanation.parts[-1], Family)
+        if size > 1 and not another_form and not self.closes_the_gap(smaller, accepted):
+            self.best, self.training, self.held_out = before
+            return None
+        return accepted
+
+    def _renewed(self, chosen: ScoredFit) -> ScoredFit:
+        """Return an explanation fitted with the noise that the data have if it is true."""
+        explanation = self._fit_thoroughly(chosen.explanation).explanation
+        hypothesis = explanation.apply(self.given)
+        renewed = []
+        for before in (self.training, self.held_out):
+            dataset = Dataset.of(hypothesis, before.comparisons, self.rng)
+            if before.cycles is not None:
+                dataset = dataset.with_cycles(hypothesis, self.rng)
+            renewed.append(dataset)
+        self.training, self.held_out = renewed
+        again = fit(explanation, self.given, self.training, FINAL_ROUNDS)
+        self.best = score(again, self.given, self.training, self.held_out)
+        return self.best
+
+    def _fit_thoroughly(self, explanation: Explanation) -> ScoredFit:
+        self.progress('fitting ' + explanation.name)
+        problem = self.given, self.training, self.executor
+        best = multi_start(explanation, *problem)
+        if self._may_swing(best):
+            best = over_ridges(best, *problem)
+        return score(best, self.given, self.training, self.held_out)
+
+    def _may_swing(self, found: Fit) -> bool:
+        """Return whether states of the last cause may be out of phase with what is left."""
+        last, data = found.explanation.parts[-1], self.training
+        swings = last.is_effect and len(library.load(last.name).states) > 1
+        if not swings or data.cycles is not None:
+            return False
+        return bool(localise(windows_of(data, found.explanation.apply(self.given))))

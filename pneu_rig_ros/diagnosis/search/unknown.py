@@ -1,0 +1,77 @@
+"""Whether what a cause leaves is better described by empirical terms: the verdict `unknown`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
+from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.search.empirical import Description, describe
+from pneu_rig_ros.diagnosis.search.fitting import Fit
+from pneu_rig_ros.diagnosis.search.profiles import adopt_profile
+from pneu_rig_ros.diagnosis.search.scoring import (
+    MOST_LEFT,
+    MOST_LEFT_ALONE,
+    MOST_LEFT_OF_ALL,
+    MOST_LEFT_REPORTED,
+    MUCH_BETTER,
+    ScoredFit,
+    improves,
+    remaining_share,
+    score,
+)
+from pneu_rig_ros.diagnosis.search.selection import DISCREPANT, Search
+
+
+def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
+    """
+    Return empirical terms in place of the best explanation; None where that is as good.
+
+    A cause with a name has to leave little, and about as little as a formula without one.
+    """
+    named, data = search.best, (search.training, search.held_out)
+    # the noise of the sensors is no measure of what a cause may leave where all models are far off
+    discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
+    reported = search.remaining()
+    search.restart()
+    if search.residuals_significant and adopt_profile(search, named):
+        return None
+    description = describe(search, (where or search.cycle_residuals())[0])
+    if named is None or named is search.calibrated:
+        return description
+    # on the data on which the description was judged, with their noise
+    better = named.explanation.apply(search.given)
+    share = remaining_share(search.held_out, search.hypothesis, better)
+    allowed = MOST_LEFT if description.gap_left < share else MOST_LEFT_ALONE
+    if discrepant and any(part.is_effect for part in named.explanation.parts):
+        allowed = MOST_LEFT_OF_ALL
+    elif reported > MOST_LEFT_REPORTED:
+        return description
+    if share > allowed or description.gap_left < MUCH_BETTER * share:
+        return description
+    hypotheses = search.hypothesis, search.given
+    if not discrepant and _simpler_and_better(description.explanation, named, *hypotheses, data):
+        return description
+    search.best, (search.training, search.held_out) = named, data
+    return None
+
+
+def _simpler_and_better(
+    terms: Explanation,
+    named: ScoredFit,
+    without: Hypothesis,
+    given: Hypothesis,
+    data: tuple[Dataset, Dataset],
+) -> bool:
+    """Return whether a formula with as few numbers as a named cause is decisively likelier."""
+    if not terms.parts or len(terms.coordinates) > len(named.explanation.coordinates):
+        return False
+    formula, cause = (
+        score(Fit(explanation, 0.0, np.zeros((0, 0))), hypothesis, *data)
+        for explanation, hypothesis in ((terms, without), (named.explanation, given))
+    )
+    return improves(formula, cause)
