@@ -23,13 +23,7 @@ from pneu_rig_ros.diagnosis.answer.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.answer.next_experiment import NextExperiment, next_experiment
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Explanation
-from pneu_rig_ros.diagnosis.inputs.read_runs import (
-    prepare_runs,
-    read_recordings,
-    split_in_time,
-    split_paths,
-    with_unknown_temperature,
-)
+from pneu_rig_ros.diagnosis.inputs.read_inputs import Inputs, read_inputs
 from pneu_rig_ros.diagnosis.inputs.repeatability import repeatability
 from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
@@ -38,7 +32,6 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.diagnosis.search.empirical import Description
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, excess
 from pneu_rig_ros.diagnosis.search.selection import DISCREPANT, Search
@@ -168,67 +161,35 @@ def diagnose(
     :raises RigError: when a recording or the model cannot be used
     """
     begin = time.perf_counter()
-    system, rng = load_system(model), np.random.default_rng(seed)
+    rng, workers = np.random.default_rng(seed), executor or SerialExecutor()
     progress('reading', 0.02)
-    groups = split_paths(bags, verify)
-    workers = executor or SerialExecutor()
-    paths = [path for group in groups for path in group]
-    recordings = read_recordings(paths, system, mapping, workers)
-    single = len(paths) == 1
-    if single:
-        recordings, paths = split_in_time(recordings[0], system, paths[0]), 2 * paths
-    runs, count = prepare_runs(recordings, system, paths), len(groups[0])
-    if single:
-        runs[1] = with_unknown_temperature(runs[1])
+    inputs = read_inputs(bags, verify, load_system(model), mapping, workers)
     progress('localising residuals', 0.06)
-    training, held_out = _datasets(system, runs, count, rng)
-    windows = windows_of(training, system.hypothesis)
-    where, restated = localise(windows), None
-    if rms(training.whitened(system.hypothesis)) > DISCREPANT:
-        restated = otherwise(system, recordings, runs, paths)
+    data = _datasets(inputs, rng)
+    windows = windows_of(data[0], inputs.system.hypothesis)
+    where, restated = localise(windows), _restated(inputs, data)
     if restated is not None:
-        restated = replace(restated, excess=excess(held_out, system.hypothesis))
-        system, runs = restated.system, list(restated.runs)
-        training, held_out = _datasets(system, runs, count, rng)
-    given = system.hypothesis
-    steps = itertools.count(1)
-
-    def report(stage: str) -> None:
-        progress(stage, 0.1 + 0.75 * min(next(steps) / SEARCH_STEPS, 1.0))
-
-    candidates, base = pool(system, runs, without)
-    search = Search(
-        given=given,
-        training=training,
-        held_out=held_out,
-        rng=rng,
-        pool=candidates,
-        progress=report,
-        executor=workers,
-        base=base,
-    )
-    best = search.run()
+        inputs = replace(inputs, system=restated.system, runs=restated.runs)
+        data = _datasets(inputs, rng)
+    search = _search(inputs, data, rng, without, workers, progress)
+    found = search.run() is not None or restated is not None
     progress('testing what is left', 0.85)
-    remaining = search.significant()
-    unknown = None
-    if search.reproduced():
-        if search.leaves_something(remaining):
-            progress('describing the unknown cause', 0.88)
-            unknown = describe_unknown(search, where)
-    elif best is None and restated is None:
-        where = []
-    best = search.best if unknown is None else search.calibrated
-    errors = np.zeros((1, 0))
+    remaining, unknown = search.significant(), None
+    if not search.reproduced():
+        where = where if found else []
+    elif search.leaves_something(remaining):
+        progress('describing the unknown cause', 0.88)
+        unknown = describe_unknown(search, where)
+    best, errors = search.best if unknown is None else search.calibrated, np.zeros((1, 0))
     if best is not None:
         progress('finding the errors of the fitted values', 0.93)
-        errors = replicate_errors(best.explanation, given, search.training, rng, workers)
+        errors = replicate_errors(best.explanation, search.given, search.training, rng, workers)
     progress('designing the next experiment', 0.97)
-    experiment = next_experiment(rivals(search), training, system)
+    experiment = next_experiment(rivals(search), data[0], inputs.system)
     return Diagnosis(
-        system,
+        inputs.system,
         restated,
-        training,
-        held_out,
+        *data,
         search,
         windows,
         where,
@@ -237,17 +198,52 @@ def diagnose(
         errors,
         experiment,
         seed,
-        single,
+        inputs.single,
         time.perf_counter() - begin,
     )
 
 
-def _datasets(
-    system: System, runs: Sequence[Run], count: int, rng: Generator
-) -> tuple[Dataset, Dataset]:
-    """Return the first runs as training data, and the others as held-out data."""
+def _datasets(inputs: Inputs, rng: Generator) -> tuple[Dataset, Dataset]:
+    """Return training and held-out data, with the noise under the model as given."""
+    parts = inputs.runs[: inputs.count], inputs.runs[inputs.count :]
     training, held_out = (
-        Dataset.of(system.hypothesis, [Comparison(run) for run in part], rng)
-        for part in (runs[:count], runs[count:])
+        Dataset.of(inputs.system.hypothesis, [Comparison(run) for run in part], rng)
+        for part in parts
     )
     return training, held_out
+
+
+def _restated(inputs: Inputs, data: tuple[Dataset, Dataset]) -> Restated | None:
+    """Return what is not as stated as a whole, None where the data give no reason to look."""
+    (training, held_out), given = data, inputs.system.hypothesis
+    if rms(training.whitened(given)) <= DISCREPANT:
+        return None
+    found = otherwise(inputs.system, inputs.recordings, inputs.runs, inputs.paths)
+    return found and replace(found, excess=excess(held_out, given))
+
+
+def _search(
+    inputs: Inputs,
+    data: tuple[Dataset, Dataset],
+    rng: Generator,
+    without: Sequence[str],
+    executor: Executor,
+    progress: Progress,
+) -> Search:
+    """Return the search for a cause in the candidates of the system."""
+    steps = itertools.count(1)
+
+    def report(stage: str) -> None:
+        progress(stage, 0.1 + 0.75 * min(next(steps) / SEARCH_STEPS, 1.0))
+
+    candidates, base = pool(inputs.system, inputs.runs, without)
+    return Search(
+        given=inputs.system.hypothesis,
+        training=data[0],
+        held_out=data[1],
+        rng=rng,
+        pool=candidates,
+        progress=report,
+        executor=executor,
+        base=base,
+    )

@@ -10,7 +10,7 @@ import pytest
 from pneu_rig_ros.diagnosis.answer.intervals import contribution_intervals
 from pneu_rig_ros.diagnosis.causes.candidate_pool import _parameter, effect_candidate
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
-from pneu_rig_ros.diagnosis.inputs.read_runs import prepare_run
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset

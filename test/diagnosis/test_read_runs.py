@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.inputs.read_runs import prepare_run, split_paths
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
+from pneu_rig_ros.diagnosis.inputs.read_inputs import split_paths
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError

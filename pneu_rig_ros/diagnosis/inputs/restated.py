@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.inputs.read_runs import prepare_runs
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import rms

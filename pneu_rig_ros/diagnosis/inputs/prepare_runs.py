@@ -1,4 +1,4 @@
-"""Recordings for a diagnosis: read, checked, split into training and held-out data."""
+"""Recordings as runs of a system: checked, with their noise, spans and conditions."""
 
 from __future__ import annotations
 
@@ -20,21 +20,15 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
 from pneu_rig_ros.diagnosis.runs.reading import Noise, Span, without_outliers
 from pneu_rig_ros.diagnosis.runs.run import LARGEST_DELAY, Run
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
 from pneu_rig_ros.records.noise import reading_noise
-from pneu_rig_ros.records.reader import is_bag, read_recording
 from pneu_rig_ros.records.recording import PRESSURES, Recording
 from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
 
-HELD_OUT = 3
-"""Every third recording is held out when none is named for it."""
 SATURATED = 0.5
 """Largest share of a recording that a signal may be at the upper end of its span [-]."""
-MACHINE = ('cylinder', 'valve')
-"""Sections of a recording's configuration that are alike in all recordings of a system."""
 LEAST_DURATION = 1.0
 """A shorter recording is refused [s]."""
 LONGEST_GAP = 0.025
@@ -53,93 +47,6 @@ sensors are calibrated [-]: seals put in again differ by 5 to 13 %, from cycle t
 """
 SLOWEST_SAMPLING = 0.02
 """At a longer interval the breakaways of a free piston do not show [s]."""
-
-
-def split_paths(
-    paths: Sequence[Path], verify: Sequence[Path] = ()
-) -> tuple[list[Path], list[Path]]:
-    """
-    Return the bags, or tables, of training data and those of held-out data.
-
-    Of a single recording there are none: see :func:`split_in_time`.
-
-    :raises RigError: when one does not exist or is given twice
-    """
-    seen: dict[Path, Path] = {}
-    for path in (*paths, *verify):
-        if not path.exists():
-            raise RigError(f'{path} does not exist; give a bag or a text table')
-        # a file and its directory are one run, which would validate its own fit
-        place = (path.parent if path.suffix == '.mcap' else path).resolve()
-        if place in seen:
-            before = '' if str(seen[place]) == str(path) else f', before as {seen[place]}'
-            raise RigError(
-                f'{path}: given twice{before}; a recording is either training data or held-out '
-                'data'
-            )
-        seen[place] = path
-    if verify or len(paths) < 2:
-        return list(paths), list(verify)
-    held_out = list(paths[HELD_OUT - 1 :: HELD_OUT]) or [paths[-1]]
-    return [path for path in paths if path not in held_out], held_out
-
-
-def read_recordings(
-    paths: Sequence[Path],
-    system: System,
-    mapping: Path | None,
-    executor: Executor | None = None,
-) -> list[Recording]:
-    """
-    Return the recordings in bags or text tables.
-
-    :param mapping: file that maps the columns of a text table to signals with units
-    :param executor: where they are read; this process if omitted
-    :raises RigError: for a recording that cannot be read, or recordings of several systems
-    """
-    bags = [path for path in paths if is_bag(path)]
-    if mapping is not None and system.rig is not None and len(bags) == len(paths):
-        raise RigError(f'--map {mapping}: is for text tables, and there is none')
-    zero = system.hypothesis.model.gas.atmospheric_pressure
-    own = set(bags if system.rig is not None else ())
-    tasks = [(path, None if path in own else mapping) for path in paths]
-    recordings = map_tasks(executor or SerialExecutor(), _read, tasks, zero)
-    _check_same_machine(recordings)
-    return recordings
-
-
-def split_in_time(recording: Recording, system: System, path: Path) -> list[Recording]:
-    """
-    Return the earlier part of a recording and its last third, which is held out.
-
-    :raises RigError: for a free piston: what its seal remembers is not known where it is cut
-    """
-    missing = system.missing(recording)
-    if not missing['force'] and not on_bench(recording):
-        raise RigError(
-            f'{path}: only one recording of a free piston given; add another, or a held-out one '
-            'with --verify'
-        )
-    cut = recording.size - recording.size // HELD_OUT
-    at, end = cut * recording.interval, recording.duration
-    first, later = recording.cut(0, cut), recording.cut(cut, recording.size)
-    return [
-        replace(first, name=f'{recording.name}, 0 to {at:.1f} s'),
-        replace(later, name=f'{recording.name}, {at:.1f} to {end:.1f} s'),
-    ]
-
-
-def _check_same_machine(recordings: Sequence[Recording]) -> None:
-    """Raise RigError for recordings that say they are of different machines."""
-    models = [(r.name, r.configuration.model) for r in recordings if r.configuration is not None]
-    for name, model in models[1:]:
-        first, of_first = models[0]
-        for part in MACHINE:
-            if getattr(model, part) != getattr(of_first, part):
-                raise RigError(
-                    f'{name}: recorded with another {part} than {first}; '
-                    'diagnose recordings of one system at a time'
-                )
 
 
 def prepare_runs(
@@ -173,11 +80,6 @@ def with_drift(run: Run, system: System, duration: float) -> Run:
     sources = rate * run.pressures.mean(axis=0) * np.array(dead) / enthalpy
     drift = {f'gas_{i}': float(source) for i, source in enumerate(sources, start=1)}
     return replace(run, repeatability={**drift, **run.repeatability})
-
-
-def _read(task: tuple[Path, Path | None], zero: float) -> Recording:
-    path, mapping = task
-    return read_recording(path, mapping, zero)
 
 
 def prepare_run(recording: Recording, system: System, path: Path) -> Run:
