@@ -81,7 +81,7 @@ RULES: dict[str, tuple[set[str], set[str]]] = {
 }
 
 # folders of the diagnosis: each may import from itself and from those before it
-DIAGNOSIS = ('runs', 'residuals', 'inputs', 'causes', 'search', 'answer')
+DIAGNOSIS = ('measured', 'residuals', 'inputs', 'causes', 'search', 'answer')
 
 
 def imports(tree: ast.AST) -> Iterator[str]:

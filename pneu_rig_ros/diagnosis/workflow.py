@@ -27,11 +27,11 @@ from pneu_rig_ros.diagnosis.inputs.read_inputs import Inputs, read_inputs
 from pneu_rig_ros.diagnosis.inputs.repeatability import repeatability
 from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.empirical import Description
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, excess
 from pneu_rig_ros.diagnosis.search.selection import DISCREPANT, Search

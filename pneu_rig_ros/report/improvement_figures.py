@@ -19,11 +19,11 @@ from pneu_rig_ros.diagnosis.answer.next_experiment import (
     NextExperiment,
     simulated_readings,
 )
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, chamber_pressures
 from pneu_rig_ros.diagnosis.residuals.shooting import MultipleShooting
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.diagnosis_rows import display
 from pneu_rig_ros.report.figure import (

@@ -11,7 +11,7 @@ import numpy as np
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run, prepare_runs
 from pneu_rig_ros.diagnosis.inputs.read_inputs import read_recordings
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
-from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages

@@ -10,9 +10,9 @@ import pytest
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.inputs.restated import otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK, Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.runs.hypothesis import POSITION_ZERO, SENSOR_CLOCK, Hypothesis
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
 

@@ -6,7 +6,7 @@ import pytest
 from pneu_rig_ros.diagnosis.causes.candidate_pool import effect_candidate
 from pneu_rig_ros.diagnosis.causes.families import KNOTS, Family, families, knots
 from pneu_rig_ros.diagnosis.inputs.system import load_system
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import Shaped
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
+from pneu_rig_ros.diagnosis.measured.reading import positive_mean, unclipped
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, pseudo_huber
 from pneu_rig_ros.diagnosis.residuals.replicates import inflation, simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.whitening import Source, whitener
-from pneu_rig_ros.diagnosis.runs.reading import positive_mean, unclipped
 
 from .parts import BENCH, bench_run, mapping, system_file, table
 from .runs import configured, measured, read_runs, system_of

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pneu_rig_ros.diagnosis.measured.reading import without_outliers
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.runs.reading import without_outliers
 from pneu_rig_ros.model import effects as library
 
 from .runs import configured, measured, system_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, as_good_as, excess
 from pneu_rig_ros.diagnosis.search.selection import Search
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pneu_rig_ros.diagnosis.inputs.restated import Restated
-from pneu_rig_ros.diagnosis.runs.hypothesis import POSITION_ZERO, SENSOR_CLOCK
+from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
 from pneu_rig_ros.model.parameters import Operation
 
 DISPLAYED = {

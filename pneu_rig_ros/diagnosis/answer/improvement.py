@@ -11,11 +11,11 @@ from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.metrics import UNITS, derived_signals, signal_noise, stroke_time
 from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, chamber_pressures
 from pneu_rig_ros.diagnosis.residuals.shooting import MultipleShooting
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.errors import RigError
 
 NO_EVENTS = {'unit': '-', 'measured': None, 'before': None, 'after': None}

@@ -20,11 +20,11 @@ from scipy.stats import norm
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.noise import force_noise, gas_variance
 from pneu_rig_ros.diagnosis.residuals.replicates import replicate
 from pneu_rig_ros.diagnosis.residuals.windows import NEAR_BREAKAWAY, Windows
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
 from pneu_rig_ros.executor import Executor, map_tasks
 

@@ -21,9 +21,9 @@ from pneu_rig_ros.diagnosis.causes.candidates import (
     Explanation,
 )
 from pneu_rig_ros.diagnosis.inputs.system import System, quantity_of, value_of
+from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import SLOW_SAMPLING
-from pneu_rig_ros.diagnosis.runs.hypothesis import POSITION_ZERO, SENSOR_CLOCK
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance, Need
 from pneu_rig_ros.model.parameters import (

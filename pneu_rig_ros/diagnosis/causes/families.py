@@ -15,8 +15,8 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import Shape, Shaped, without_shape

@@ -10,6 +10,8 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.inputs.system import System, on_bench
+from pneu_rig_ros.diagnosis.measured.reading import Noise, Span, without_outliers
+from pneu_rig_ros.diagnosis.measured.run import LARGEST_DELAY, Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     CLOCK_OFFSET,
@@ -17,8 +19,6 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     INITIAL_TEMPERATURE,
     read_nuisances,
 )
-from pneu_rig_ros.diagnosis.runs.reading import Noise, Span, without_outliers
-from pneu_rig_ros.diagnosis.runs.run import LARGEST_DELAY, Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs, with_unknown_temperature
 from pneu_rig_ros.diagnosis.inputs.system import System, on_bench
-from pneu_rig_ros.diagnosis.runs.run import Run
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 from pneu_rig_ros.records.reader import is_bag, read_recording

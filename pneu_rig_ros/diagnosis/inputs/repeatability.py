@@ -8,10 +8,10 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, Windows, windows_of
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 
 
 def repeatability(

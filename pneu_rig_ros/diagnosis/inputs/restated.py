@@ -16,10 +16,10 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.noise import force_noise, gas_variance
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import PRESSURES, Recording
 from pneu_rig_ros.rig.configuration import shipped

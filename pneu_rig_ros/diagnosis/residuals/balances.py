@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import CALIBRATED, Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions
-from pneu_rig_ros.diagnosis.runs.hypothesis import CALIBRATED, Hypothesis
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.model import along, chambers
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import LEAST_TIME, READING_BALANCES

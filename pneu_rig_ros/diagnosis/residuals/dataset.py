@@ -11,6 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
@@ -24,7 +25,6 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
 from pneu_rig_ros.diagnosis.residuals.replicates import Inflation, estimate_inflation, with_bias
 from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 
 OUTLIER = 3.0
 """Standard deviations beyond which a residual counts linearly [-]."""

@@ -16,6 +16,7 @@ from numpy.random import Generator
 from scipy.ndimage import uniform_filter1d
 
 from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import (
     Comparison,
     Residuals,
@@ -23,7 +24,6 @@ from pneu_rig_ros.diagnosis.residuals.balances import (
     driving_force,
 )
 from pneu_rig_ros.diagnosis.residuals.whitening import Source, Whitener, whitener
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.model import along
 
 COPIES = 8

@@ -22,11 +22,11 @@ from numpy.random import Generator
 from scipy.optimize import least_squares
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, unknown
 

@@ -17,11 +17,11 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import FORCE_OVERLAP, Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.imposed import Impose
 

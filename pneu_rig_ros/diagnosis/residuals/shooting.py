@@ -22,12 +22,12 @@ from scipy.ndimage import maximum_filter1d
 from scipy.stats import mannwhitneyu
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.reading import positive_mean
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.runs.reading import positive_mean
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Trajectory

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions
 from pneu_rig_ros.diagnosis.residuals.whitening import Whitener
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.model import along
 
 VARIABLES = ('position', 'velocity', 'pressure_1', 'pressure_2')

@@ -17,10 +17,10 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidate_pool import effect_candidate
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate, Explanation
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import OUTLIER, Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.periodogram import dominant_wavelengths
 from pneu_rig_ros.diagnosis.search.scoring import remaining_share

@@ -13,8 +13,8 @@ from scipy.optimize import least_squares
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import OUTLIER, Dataset, loss
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 
 STEP = 1e-3
 """Of the finite differences, internal units [-]: rates have no noise of their own."""

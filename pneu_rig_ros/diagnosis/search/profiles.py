@@ -17,8 +17,8 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate, Explanation
 from pneu_rig_ros.diagnosis.causes.families import knots
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.empirical import projection, robust_weights
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
 from pneu_rig_ros.diagnosis.search.scoring import (

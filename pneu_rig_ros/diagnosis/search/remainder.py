@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import (
@@ -19,7 +20,6 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
 )
 from pneu_rig_ros.diagnosis.residuals.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT,
     MOST_LEFT_ALONE,

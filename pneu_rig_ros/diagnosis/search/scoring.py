@@ -15,10 +15,10 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, significant_cells
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
-from pneu_rig_ros.diagnosis.runs.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 
 STANDARD_ERRORS = 2.0

@@ -18,8 +18,8 @@ from scipy.signal import savgol_filter
 
 from pneu_rig_ros.analysis.motion import Rest, find_rests
 from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
-from pneu_rig_ros.diagnosis.runs.reading import CLIPPED, Noise, Span, unclipped
 from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, unclipped
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Gas, Operation
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.runs.run import Run
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import Model, Operation
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
