@@ -96,7 +96,7 @@ def draw_latent(balance: str, tracks: Sequence[Track], spans: Mapping[str, Spans
     """
     Return the latent input over the time of each recording, and beside it what it depends on.
 
-    :param spans: recording -> from, to [s] where it is significant
+    :param spans: recording -> from, to [s] that are shaded: above the noise of a window
     """
     shown = most_significant(tracks)
     unit, scale = unit_of(balance, shown)
@@ -214,7 +214,7 @@ def _add_legend(
     if any(track.explained is not None for track in tracks):
         marks['explanation'] = Line2D([], [], **EXPLAINED)
     if any(spans.values()):
-        marks['significant'] = Patch(color=SHADE)
+        marks['above the noise'] = Patch(color=SHADE)
     if any(track.breakaways is not None for track in tracks):
         marks['breakaway'] = Line2D([], [], linestyle='', marker='o', **MARKER)
     for direction in sorted(directions, reverse=True):
