@@ -75,3 +75,12 @@ def test_single_wrong_readings_of_a_bench_are_replaced_and_turns_are_not() -> No
     wrong = position.copy()
     wrong[[560, 562, 1750]] -= 0.4e-3  # far from turns, two of them close together
     np.testing.assert_allclose(without_outliers(wrong, noise), position, atol=8.0 * noise)
+
+
+def test_turn_from_a_fast_stroke_to_a_slow_one_is_no_wrong_reading() -> None:
+    noise, interval = 3e-6, 0.01
+    for turn in 1.0 + interval * np.arange(0.0, 1.0, 0.05):
+        time = interval * np.arange(200.0)
+        position = np.where(time < turn, -0.0145 * (time - turn), 0.0022 * (time - turn))
+        for there_and_back in (position, position[::-1]):
+            np.testing.assert_array_equal(without_outliers(there_and_back, noise), there_and_back)

@@ -19,7 +19,10 @@ A reading farther from the line between its neighbours is wrong: so many standar
 steps of the motion around it, of which a bench that turns makes one [-].
 """
 STEPS = 11
-"""Steps of which the median is that of the motion around a reading."""
+"""
+Steps of which the median is that of the motion before, or after, a reading. The larger counts: by
+that of both a turn from a fast stroke to a slow one would be a wrong reading.
+"""
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,9 @@ def without_outliers(position: Floats, noise: float) -> Floats:
     :param noise: standard deviation [m]
     """
     steps = median_filter(np.abs(np.diff(position)), STEPS, mode='nearest')
-    most = OUTLIER_STEP * np.append(steps, steps[-1]) + OUTLIER_NOISE * noise
+    around = np.pad(steps, STEPS // 2 + 1, mode='edge')
+    step: Floats = np.maximum(around[: position.size], around[-position.size :])
+    most = OUTLIER_STEP * step + OUTLIER_NOISE * noise
     padded = np.pad(position, 3, mode='reflect', reflect_type='odd')
     near, *far = (
         position - 0.5 * (padded[3 - k : -3 - k] + padded[3 + k : padded.size - 3 + k])
