@@ -146,6 +146,11 @@ def test_nothing_is_inherited(tmp_path: Path) -> None:
     assert 'moving_mass' not in system.to_yaml(system.hypothesis)
 
 
+def test_bench_whose_mass_is_not_given_has_no_inertia(tmp_path: Path) -> None:
+    system = load_system(system_file(tmp_path, BENCH))
+    assert system.hypothesis.model.total_mass < 2e-3
+
+
 @pytest.mark.parametrize(('said', 'zero'), [('', 2.4), (', exhaust_zero_voltage: 2.65 V', 2.65)])
 def test_exhaust_opens_from_its_edge_unless_the_file_says_otherwise(
     tmp_path: Path, said: str, zero: float

@@ -71,7 +71,7 @@ PLACEHOLDERS: dict[str, dict[str, Any]] = {
         'cap_dead_volume': 0.1,
         'rod_dead_volume': 0.1,
         'stroke': 10.0,
-        'moving_mass': 1.0,
+        'moving_mass': 1e-3,
     },
     'friction': {
         'model': 0,
@@ -88,8 +88,9 @@ PLACEHOLDERS: dict[str, dict[str, Any]] = {
     'operation': {'supply_pressure': 1.1e6, 'load_mass': 0.0, 'rest_time': 0.0},
 }
 """
-Section -> values of keys that a file does not give [SI]. No open balance uses any: without its own
-keys a balance is closed.
+Section -> values of keys that a file does not give [SI]. No open balance uses any, as without its
+own keys a balance is closed, but for the mass: that of a bench need not be given, and its
+acceleration then makes no force. 1 g is the least a mass can be.
 """
 
 
