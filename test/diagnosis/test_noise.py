@@ -11,7 +11,11 @@ from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.reading import positive_mean, unclipped
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, pseudo_huber
-from pneu_rig_ros.diagnosis.residuals.replicates import inflation, simulate_replicate
+from pneu_rig_ros.diagnosis.residuals.replicates import (
+    bench_force,
+    inflation,
+    simulate_replicate,
+)
 from pneu_rig_ros.diagnosis.residuals.whitening import Source, whitener
 
 from .parts import BENCH, bench_run, mapping, system_file, table
@@ -76,6 +80,28 @@ def test_force_residuals_of_a_bench_are_noise_however_slow_it_is(
     assert z.size > 250
     assert abs(z.mean()) < 0.2
     assert 0.8 < z.std() < 1.3
+
+
+def test_modelled_force_of_a_bench_accelerates_the_mass_that_its_file_gives(
+    tmp_path: Path,
+) -> None:
+    """Of two masses, in the same sine, it differs by M a."""
+    time = 0.01 * np.arange(800)
+    sine = 0.01 * np.sin(2.0 * np.pi * time)
+    noise = np.random.default_rng(0).standard_normal((2, time.size))
+    signals = {'position': 0.03 + sine, 'pressure_2': 3e5 + noise[0], 'force': noise[1]}
+    path = table(tmp_path / 'run.csv', 0.01, signals)
+    columns = mapping(tmp_path / 'mapping.yaml', *signals)
+    forces = []
+    for mass in (2.0, 5.0):
+        text = BENCH.replace('stroke: 0.1 m', f'stroke: 0.1 m, moving_mass: {mass} kg')
+        system = load_system(str(system_file(tmp_path, text)))
+        (run,) = read_runs([path], system, columns)
+        forces.append(bench_force(system.hypothesis, Comparison(run)))
+    middle = 0.5 * (sine[1:] + sine[:-1])
+    expected = -3.0 * (2.0 * np.pi) ** 2 * middle
+    difference = forces[1] - forces[0]
+    np.testing.assert_allclose(difference[20:-20], expected[20:-20], atol=0.02)
 
 
 def test_breakaways_of_a_true_model_are_within_the_noise(whitened: tuple[str, Residuals]) -> None:

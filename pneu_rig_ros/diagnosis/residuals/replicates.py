@@ -110,7 +110,9 @@ def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
 
 def bench_force(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     """Return the modelled force of the bench along the measured motion [N], shape (n - 1,)."""
-    force: Floats = -comparison.rates(hypothesis)[:, along.FORCE]
+    rates, run = comparison.rates(hypothesis), comparison.run
+    acceleration = np.gradient(run.velocity, run.interval)
+    force: Floats = rates[:, along.INERTIA] * acceleration - rates[:, along.FORCE]
     return force
 
 
