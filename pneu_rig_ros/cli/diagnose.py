@@ -33,7 +33,7 @@ SIGNIFICANT = (
     '>significance',
     'longest',
 )
-RANKING = ('candidate', 'kind', 'stage', '>remaining excess', '')
+RANKING = ('candidate', 'kind', 'stage', '>remaining excess', '>probability', '')
 ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
 IMPROVED = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
 EVENTS = ('', '>measured', '>before', '>after')

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.answer import condition_rows
+from pneu_rig_ros.diagnosis.answer import condition_rows, probability
 from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable, ranking_rows
 from pneu_rig_ros.diagnosis.answer.improvement import signal_tables
 from pneu_rig_ros.diagnosis.answer.intervals import (
@@ -31,7 +31,7 @@ from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import DRIVERS
 
-VERSION = 2
+VERSION = 3
 MOST_INTERVALS = 6
 """Intervals of each significant residual, longest first."""
 UNEXPLAINED = 3.0
@@ -57,6 +57,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             'verify': [each.run.name for each in diagnosis.held_out.comparisons],
         },
         'verdict': diagnosis.verdict,
+        'probability': probability.of_verdict(diagnosis.verdict),
         'sentence': sentence(diagnosis, parameters, effects, conditions),
         'balances': _balances(diagnosis),
         'where': [_residual(residual) for residual in diagnosis.significant],
@@ -65,7 +66,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             for balance, name, begin, end in _intervals(diagnosis)
         ],
         'null_scores': _null_scores(diagnosis.windows),
-        'candidates': ranking_rows(search, best, unknown is not None),
+        'candidates': ranking_rows(search, best, diagnosis.verdict),
         'indistinguishable': indistinguishable(search, best),
         'calibration': next((row for part, row in estimates if part.name == CALIBRATION), {}),
         'conditions': conditions,

@@ -174,7 +174,7 @@ def diagnose(
     search = _search(inputs, data, rng, without, workers, progress)
     found = search.run() is not None or restated is not None
     progress('testing what is left', 0.85)
-    remaining, unknown = search.significant(), None
+    remaining, unknown = search.strong(), None
     if not search.reproduced():
         where = where if found else []
     elif search.leaves_something(remaining):

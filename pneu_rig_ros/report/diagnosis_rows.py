@@ -66,6 +66,7 @@ class Ranked(NamedTuple):
     stage: str
     gap_left: str
     left: float
+    probability: str
     chosen: bool
 
 
@@ -174,7 +175,10 @@ def ranking(answer: Answer, most: int) -> list[Ranked]:
         left = one['gap_left']
         stage = 'screened' if one['stage'] == 'screened' else 'fitted'
         name = ' + '.join(one['names'])
-        rows.append(Ranked(name, _kind(one['names']), stage, f'{left:.0%}', left, one['chosen']))
+        likely = one['probability']
+        stated = '' if likely is None else f'{likely:.0%}'
+        kind = _kind(one['names'])
+        rows.append(Ranked(name, kind, stage, f'{left:.0%}', left, stated, one['chosen']))
     return rows
 
 
@@ -189,7 +193,7 @@ def _kind(names: Sequence[str]) -> str:
 def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
     """Return the best candidates as texts, an arrow beside the one that was chosen."""
     return [
-        (one.name, one.kind, one.stage, one.gap_left, '<-' if one.chosen else '')
+        (one.name, one.kind, one.stage, one.gap_left, one.probability, '<-' if one.chosen else '')
         for one in ranking(answer, most)
     ]
 

@@ -18,7 +18,6 @@ from pneu_rig_ros.records.description import git_revision
 from . import cases, places
 from .files import Files
 from .trials import Trial
-from .weights import weight_of_answer
 
 Answer = dict[str, Any]
 FOLDER = 'blind_answers'
@@ -38,7 +37,7 @@ def kept(store: Path, trials: list[Trial]) -> list[Answer]:
 
 
 def ask(files: Files, trial: Trial, executor: Executor | None) -> Answer:
-    """Return what the workflow says, the content of diagnosis.json, and the weight of that."""
+    """Return what the workflow says, the content of diagnosis.json."""
     from pneu_rig_ros.diagnosis.result import answer
     from pneu_rig_ros.diagnosis.workflow import diagnose
 
@@ -46,7 +45,7 @@ def ask(files: Files, trial: Trial, executor: Executor | None) -> Answer:
         files.fit, files.model, files.verify, seed=1, without=trial.without, executor=executor,
         mapping=files.mapping,
     )  # fmt: skip
-    return {**answer(diagnosis), 'weight': weight_of_answer(diagnosis)}
+    return answer(diagnosis)
 
 
 def carry_out(trial: Trial, executor: Executor | None = None, ask: Ask = ask) -> Answer:
@@ -93,9 +92,15 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'errors': _errors(trial, said),
         'covered': _covered(trial, said),
         'seconds': said.get('seconds'),
-        'weight': said.get('weight'),
+        'probability': _probability(said),
         'revision': git_revision(),
     }  # fmt: skip
+
+
+def _probability(said: Answer) -> float | None:
+    """Return how probable the answer says that it is: its name, or its verdict without one."""
+    named = [row['probability'] for row in said.get('candidates', []) if row['chosen']]
+    return named[0] if named else said.get('probability')
 
 
 def _fitted(trial: Trial, said: Answer) -> Iterator[tuple[str, float, dict[str, Any]]]:

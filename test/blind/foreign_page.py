@@ -6,7 +6,7 @@ from pathlib import Path
 from . import scores
 from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
-from .foreign_scores import by_form, by_verdict, by_weight, figures, headline
+from .foreign_scores import by_form, by_probability, by_verdict, figures, headline
 from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .page_tables import percent, table
 
@@ -49,18 +49,17 @@ is hidden. Another mix of causes than that of these trials has other shares.
 ## Answers
 
 {answers}"""
-RELIABILITY = """Named answers by their weight among what was fitted beside them (pseudo-BMA+,
-`test/blind/weights.py`), of trials since seed 65. Their expected calibration error is {error:.2f}:
-a weight says how sure one name is against the others that were fitted, and not whether the truth
-is among these.
+RELIABILITY = """Each answer says how probable it is: the share of its verdict of seeds 60 to 64,
+and of a name its weight among what was fitted beside it (`diagnosis/answer/probability.py`). Of
+trials since seed 65, which had no part in that, the expected calibration error is {error:.2f}:
 
 {table}
 """
 
 
 def reliability(answers: list[Answer]) -> str:
-    """Return how often answers of a weight were true; nothing where no weight is kept."""
-    rows, error = by_weight(answers)
+    """Return how often answers were true by what they say; nothing where none says it."""
+    rows, error = by_probability(answers)
     return '' if error is None else RELIABILITY.format(error=error, table=rows)
 
 
@@ -95,20 +94,27 @@ def seed_of(answer: Answer) -> int:
     return int(answer['key'].split('/')[1])
 
 
+def kept_answers(source: Path) -> dict[str, list[Answer]]:
+    """Return revision -> its answers that count, from the folder with those of each revision."""
+    found = {}
+    for store in sorted(source.glob('*_foreign.jsonl')):
+        answers = [json.loads(line) for line in store.read_text().splitlines()]
+        counted = [each for each in answers if seed_of(each) >= SINCE.get(each['part'], 0)]
+        found[store.stem.removesuffix('_foreign')] = counted
+    return found
+
+
 def write_kept(source: Path, docs: Path) -> None:
     """
     Write the page from all answers that are kept.
 
     :param source: folder with the answers of each revision
     """
-    answers, draws = [], []
-    for store in sorted(source.glob('*_foreign.jsonl')):
-        found = [json.loads(line) for line in store.read_text().splitlines()]
-        revision = store.stem.removesuffix('_foreign')
-        found = [each for each in found if seed_of(each) >= SINCE.get(each['part'], 0)]
-        answers += found
-        draws += [(seed, revision) for seed in sorted({seed_of(each) for each in found})]
-    draws.sort()
+    by_revision = kept_answers(source)
+    answers = [each for found in by_revision.values() for each in found]
+    draws = sorted(
+        {(seed_of(each), revision) for revision, found in by_revision.items() for each in found}
+    )
     text = TEXT.format(
         since=', '.join(f'`{part}`' for part in SINCE),
         forms=len(FORMS), known=len(KNOWN), unknown=len(UNKNOWN), folder=FOLDER,

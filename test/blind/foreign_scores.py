@@ -37,8 +37,8 @@ MEANING = {
     'foreign_pairs_both': 'two foreign forms: both mechanisms are named',
     'triples_all': 'three foreign forms: all mechanisms are named',
 }
-WEIGHTS = 0.0, 0.5, 0.8, 0.95, 0.99, 1.01
-"""Ends of the ranges in which the weights of named answers are compared with how many are true."""
+PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01
+"""Ends of the ranges in which stated probabilities are compared with how many answers are true."""
 
 
 def right_mechanism(answer: Answer) -> bool:
@@ -132,21 +132,21 @@ def by_verdict(answers: list[Answer]) -> str:
     return table(('verdict', 'true', 'share', '95 % interval'), rows)
 
 
-def by_weight(answers: list[Answer]) -> tuple[str, float | None]:
-    """Return a row for each range of weights of named answers, and the calibration error."""
-    stated = [a for a in answers if a.get('weight') is not None]
+def by_probability(answers: list[Answer]) -> tuple[str, float | None]:
+    """Return a row for each range of stated probabilities, and the calibration error."""
+    stated = [a for a in answers if a.get('probability') is not None]
     rows, error = [], 0.0
-    for low, high in pairwise(WEIGHTS):
-        own = [a for a in stated if low <= a['weight'] < high]
+    for low, high in pairwise(PROBABILITIES):
+        own = [a for a in stated if low <= a['probability'] < high]
         if own:
-            mean, figure = fmean(a['weight'] for a in own), share(own, right)
+            mean, figure = fmean(a['probability'] for a in own), share(own, right)
             error += len(own) / len(stated) * abs(mean - figure['value'])
             rows.append((
                 f'{low:.2f} to {min(high, 1.0):.2f}', f'{mean:.2f}',
                 f'{sum(map(right, own))} of {len(own)}', percent(figure['value']),
                 interval('right', figure),
             ))  # fmt: skip
-    head = 'weight', 'mean', 'true', 'share', '95 % interval'
+    head = 'stated', 'mean', 'true', 'share', '95 % interval'
     return table(head, rows), error if stated else None
 
 

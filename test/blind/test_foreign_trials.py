@@ -1,12 +1,12 @@
 """Trials in a foreign world: drawn when asked for, judged by mechanism."""
 
 import json
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pneu_rig_ros.diagnosis.answer.probability import TRUE_ANSWERS
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS
 
 from . import foreign_page, foreign_scores
@@ -30,7 +30,8 @@ from .places import balance_of
 from .settings import settings
 from .test_scores import answer
 from .trials import Trial
-from .weights import weights
+
+DOCS = Path(__file__).parents[2] / 'docs'
 
 
 def of(part: str) -> list[Trial]:
@@ -221,21 +222,20 @@ def test_nothing_of_a_foreign_form_is_in_the_package() -> None:
         assert 'pneu_rig_ros' not in Path(__file__).with_name(f'{name}.py').read_text()
 
 
-def test_weights_are_odds_where_all_stretches_agree_and_even_out_where_they_do_not() -> None:
-    certain = np.full(100, 0.1)
-    own, other = weights([certain, certain + 0.02], [0.0, 0.0])
-    assert own / other == pytest.approx(math.exp(2.0))
-    assert weights([certain, certain], [0.0, 2.0])[0] == pytest.approx(own)
-    # one stretch makes all of a difference of 10 units, and weighs x in a sample: p(x) = exp(-x)
-    one = np.where(np.arange(100) == 0, 10.0, 0.0)
-    assert weights([certain, certain + one], [0.0, 0.0])[1] == pytest.approx(0.061, abs=0.01)
-
-
 def test_calibration_error_is_that_of_the_stated_shares() -> None:
     right, wrong = ANSWERS[0], ANSWERS[2]
-    assert foreign_scores.by_weight(ANSWERS)[1] is None
-    mixed = [{**right, 'weight': 0.97}] * 3 + [{**wrong, 'weight': 0.97}, {**wrong, 'weight': 0.3}]
-    table, error = foreign_scores.by_weight(mixed)
+    assert foreign_scores.by_probability(ANSWERS)[1] is None
+    sure = [{**right, 'probability': 0.97}] * 3 + [{**wrong, 'probability': 0.97}]
+    table, error = foreign_scores.by_probability([*sure, {**wrong, 'probability': 0.3}])
     assert error == pytest.approx(0.8 * 0.22 + 0.2 * 0.3)
-    assert '| 0.95 to 0.99 | 0.97 | 3 of 4 | 75 % |' in table
-    assert '| 0.00 to 0.50 | 0.30 | 0 of 1 | 0 % |' in table
+    assert '| 0.80 to 1.00 | 0.97 | 3 of 4 | 75 % |' in table
+    assert '| 0.20 to 0.40 | 0.30 | 0 of 1 | 0 % |' in table
+
+
+def test_stated_shares_are_those_of_the_answers_before_seed_65() -> None:
+    """What an answer says of its verdict is what was counted, of the parts that count."""
+    stores = foreign_page.kept_answers(DOCS / FOLDER).values()
+    kept = [each for found in stores for each in found if foreign_page.seed_of(each) < 65]
+    for verdict, (true, count) in TRUE_ANSWERS.items():
+        own = [each for each in kept if each['verdict'] == verdict]
+        assert (sum(map(foreign_scores.right, own)), len(own)) == (true, count)

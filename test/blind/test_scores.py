@@ -193,7 +193,8 @@ def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters(
     angle = {'value': 0.066, 'interval': interval}
     said = {
         'verdict': 'effect',
-        'candidates': [{'names': ['inclination']}, {'names': ['load_spring', 'stribeck']}],
+        'candidates': [{'names': ['inclination'], 'chosen': True, 'probability': 0.6},
+                       {'names': ['load_spring', 'stribeck'], 'chosen': False}],
         'effects': [{'name': 'inclination', 'parameters': {'angle': angle}}],
         'gap': {'before': 5.0, 'after': 0.5, 'cut': 0.9},
         'where': [{'balance': 'force'}],
@@ -206,6 +207,7 @@ def test_truth_is_joined_to_an_answer_with_the_error_of_its_parameters(
     assert line['ranking'] == ['inclination', 'load_spring+stribeck']
     assert abs(line['errors']['inclination.angle'] - 0.1) < 1e-9
     assert line['covered'] == {'inclination.angle': covered}
+    assert line['probability'] == 0.6
     assert line['visibility'] > scores.VISIBLE
     assert line['times']['told'] == 14.0
     assert 10.0 < line['times']['true'] < 40.0  # the piston slides so long in the four bags

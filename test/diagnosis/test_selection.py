@@ -46,12 +46,37 @@ def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(tmp_path: Path) -> N
         search.calibrated = score(nothing, given, data, data)
         (row,) = data.residuals_by_run(given)
         spread.append(rms(np.concatenate([row.force, row.breakaway])))
-        found.append(search.significant())
+        assert search.significant()
+        found.append(search.strong())
     weak, strong = spread
     assert 1.1 < weak < 1.8
     assert not found[0]
     assert strong > 1.9
     assert {residual.balance for residual in found[1]} == {'force'}
+
+
+def test_one_weak_cause_explains_a_balance_alone_and_one_of_two_does_not(tmp_path: Path) -> None:
+    """Friction 5 % off is the cause; viscous friction 20 % off beside it, or hardly any change."""
+    rig = configured('cylinder_1')
+    system = system_of(tmp_path, rig)
+    right, rng = system.hypothesis, np.random.default_rng(0)
+    runs = [measured(system, str(seed), configured('cylinder_1', seed=seed)) for seed in (0, 1)]
+    data = [Dataset.of(right, [Comparison(run)], rng) for run in runs]
+    friction = right.model.friction
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'friction.coulomb_force')
+    value = Explanation().with_part(cause, (friction.coulomb_force,))
+
+    def alone(coulomb: float, viscous: float) -> bool:
+        given = right
+        for name, factor in (('coulomb_force', coulomb), ('viscous_coefficient', viscous)):
+            given = given.with_parameter('friction', name, factor * getattr(friction, name))
+        search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
+        search.best = score(Fit(value, 0.0, np.zeros((0, 0))), given, *data)
+        return search.explains_alone(given, data[0])
+
+    assert alone(1.05, 1.0)
+    assert not alone(1.05, 1.2)
+    assert not alone(1.005, 1.0)
 
 
 def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(tmp_path: Path) -> None:

@@ -95,7 +95,13 @@ def test_signals_of_a_simulation_that_broke_down_have_no_number() -> None:
 
 def test_ranking_says_what_was_fitted_and_what_was_chosen() -> None:
     rows = [
-        {'names': ['stribeck'], 'stage': stage, 'gap_left': 0.2, 'chosen': chosen}
+        {
+            'names': ['stribeck'],
+            'stage': stage,
+            'gap_left': 0.2,
+            'probability': 0.5,
+            'chosen': chosen,
+        }
         for stage, chosen in (('regression', True), ('screened', False))
     ]
     assert [(one.stage, one.chosen) for one in ranking({'candidates': rows}, 5)] == [
@@ -128,7 +134,14 @@ def test_kind_of_each_candidate_is_told() -> None:
         ['chamber_leak', 'valve.intake_voltage'],
     ]
     rows = [
-        {'names': one, 'stage': 'regression', 'gap_left': 0.1, 'chosen': False} for one in names
+        {
+            'names': one,
+            'stage': 'regression',
+            'gap_left': 0.1,
+            'probability': None,
+            'chosen': False,
+        }
+        for one in names
     ]
     kinds = [one.kind for one in ranking({'candidates': rows}, 5)]
     assert kinds == ['effect', 'parameter', 'condition', 'effects', 'mixed']

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pneu_rig_ros.diagnosis.answer import probability
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, as_good_as, excess
@@ -15,14 +16,16 @@ RIVALS = 3
 """Explanations that the next experiment is to separate."""
 
 
-def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[dict[str, Any]]:
+def ranking_rows(search: Search, best: ScoredFit | None, verdict: str) -> list[dict[str, Any]]:
     """
     Return the candidates of diagnosis.json: the answer, other fitted ones, screened ones.
 
     :param best: the fit of the answer, None where nothing is missing
-    :param unknown: whether the answer is none of the causes
+    :param verdict: of the answer, which may be none of the causes
     """
     rows: dict[frozenset[str], dict[str, Any]] = {}  # whatever the order in which causes came
+    explanation = Explanation() if best is None else best.explanation
+    likely = probability.of_names(search, explanation, verdict)
     residuals = search.held_out.without_cycles
     before = excess(residuals, search.given)
 
@@ -46,7 +49,8 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
         comparable = search.best is not None and search.best.losses.size == fit.losses.size
         rows[frozenset(names)] = {
             'names': names,
-            'chosen': fit is best and not unknown,
+            'chosen': fit is best and verdict != 'unknown',
+            'probability': likely.get(frozenset(names)),
             'stage': 'simulation' if fit.simulated else 'regression',
             'score': -fit.cost,
             'error': fit.difference(search.best)[1] if search.best and comparable else 0.0,
@@ -60,6 +64,7 @@ def ranking_rows(search: Search, best: ScoredFit | None, unknown: bool) -> list[
             rows[frozenset({name})] = {
                 'names': [name],
                 'chosen': False,
+                'probability': None,
                 'stage': 'screened',
                 'score': -result.loss,
                 'error': 0.0,

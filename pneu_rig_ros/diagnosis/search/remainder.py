@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import (
     NOISE_ERROR,
@@ -37,6 +37,12 @@ RMS of what weak effects that no model has may leave in a balance, relative to i
 
 It counts where even sensors and supply are known to their class only: there several such effects
 are as likely as a single cause. Nuisances are defined to be that weak in the blind trials.
+"""
+
+LEAST_EFFECT = 0.5
+"""
+RMS of the change of a residual, relative to its noise, by the weakest cause that is named where
+sensors and supply are known to their class only [-]: as weak as the weakest of these effects.
 """
 
 WEAK_CYCLES = 2.0
@@ -85,19 +91,52 @@ class Remainder:
         Return the significant residuals of the best explanation so far.
 
         What an accepted cause leaves in the training data alone, and little, is no evidence of
-        another one. Nor is, of an uncalibrated system, what is weak in a whole balance.
+        another one.
         """
         found = localise(windows_of(self.training, self.hypothesis))
-        if found and self._by_chance(found):
-            return []
-        if not self.uncalibrated:
+        return [] if found and self._by_chance(found) else found
+
+    def strong(self) -> list[SignificantResidual]:
+        """
+        Return the significant residuals that are more than several weak effects explain.
+
+        Only of an uncalibrated system such effects are as likely as a single cause.
+        """
+        found = self.significant()
+        if not (found and self.uncalibrated):
             return found
-        rows = self.training.residuals_by_run(self.hypothesis)
-        parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
-        parts['force'] += [row.breakaway for row in rows]
+        left = rms_by_balance(self.training.residuals_by_run(self.hypothesis))
         least = float(np.hypot(NOISE_ERROR, WEAK))
-        wide = {name for name, each in parts.items() if rms(np.concatenate(each)) > least}
-        return [residual for residual in found if residual.balance in wide]
+        return [residual for residual in found if left[residual.balance] > least]
+
+    def is_weak(self) -> bool:
+        """Return whether several weak effects may make all that is left."""
+        if not self.uncalibrated or self.training.cycles is not None:
+            return False
+        return not (self.strong() or self.cycles_differ())
+
+    def explains_alone(self, smaller: Hypothesis, searched: Dataset) -> bool:
+        """
+        Return whether the last cause leaves nothing but noise where it acts, and more was left.
+
+        Several weak effects would leave what the others make.
+
+        :param smaller: the hypothesis without it
+        :param searched: the training data in which it was found, with the noise under that
+        """
+        before, after = (searched.residuals_by_run(each) for each in (smaller, self.hypothesis))
+        changes = rms_by_balance([
+            Residuals(*(a - b for a, b in zip(*pair, strict=True)))
+            for pair in zip(before, after, strict=True)
+        ])  # fmt: skip
+        wide = {name for name, left in rms_by_balance(before).items() if left > NOISE_ERROR}
+        acts = {name for name in wide if changes[name] > LEAST_EFFECT}
+        left = [
+            rms_by_balance(dataset.residuals_by_run(self.hypothesis))
+            for dataset in (self.training, self.held_out)
+        ]
+        alone = bool(acts) and all(each[name] < NOISE_ERROR for each in left for name in acts)
+        return alone and self.remaining() < MOST_LEFT_ALONE
 
     def _by_chance(self, found: Sequence[SignificantResidual]) -> bool:
         """Return whether what an accepted cause leaves is little, and not in the held-out data."""
@@ -179,3 +218,14 @@ class Remainder:
             if excess(dataset, better) < ANOTHER_CAUSE_LEAVES * left:
                 return True
         return False
+
+
+def rms_by_balance(rows: Sequence[Residuals]) -> dict[str, float]:
+    """
+    Return balance -> root mean square of residuals, breakaways being part of the forces.
+
+    :param rows: of each run
+    """
+    parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
+    parts['force'] += [row.breakaway for row in rows]
+    return {name: rms(np.concatenate(each)) for name, each in parts.items()}

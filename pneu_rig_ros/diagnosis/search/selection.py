@@ -61,6 +61,7 @@ class Search(Remainder):
     :ivar ranking: fitted explanations of accepted sizes
     :ivar initial: the data with the noise under the given hypothesis
     :ivar residuals_significant: whether residuals of the given hypothesis are
+    :ivar weak: whether several weak effects may make all that is left
     """
 
     pool: Sequence[Candidate]
@@ -71,6 +72,7 @@ class Search(Remainder):
     ranking: list[ScoredFit] = field(default_factory=list)
     initial: tuple[Dataset, Dataset] | None = None
     residuals_significant: bool = False
+    weak: bool = False
 
     def run(self) -> ScoredFit | None:
         """Return the smallest explanation that leaves no significant residual, or the best."""
@@ -85,6 +87,7 @@ class Search(Remainder):
         for size in range(1, MOST_CAUSES + 1):
             if not self._needs_a_cause():
                 break
+            self.weak = self.is_weak()
             fits, before = self._grown(beam, size)
             if not improves(preferred(fits), before) and self._simulation_may_decide(size):
                 self._add_cycles()
@@ -122,7 +125,8 @@ class Search(Remainder):
     def _needs_a_cause(self) -> bool:
         """Return whether significant residuals or cycles are left; adds cycles where needed."""
         self.progress('testing the residuals that are left')
-        if self.significant():
+        unexplained = self.best is None or self.best is self.calibrated
+        if self.significant() if unexplained else self.strong():
             return True
         if self.training.cycles is None:
             if not self.cycles_differ():
@@ -160,9 +164,9 @@ class Search(Remainder):
         return self._with_discrepancy(fits, without_cause if self.best is None else self.best.fit)
 
     def _can_simulate(self) -> bool:
-        """Return whether simulated cycles may join the data."""
+        """Return whether simulated cycles may join the data, and may show more than these."""
         free = all(comparison.free for comparison in self.training.comparisons)
-        return free and self.training.cycles is None
+        return free and self.training.cycles is None and not self.weak
 
     def _simulation_may_decide(self, size: int) -> bool:
         """Return whether cycles may show a cause for which the residuals have no evidence."""
@@ -252,7 +256,8 @@ class Search(Remainder):
         """
         Accept an explanation and return it; None if its last cause explains too little.
 
-        Another form of a cause is not a further one: the likelihood decides on it.
+        Another form of a cause is not a further one: the likelihood decides on it. Where all that
+        is left is weak, one cause has to explain it alone.
         It is fitted again with the noise that the data have if it is true: under it the piston
         moves otherwise than the given model predicts. The noise under values that are far off
         would hide the right ones: they are looked for before.
@@ -260,7 +265,8 @@ class Search(Remainder):
         smaller, before = self.hypothesis, (self.best, self.training, self.held_out)
         accepted = self._renewed(chosen)
         another_form = size == 2 and isinstance(chosen.explanation.parts[-1], Family)
-        if size > 1 and not another_form and not self.closes_the_gap(smaller, accepted):
+        too_little = size > 1 and not another_form and not self.closes_the_gap(smaller, accepted)
+        if too_little or (self.weak and not self.explains_alone(smaller, before[1])):
             self.best, self.training, self.held_out = before
             return None
         return accepted

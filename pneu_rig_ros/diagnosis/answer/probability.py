@@ -1,0 +1,85 @@
+"""
+How probable it is that a verdict, and each name, is true.
+
+The share of a verdict is counted: how often answers with it were true in trials whose laws all
+differ from those of the library. What was fitted shares it by pseudo-BMA+ weights (Y. Yao et al.,
+Bayesian Anal. 13 (2018) 917): by the log predictive densities of stretches of the runs, under a
+Bayesian bootstrap of these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.search.scoring import ScoredFit
+from pneu_rig_ros.diagnosis.search.selection import Search
+
+TRUE_ANSWERS = {
+    'conditions': (11, 11),
+    'consistent': (9, 12),
+    'effect': (28, 40),
+    'parameter': (0, 5),
+    'uncalibrated': (11, 17),
+    'unknown': (10, 17),
+}
+"""Verdict -> true answers and all answers, of seeds 60 to 64 in ``docs/blind_foreign.md``."""
+DRAWS, SEED = 2000, 1
+"""Of the bootstrap."""
+
+Names = frozenset[str]
+
+
+def of_verdict(verdict: str) -> float:
+    """Return the probability that an answer with a verdict is true, by Laplace's rule [-]."""
+    right, count = TRUE_ANSWERS[verdict]
+    return (right + 1.0) / (count + 2.0)
+
+
+def of_names(search: Search, explanation: Explanation, verdict: str) -> dict[Names, float]:
+    """
+    Return the names of causes -> probability that they are what is missing [-].
+
+    Those of one size that can be compared; what is left of 1 is for a cause that was not fitted.
+    Of a verdict without a name they share what that leaves.
+    """
+    named = verdict in ('effect', 'parameter')
+    share = of_verdict(verdict) if named else 1.0 - of_verdict(verdict)
+    fits = _comparable(search, explanation)
+    found = weights([fit.losses for fit in fits.values()], [fit.penalty for fit in fits.values()])
+    return dict(zip(fits, (share * found).tolist(), strict=True))
+
+
+def _comparable(search: Search, explanation: Explanation) -> dict[Names, ScoredFit]:
+    """Return the fits of as many causes as an explanation has, on the same data; or of one."""
+    own = frozenset(search.causes(explanation))
+    fits: dict[Names, ScoredFit] = {}
+    for fit in search.ranking:
+        names = frozenset(search.causes(fit.explanation))
+        if len(names) == max(len(own), 1):
+            fits.setdefault(names, fit)
+    if not fits:
+        return {}
+    size = fits.get(own, next(iter(fits.values()))).losses.size
+    return {names: fit for names, fit in fits.items() if fit.losses.size == size}
+
+
+def weights(losses: Sequence[Floats], penalties: Sequence[float]) -> Floats:
+    """
+    Return the weight of each explanation, shape (k,) [-].
+
+    :param losses: negative log densities of n stretches, shape (n,) each
+    :param penalties: for what was fitted
+    """
+    if not losses:
+        return np.zeros(0)
+    table = np.array(losses)
+    n = table.shape[1]
+    shares = np.random.default_rng(SEED).dirichlet(np.ones(n), DRAWS)
+    density = -n * shares @ table.T - np.array(penalties)
+    odds = np.exp(density - density.max(axis=1, keepdims=True))
+    mean: Floats = (odds / odds.sum(axis=1, keepdims=True)).mean(axis=0)
+    return mean
