@@ -10,6 +10,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.multi_start import over_ridges
+from pneu_rig_ros.diagnosis.search.screening import changes, screen
 from pneu_rig_ros.executor import SerialExecutor
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.scenarios.experiments import FIT, levels, set_up
@@ -36,3 +37,29 @@ def test_a_weakly_damped_load_is_found_beyond_the_ridges_of_its_phases(tmp_path:
     assert near.explanation.values[0][1] > 2.0 * damping  # a fit alone does not cross them
     assert best.loss < 0.6 * near.loss
     np.testing.assert_allclose(best.explanation.values[0], (compliance, damping), rtol=0.1)
+
+
+def test_other_causes_help_a_candidate_within_their_bounds_alone(tmp_path: Path) -> None:
+    """Of a level of friction that is 50 % too high: it may fall with the candidate, or not."""
+    rig = configured('cylinder_1')
+    system = system_of(tmp_path, rig)
+    right = system.hypothesis
+    runs = [measured(system, 'run', rig)]
+    data = Dataset.of(right, [Comparison(run) for run in runs], np.random.default_rng(0))
+    found = {each.name: each for each in pool(system, runs)[0]}
+    level = found['friction.coulomb_force']
+    viscous = found['friction.viscous_coefficient']
+    wrong = right.with_parameter('friction', 'coulomb_force', 1.5 * level.model_value)
+    base = Explanation().with_part(level, (1.5 * level.model_value,))
+    residual, free = data.residual(wrong), changes(base, right, data)
+
+    def left(room: float) -> float:
+        sides = np.array([-room]), np.array([room])
+        return screen(viscous, wrong, data, residual, free, sides).loss
+
+    nothing = np.zeros((residual.size, 0)), (np.zeros(0), np.zeros(0))
+    alone = screen(viscous, wrong, data, residual, *nothing).loss
+    assert left(0.0) == alone
+    assert left(1.0) < 0.5 * alone
+    below, above = base.room
+    assert below < 0.0 < above

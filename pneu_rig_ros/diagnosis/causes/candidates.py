@@ -215,6 +215,12 @@ class Explanation:
         return [coordinate for part in self.parts for coordinate in part.coordinates]
 
     @property
+    def room(self) -> tuple[Floats, Floats]:
+        """By how much each coordinate may fall, below 0, and rise within its bounds."""
+        low, high = np.array([c.bounds for c in self.coordinates]).reshape(-1, 2).T
+        return low - self.theta, high - self.theta
+
+    @property
     def calibrates(self) -> list[bool]:
         """Whether each coordinate is one of the calibration."""
         return [part.name == CALIBRATION for part in self.parts for _ in part.coordinates]

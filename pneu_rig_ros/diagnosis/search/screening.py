@@ -40,7 +40,12 @@ class Screened:
 
 
 def screen(
-    candidate: Candidate, given: Hypothesis, dataset: Dataset, residual: Floats, free: Floats
+    candidate: Candidate,
+    given: Hypothesis,
+    dataset: Dataset,
+    residual: Floats,
+    free: Floats,
+    room: tuple[Floats, Floats],
 ) -> Screened:
     """
     Return the loss that a candidate leaves at the best multiple of the change from each start.
@@ -50,6 +55,7 @@ def screen(
     :param residual: without the candidate, shape (n,)
     :param free: change of the residual by each value of the other causes, which are fitted again
         with it, see :func:`changes`, shape (n, k)
+    :param room: by how much these may fall and rise within their bounds, shape (k,) each
     """
     simulated = dataset.cycles is not None
     shares = np.ones(1) if simulated else SHARES
@@ -58,7 +64,7 @@ def screen(
     for start in candidate.starts:
         change = dataset.residual(candidate.apply(given, start)) - residual
         left = [residual + share * change for share in shares]
-        shifts = [-inverse @ each for each in left]
+        shifts = [np.clip(-inverse @ each, *room) for each in left]
         losses = [loss(each + free @ shift) for each, shift in zip(left, shifts, strict=True)]
         best = int(np.argmin(losses))
         values = tuple(

@@ -190,7 +190,7 @@ class Search(Remainder):
         if self.training.cycles is None:
             free = changes(base, self.given, self.training)
         screened = map_tasks(
-            self.executor, screen, candidates, hypothesis, self.training, residual, free
+            self.executor, screen, candidates, hypothesis, self.training, residual, free, base.room
         )
         screened.sort(key=lambda result: result.loss)
         if size == 1 and not self.screened:
