@@ -80,7 +80,7 @@ def claims(
     from pneu_rig_ros.claims.readings import load_reading
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
     from pneu_rig_ros.records.whole_files import atomic_write
-    from pneu_rig_ros.report.claims_figures import drawings
+    from pneu_rig_ros.report.claims_figures import SHOWS
     from pneu_rig_ros.report.claims_page import write_page
 
     laboratory = Laboratory(load_reading(reading))
@@ -92,7 +92,7 @@ def claims(
     shares = _neighbour_shares(laboratory.reading, quiet) if neighbours else {}
     files = {}
     if html:
-        with output.progress_bar('figures', len(list(drawings())), quiet=quiet) as progress:
+        with output.progress_bar('figures', len(SHOWS), quiet=quiet) as progress:
             files['page'] = write_page(html, rows, laboratory, shares, progress)
     data = [to_dict(row, shares) for row in rows]
     text = json.dumps(data, indent=2, allow_nan=False)

@@ -13,8 +13,6 @@ from pneu_rig_ros.errors import RigError
 if TYPE_CHECKING:
     from pneu_rig_ros.analysis.comparison import Comparison
 
-SIGNALS = ('signal', '>RMSE', '>largest', '>bias', 'unit', '>sensor noise', '>RMSE / noise')
-
 
 @click.command(
     epilog=options.examples(
@@ -67,17 +65,14 @@ def compare(
 
 def _print(comparison: Comparison, files: dict[str, Path]) -> None:
     from pneu_rig_ros.report.comparison_page import (
+        SIGNAL_HEADS,
         condition_texts,
         event_rows,
         ratio_note,
         signal_rows,
     )
 
-    rows = (
-        (row.signal, row.rmse, row.largest, row.bias, row.unit, row.noise, row.multiple)
-        for row in signal_rows(comparison)
-    )
-    output.print_table(SIGNALS, rows)
+    output.print_table(SIGNAL_HEADS, signal_rows(comparison))
     output.console().print()
     output.print_table(('', '>measured', f'>{comparison.second}'), event_rows(comparison))
     output.console().print()

@@ -22,21 +22,7 @@ COMPARING, DRAWING = 0.96, 0.97
 OF_BALANCES = 'the balances of mass and force; to the RMSE, slips at another time add'
 """What the gap is of, where it is not of simulated cycles."""
 
-BALANCES = ('balance', 'model and measurement', '>remaining excess')
-SIGNIFICANT = (
-    'balance',
-    'regime',
-    'most in',
-    '>mean',
-    '>noise',
-    'unit',
-    '>significance',
-    'longest',
-)
 RANKING = ('candidate', 'kind', 'stage', '>remaining excess', '>probability', '')
-ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
-IMPROVED = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
-EVENTS = ('', '>measured', '>before', '>after')
 
 
 @click.command(
@@ -142,13 +128,13 @@ def show(data: dict[str, Any], out: Path) -> None:
     how = 'from rest to rest' if data['gap']['free_run'] else 'along the measured motion'
     bags = ', '.join(data['gap']['bags'])
     tables: tuple[tuple[str, Sequence[str], Sequence[Sequence[str]]], ...] = (
-        ('Balances', BALANCES, rows.balance_rows(data, MOST_MISSING)),
-        ('Significant residuals of the given model', SIGNIFICANT, rows.where_rows(data)),
+        ('Balances', rows.BALANCES, rows.balance_rows(data, MOST_MISSING)),
+        ('Significant residuals of the given model', rows.WHERE, rows.where_rows(data)),
         ('Candidate explanations', RANKING, rows.ranking_texts(data, MOST_RANKED)),
-        ('Changed and added parameters', ADDED, rows.added_rows(data)),
-        (f'RMSE {how} on {bags}', IMPROVED, rows.gap_rows(data)),
-        (f'RMSE in a free run on {bags}', IMPROVED, rows.gap_rows(data, 'free_run')),
-        ('Events in the same recordings', EVENTS, rows.event_rows(data)),
+        ('Changed and added parameters', rows.ADDED, rows.added_rows(data)),
+        (f'RMSE {how} on {bags}', rows.GAPS, rows.gap_rows(data)),
+        (f'RMSE in a free run on {bags}', rows.GAPS, rows.gap_rows(data, 'free_run')),
+        ('Events in the same recordings', rows.EVENTS, rows.event_rows(data)),
     )
     for title, heads, cells in tables:
         if cells:

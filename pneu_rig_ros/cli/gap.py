@@ -147,7 +147,7 @@ def _show(outcome: Outcome, hidden: HiddenEffect, path: Path) -> None:
     )
     terminal.print()
     added = rows.added_rows(outcome.answer)
-    found = [f'{row.name} {row.value} {row.unit}'.strip() for row in added]
+    found = [f'{name} {value} {unit}'.strip() for name, _, value, _, unit in added]
     output.print_values(
         {
             'hidden': f'{hidden.effect}: {hidden.text}',
@@ -158,14 +158,15 @@ def _show(outcome: Outcome, hidden: HiddenEffect, path: Path) -> None:
 
 def _gap_rows(outcome: Outcome) -> Iterator[tuple[str, ...]]:
     """Yield the rows of the table of gaps."""
-    from pneu_rig_ros.report.diagnosis_rows import UNITS, number
+    from pneu_rig_ros.report.diagnosis_rows import number
+    from pneu_rig_ros.report.figure import display, plain_name
 
     for name, before in outcome.before.items():
         after = outcome.after[name]
-        unit, scale = UNITS.get(before.unit, (before.unit, 1.0))
+        unit, scale = display(before.unit)
         values = (before.rmse, after.rmse, before.noise or 0.0)
         texts = (number(scale * value) for value in values)
-        yield name.replace('_', ' '), *texts, unit, _closed(before, after)
+        yield plain_name(name), *texts, unit, _closed(before, after)
 
 
 def _closed(before: SignalGap, after: SignalGap) -> str:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -24,7 +23,19 @@ from pneu_rig_ros.claims.trends import (
     starts,
     supplies,
 )
-from pneu_rig_ros.report.figure import BAR, BLUE, GREY, ORANGE, STYLE, plain_name
+from pneu_rig_ros.report.figure import (
+    BAR,
+    BLUE,
+    GREY,
+    ORANGE,
+    QUANTITIES,
+    STYLE,
+    add_legend,
+    add_letter,
+    plain_name,
+    time_panels,
+)
+from pneu_rig_ros.report.page import Drawing
 
 WIDTH = 9.6
 """Width of every figure [inch]."""
@@ -33,64 +44,88 @@ MANY_CYCLES = 50
 LAW_STYLES = {RLG: (ORANGE, 'RLG, constant'), DWELL: (BLUE, 'with Eq. 16')}
 
 
-class Drawing(NamedTuple):
-    """
-    One figure of the page.
-
-    :param key: target of links
-    :param title: number and subject
-    :param caption: what is drawn, and at which operating point
-    :param statements: numbers of the statements that it shows
-    :param draw: returns the figure
-    """
-
-    key: str
-    title: str
-    caption: str
-    statements: tuple[int, ...]
-    draw: Callable[[Laboratory], Figure]
+SHOWS = {
+    4: (1,),
+    5: (2, 11),
+    6: (3,),
+    3: (9,),
+    7: (4, 12),
+    8: (5, 13),
+    9: (6,),
+    10: (7,),
+    11: (8, 14, 15),
+    12: (8, 14, 15),
+    13: (8, 14, 15),
+}
+"""Number of a figure of the paper -> numbers of the statements that it shows; as on the page."""
 
 
-def drawings() -> list[Drawing]:
-    """Return all figures in the order of the page."""
-    stick_slip, comparisons = [], []
-    for index, name in enumerate(CYLINDERS):
-        point = CAPTIONS[name]
-        operating_point = (
-            f'u = {point.u:.2f} V, supply {point.supply:g} bar, load {point.load_mass:g} kg'
-        )
-        statements = (index + 1, 11) if name == 'cylinder_2' else (index + 1,)
-        drawing = Drawing(
-            f'fig-{4 + index}',
-            f'Fig. {4 + index}: stick-slip of {plain_name(name)}',
+def drawings(laboratory: Laboratory) -> Iterator[Drawing]:
+    """Yield all figures in the order of the page."""
+    for number, (name, point) in enumerate(CAPTIONS.items(), start=4):
+        yield Drawing(
+            f'Fig. {number}: stick-slip of {plain_name(name)}',
             '(a) position, (b) velocity, (c) absolute chamber pressures, (d) friction force with '
-            f'the breakaways marked. {operating_point}.',
-            statements,
-            partial(_draw_strokes, experiments=[point]),
+            f'the breakaways marked. {_operating_point(point)}.',
+            partial(_draw_strokes, laboratory, [point]),
+            f'fig-{number}',
         )
-        stick_slip.append(drawing)
-        drawing = Drawing(
-            f'fig-{11 + index}',
-            f'Fig. {11 + index}: constant against dwell-dependent static friction, '
-            f'{plain_name(name)}',
-            'The revised LuGre law (RLG) with constant static friction, and the same with Eq. 16. '
-            f'{operating_point}. The paper also shows its measurement here; its data are not '
-            'published, so only the two simulations are shown.',
-            (8, 14, 15),
-            partial(_draw_strokes, experiments=[replace(point, law=law) for law in LAW_STYLES]),
-        )
-        comparisons.append(drawing)
-    static_friction = Drawing(
-        'fig-3',
+    yield Drawing(
         'Fig. 3b: static friction against dwell time',
         'Each friction peak at a breakaway against the dwell before it: in the strokes of '
         'Fig. 4-6, and when the piston is pushed, shut in for '
         f'{min(PAUSES):g} to {max(PAUSES):g} s and pushed again. The line is Eq. 16 with '
         'the values of Table 2. (Fig. 3a is panel (d) of Fig. 5.)',
-        (9,),
-        _draw_static_friction,
+        partial(_draw_static_friction, laboratory),
+        'fig-3',
     )
-    return [*stick_slip, static_friction, *SWEEPS, *comparisons]
+    yield from _trends(laboratory)
+    for number, (name, point) in enumerate(CAPTIONS.items(), start=11):
+        yield Drawing(
+            f'Fig. {number}: constant against dwell-dependent static friction, {plain_name(name)}',
+            'The revised LuGre law (RLG) with constant static friction, and the same with Eq. 16. '
+            f'{_operating_point(point)}. The paper also shows its measurement here; its data are '
+            'not published, so only the two simulations are shown.',
+            partial(_draw_strokes, laboratory, [replace(point, law=law) for law in LAW_STYLES]),
+            f'fig-{number}',
+        )
+
+
+def _operating_point(point: Experiment) -> str:
+    return f'u = {point.u:.2f} V, supply {point.supply:g} bar, load {point.load_mass:g} kg'
+
+
+def _trends(laboratory: Laboratory) -> Iterator[Drawing]:
+    """Yield the figures of what changes with the conditions."""
+    draw = partial(_draw_sweep, laboratory)
+    yield Drawing(
+        'Fig. 7: effect of the airflow rate',
+        'Position against time at 4 bar and 0.2 kg, with the airflow of Fig. 4-6 and multiples '
+        'of it, the same for all cylinders. The text prints only 0.28-0.29 V for cylinder 1.',
+        partial(draw, commands, lambda one: f'{one.u:.3g} V'),
+        'fig-7',
+    )
+    yield Drawing(
+        'Fig. 8: effect of the supply pressure',
+        f'Position against time from {min(SUPPLIES):g} to {max(SUPPLIES):g} bar, at the u of '
+        'Fig. 4-6 and 0.2 kg.',
+        partial(draw, supplies, lambda one: f'{one.supply:g} bar'),
+        'fig-8',
+    )
+    yield Drawing(
+        'Fig. 9: effect of the external load',
+        f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
+        f'at {LOAD_COMMAND:.2f} V and 4 bar.',
+        partial(draw, lambda _: loads(), lambda one: f'{one.load_mass:g} kg', CYLINDERS[:1]),
+        'fig-9',
+    )
+    yield Drawing(
+        'Fig. 10: effect of the initial position',
+        'Position against time from several initial positions, at the operating points of '
+        'Fig. 4-6. The captions print no positions; these are shares of the stroke.',
+        partial(draw, starts, lambda one: f'{one.start or 0.0:.0%} of the stroke'),
+        'fig-10',
+    )
 
 
 @matplotlib.rc_context(STYLE)
@@ -98,8 +133,9 @@ def _draw_strokes(laboratory: Laboratory, experiments: Sequence[Experiment]) -> 
     """Draw position, velocity, pressures and friction of one stroke, or of two to compare."""
     strokes = laboratory.perform_all(experiments)
     alone = len(strokes) == 1
-    figure = Figure(figsize=(WIDTH, 8.0), layout='constrained')
-    position, velocity, pressure, friction = panels = figure.subplots(4, 1, sharex=True)
+    end = max(float(stroke.run.time[-1]) for stroke in strokes)
+    figure, panels = time_panels((WIDTH, 8.0), QUANTITIES, 0.0, end)
+    position, velocity, pressure, friction = panels
     for stroke in strokes:
         color, label = LAW_STYLES[stroke.experiment.law]
         run = stroke.run
@@ -115,17 +151,10 @@ def _draw_strokes(laboratory: Laboratory, experiments: Sequence[Experiment]) -> 
         times, peaks = strokes[0].column('breakaway_time'), strokes[0].column('peak_friction')
         size = 4.5 if strokes[0].count < MANY_CYCLES else 2.0
         friction.plot(times, peaks, 'v', color=ORANGE, markersize=size, label='breakaway')
-        _add_legend(friction)
+        add_legend(friction)
     else:
-        _add_legend(position)
-    _add_legend(pressure)
-    quantities = ('position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]')
-    for index, (axes, quantity) in enumerate(zip(panels, quantities, strict=True)):
-        axes.set_ylabel(quantity)
-        _add_title(axes, index)
-    friction.set_xlabel('time [s]')
-    friction.set_xlim(0.0, 1.002 * max(float(stroke.run.time[-1]) for stroke in strokes))
-    figure.align_ylabels(panels)
+        add_legend(position)
+    add_legend(pressure)
     return figure
 
 
@@ -145,26 +174,6 @@ def _enlarge(axes: Axes, strokes: Sequence[Stroke]) -> None:
     axes.indicate_inset_zoom(inset, edgecolor=GREY)
 
 
-def _add_legend(axes: Axes) -> None:
-    """Put a legend above the panel, where no curve is, each label once."""
-    handles, labels = axes.get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    axes.legend(
-        list(unique.values()),
-        list(unique),
-        loc='lower right',
-        bbox_to_anchor=(1.0, 1.0),
-        borderaxespad=0.0,
-        borderpad=0.1,
-        ncols=2,
-    )
-
-
-def _add_title(axes: Axes, index: int, text: str = '') -> None:
-    title = f'({"abcd"[index]}) {text}'.strip()
-    axes.set_title(title, loc='left', fontsize=9, fontweight='bold', pad=3)
-
-
 @matplotlib.rc_context(STYLE)
 def _draw_sweep(
     laboratory: Laboratory,
@@ -182,7 +191,7 @@ def _draw_sweep(
             run = stroke.run
             text = label(stroke.experiment)
             axes.plot(run.time, 1e3 * run.position, color=color, label=text)
-        _add_title(axes, index, plain_name(name))
+        add_letter(axes, index, plain_name(name))
         axes.set_xlabel('time [s]')
         axes.set_xlim(left=0.0)
         length = strokes[0].plant.model.cylinder.stroke
@@ -190,52 +199,6 @@ def _draw_sweep(
         axes.legend(loc='lower right', frameon=True, framealpha=0.85, edgecolor='none')
     panels[0].set_ylabel('position [mm]')
     return figure
-
-
-SWEEPS = (
-    Drawing(
-        'fig-7',
-        'Fig. 7: effect of the airflow rate',
-        'Position against time at 4 bar and 0.2 kg, with the airflow of Fig. 4-6 and multiples '
-        'of it, the same for all cylinders. The text prints only 0.28-0.29 V for cylinder 1.',
-        (4, 12),
-        partial(_draw_sweep, experiments=commands, label=lambda one: f'{one.u:.3g} V'),
-    ),
-    Drawing(
-        'fig-8',
-        'Fig. 8: effect of the supply pressure',
-        f'Position against time from {min(SUPPLIES):g} to {max(SUPPLIES):g} bar, at the u of '
-        'Fig. 4-6 and 0.2 kg.',
-        (5, 13),
-        partial(_draw_sweep, experiments=supplies, label=lambda one: f'{one.supply:g} bar'),
-    ),
-    Drawing(
-        'fig-9',
-        'Fig. 9: effect of the external load',
-        f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
-        f'at {LOAD_COMMAND:.2f} V and 4 bar.',
-        (6,),
-        partial(
-            _draw_sweep,
-            experiments=lambda _: loads(),
-            label=lambda one: f'{one.load_mass:g} kg',
-            cylinders=CYLINDERS[:1],
-        ),
-    ),
-    Drawing(
-        'fig-10',
-        'Fig. 10: effect of the initial position',
-        'Position against time from several initial positions, at the operating points of '
-        'Fig. 4-6. The captions print no positions; these are shares of the stroke.',
-        (7,),
-        partial(
-            _draw_sweep,
-            experiments=starts,
-            label=lambda one: f'{one.start or 0.0:.0%} of the stroke',
-        ),
-    ),
-)
-"""The figures of trends."""
 
 
 @matplotlib.rc_context(STYLE)
@@ -251,7 +214,7 @@ def _draw_static_friction(laboratory: Laboratory) -> Figure:
         axes.plot(*peaks, 'o', color=BLUE, markersize=4, alpha=0.6, label='in the stroke')
         after = pauses(laboratory, name)
         axes.plot(*after, 's', color=ORANGE, markersize=5, label='after pauses')
-        _add_title(axes, index, plain_name(name))
+        add_letter(axes, index, plain_name(name))
         axes.set_xscale('log')
         axes.set_xlabel('dwell time [s]')
         axes.set_ylim(bottom=0.0)

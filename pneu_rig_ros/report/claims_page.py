@@ -17,9 +17,9 @@ from pneu_rig_ros.claims.readings import (
     short_text,
 )
 from pneu_rig_ros.records.whole_files import atomic_write
-from pneu_rig_ros.report.claims_figures import drawings
+from pneu_rig_ros.report.claims_figures import SHOWS, drawings
 from pneu_rig_ros.report.figure import plain_name
-from pneu_rig_ros.report.page import Picture, data_address, render
+from pneu_rig_ros.report.page import draw_all, render
 
 
 class Value(NamedTuple):
@@ -47,23 +47,13 @@ def write_page(
     :param progress: callback(number of figures drawn)
     :raises RigError: when the file cannot be written
     """
-    pictures = []
-    for number, one in enumerate(drawings(), start=1):
-        address = data_address(one.draw(laboratory))
-        pictures.append(Picture(one.title, one.caption, address, one.key))
-        progress(number)
     text = render(
         'claims_page.html',
         rows=rows,
         shares=shares,
         strokes=stroke_texts(laboratory),
-        pictures=pictures,
-        figures_of={
-            row.statement.number: [
-                one.key for one in drawings() if row.statement.number in one.statements
-            ]
-            for row in rows
-        },
+        pictures=list(draw_all(list(drawings(laboratory)), progress)),
+        shows=SHOWS,
         reading=laboratory.reading,
         values=list(reading_table(laboratory)),
         changed=printed_values_changed(laboratory.reading),

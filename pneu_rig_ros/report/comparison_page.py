@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import itertools
 import statistics
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -15,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.comparison import SIMULATED, Comparison
-from pneu_rig_ros.analysis.metrics import AnalysedRun
+from pneu_rig_ros.analysis.metrics import Events
 from pneu_rig_ros.records.conditions import CONDITIONS
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.figure import (
@@ -24,11 +23,12 @@ from pneu_rig_ros.report.figure import (
     ORANGE,
     SIGNALS,
     STYLE,
-    add_letter,
+    display,
     plain_name,
     thinned,
+    time_panels,
 )
-from pneu_rig_ros.report.page import Picture, data_address, render
+from pneu_rig_ros.report.page import Drawing, draw_all, render
 
 COLOURS = (BLUE, ORANGE)
 """Of measured and simulated."""
@@ -51,14 +51,13 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
     """
     measured, simulated = comparison.measured, comparison.simulated
     start, end = span or (0.0, measured.recording.duration)
-    figure, panels = _panels(comparison, start, end)
-    for axes, name in zip(panels, comparison.gaps, strict=True):
-        signal = SIGNALS[name]
+    shown = [SIGNALS[name] for name in comparison.gaps]
+    figure, panels = _panels([f'{one.label}\n[{one.unit}]' for one in shown], start, end)
+    for axes, name, signal in zip(panels, comparison.gaps, shown, strict=True):
         for run, colour, width in zip((measured, simulated), COLOURS, (1.4, 1.0), strict=True):
             inside = slice(*np.searchsorted(run.recording.time, (start, end)))
             time, values = thinned(run.recording.time[inside], run.signals[name][inside])
             axes.plot(time, signal.scale * values, color=colour, linewidth=width)
-        axes.set_ylabel(f'{signal.label}\n[{signal.unit}]')
     curves = panels[0].get_lines()
     figure.legend(curves, ('measured', comparison.second), loc='outside upper right', ncols=2)
     for run, colour, height in zip((measured, simulated), COLOURS, (1.0, 0.93), strict=True):
@@ -81,16 +80,15 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
 def draw_differences(comparison: Comparison) -> Figure:
     """Return simulated minus measured against time, with the noise of the sensors as a band."""
     recording = comparison.measured.recording
-    figure, panels = _panels(comparison, 0.0, recording.duration)
-    for axes, name in zip(panels, comparison.gaps, strict=True):
-        scale = SIGNALS[name].difference_scale
+    units = {name: display(gap.unit) for name, gap in comparison.gaps.items()}
+    labels = [f'{SIGNALS[name].label}\n[{unit}]' for name, (unit, _) in units.items()]
+    figure, panels = _panels(labels, 0.0, recording.duration)
+    for axes, (name, (_, scale)) in zip(panels, units.items(), strict=True):
         difference = comparison.simulated.signals[name] - comparison.measured.signals[name]
         time, values = thinned(recording.time, difference)
         axes.plot(time, scale * values, color=BLUE, linewidth=0.8)
         noise = 2.0 * scale * comparison.noise.get(name, 0.0)
         axes.axhspan(-noise, noise, color=GREY, alpha=0.35, linewidth=0.0)
-        axes.margins(y=0.15)  # room for the letter
-        axes.set_ylabel(f'{SIGNALS[name].label}\n[{SIGNALS[name].difference_unit}]')
     return figure
 
 
@@ -125,89 +123,64 @@ def detail(comparison: Comparison) -> tuple[float, float] | None:
     return start, min(last.breakaway_time + 3 * margin, comparison.measured.recording.duration)
 
 
-def _panels(comparison: Comparison, start: float, end: float) -> tuple[Figure, list[Axes]]:
-    """Return a panel for each signal that is compared, over one time axis [s]."""
-    count = len(comparison.gaps)
-    figure = Figure(figsize=(8.6, 1.75 * count + 0.6), layout='constrained')
-    panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
-    for index, axes in enumerate(panels):
-        add_letter(axes, index)
-    panels[-1].set_xlabel('time [s]')
-    panels[-1].set_xlim(start, start + 1.002 * (end - start))
-    figure.align_ylabels(panels)
-    return figure, panels
+def _panels(labels: Sequence[str], start: float, end: float) -> tuple[Figure, list[Axes]]:
+    return time_panels((8.6, 1.75 * len(labels) + 0.6), labels, start, end)
 
 
 FIGURES = 4
 """Most figures on a page."""
 
 
-class SignalRow(NamedTuple):
-    """The metrics of one signal as text; '-' is not known."""
-
-    signal: str
-    unit: str
-    rmse: str
-    largest: str
-    bias: str
-    noise: str
-    multiple: str
+SIGNAL_HEADS = ('signal', '>RMSE', '>largest', '>bias', 'unit', '>sensor noise', '>RMSE / noise')
+"""Of the columns; one that begins with '>' is for numbers."""
 
 
-class EventRow(NamedTuple):
-    """One number of both runs as text."""
-
-    what: str
-    measured: str
-    simulated: str
-
-
-def signal_rows(comparison: Comparison) -> list[SignalRow]:
-    """Return a row for each signal, in its display unit for differences."""
-    rows = []
+def signal_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return a row for each signal, in its display unit for differences; '-' is not known."""
+    rows: list[tuple[str, ...]] = []
     for name, gap in comparison.gaps.items():
-        scale = SIGNALS[name].difference_scale
+        unit, scale = display(gap.unit)
         rmse, largest, bias = (f'{scale * v:.3g}' for v in (gap.rmse, gap.largest, gap.bias))
         noise = '-' if gap.noise is None else f'{scale * gap.noise:.3g}'
         multiple = '-' if gap.multiple is None else f'{gap.multiple:.1f}'
-        unit = SIGNALS[name].difference_unit
-        rows.append(SignalRow(plain_name(name), unit, rmse, largest, bias, noise, multiple))
+        rows.append((plain_name(name), rmse, largest, bias, unit, noise, multiple))
     return rows
 
 
-def event_rows(comparison: Comparison) -> list[EventRow]:
-    """Return the events of both runs in a few numbers."""
-    median: Statistic = statistics.median_high
-    texts: dict[str, Callable[[AnalysedRun], str]] = {
-        'stick-slip cycles': lambda run: str(len(run.events.cycles)),
-        'first breakaway': partial(_of_cycles, name='breakaway_time', unit='s', statistic=min),
-        'median dwell': partial(_of_cycles, name='dwell', unit='s', statistic=median),
-        'longest dwell': partial(_of_cycles, name='dwell', unit='s', statistic=max),
-        'median slip': partial(_of_cycles, name='slip', unit='mm', statistic=median),
-        'median peak friction': partial(
-            _of_cycles, name='peak_friction', unit='N', statistic=median
-        ),
-        'largest peak friction': partial(
-            _of_cycles, name='peak_friction', unit='N', statistic=max
-        ),
-        'stroke time': lambda run: (
-            'not reached' if run.events.stroke_time is None else f'{run.events.stroke_time:.2f} s'
-        ),
-    }
-    return [
-        EventRow(what, text(comparison.measured), text(comparison.simulated))
-        for what, text in texts.items()
+OF_CYCLES = (
+    ('first breakaway', 'breakaway_time', 's', min),
+    ('median dwell', 'dwell', 's', statistics.median_high),
+    ('longest dwell', 'dwell', 's', max),
+    ('median slip', 'slip', 'mm', statistics.median_high),
+    ('median peak friction', 'peak_friction', 'N', statistics.median_high),
+    ('largest peak friction', 'peak_friction', 'N', max),
+)
+"""Name, field of a cycle, display unit and statistic of each number."""
+
+
+def event_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return the events of the measured run and of the other one in a few numbers."""
+    both = comparison.measured.events, comparison.simulated.events
+    rows: list[tuple[str, ...]] = [
+        ('stick-slip cycles', *(str(len(events.cycles)) for events in both))
     ]
+    for what, name, unit, statistic in OF_CYCLES:
+        rows.append((what, *(_of_cycles(events, name, unit, statistic) for events in both)))
+    rows.append(('stroke time', *(_stroke_time(events) for events in both)))
+    return rows
 
 
-Statistic = Callable[[list[float]], float]
-
-
-def _of_cycles(run: AnalysedRun, name: str, unit: str, statistic: Statistic) -> str:
+def _of_cycles(
+    events: Events, name: str, unit: str, statistic: Callable[[list[float]], float]
+) -> str:
     scale = 1e3 if unit == 'mm' else 1.0
-    values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
+    values = [scale * getattr(cycle, name) for cycle in events.cycles]
     known = [value for value in values if value == value]
     return f'{statistic(known):.3g} {unit}' if known else '-'
+
+
+def _stroke_time(events: Events) -> str:
+    return 'not reached' if events.stroke_time is None else f'{events.stroke_time:.2f} s'
 
 
 def condition_texts(comparison: Comparison) -> list[str]:
@@ -239,50 +212,45 @@ def write_page(
     :param progress: callback(number of figures drawn), :data:`FIGURES` at most
     :raises RigError: when the file cannot be written
     """
-    pictures = []
-    for number, (title, caption, draw) in enumerate(_figures(comparison), start=1):
-        figure = draw()
-        if figure is not None:
-            pictures.append(Picture(title, caption, data_address(figure)))
-        progress(number)
     runs = comparison.measured, comparison.simulated
     text = render(
         'comparison_page.html',
         comparison=comparison,
+        signal_heads=SIGNAL_HEADS,
         signals=signal_rows(comparison),
         events=event_rows(comparison),
         pairs=list(itertools.zip_longest(*(run.events.cycles for run in runs))),
         conditions=condition_texts(comparison),
         note=ratio_note(comparison),
-        pictures=pictures,
+        pictures=list(draw_all(list(_drawings(comparison)), progress)),
         duration=comparison.measured.recording.duration,
     )
     return atomic_write(path, text)
 
 
-def _figures(comparison: Comparison) -> Iterator[tuple[str, str, Callable[[], Figure | None]]]:
-    """Yield title, caption and drawing function of each figure."""
-    yield (
+def _drawings(comparison: Comparison) -> Iterator[Drawing]:
+    """Yield the figures of the page."""
+    yield Drawing(
         f'Measured and {comparison.second}',
         'Velocity and friction are derived from position and pressures of both by the same '
         'estimators. Triangles mark breakaways.',
-        lambda: draw_overlay(comparison),
+        partial(draw_overlay, comparison),
     )
     span = detail(comparison)
     if span is not None:
-        yield (
+        yield Drawing(
             'The first cycles',
             'The same, over the first measured stick-slip cycles.',
-            lambda: draw_overlay(comparison, span),
+            partial(draw_overlay, comparison, span),
         )
     band = 'The grey band is twice the standard deviation of the sensor noise.'
-    yield (
+    yield Drawing(
         'Differences',
         f'{comparison.second.capitalize()} minus measured. {band if comparison.noise else ""}',
-        lambda: draw_differences(comparison),
+        partial(draw_differences, comparison),
     )
-    yield (
+    yield Drawing(
         'Stick-slip cycles',
         'Each cycle at its breakaway: the dwell before it, the slip length and the friction peak.',
-        lambda: draw_cycles(comparison),
+        partial(draw_cycles, comparison),
     )

@@ -14,8 +14,8 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.residuals.latent import Latent, smooth
 from pneu_rig_ros.diagnosis.residuals.localisation import LEAST_WIDTH
 from pneu_rig_ros.diagnosis.residuals.windows import VARIABLES, Windows
-from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS, display
-from pneu_rig_ros.report.figure import BLUE, ORANGE
+from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS
+from pneu_rig_ros.report.figure import BLUE, ORANGE, display
 
 COLOURS = {'out': BLUE, 'in': ORANGE, '': '#5f6570'}
 NAMES = {'out': 'outstroke', 'in': 'instroke', '': 'at rest'}

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from pathlib import Path
-from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
@@ -25,7 +24,7 @@ from pneu_rig_ros.report.improvement_figures import (
     runs_of,
 )
 from pneu_rig_ros.report.latent_figures import draw_latent, tracks_of
-from pneu_rig_ros.report.page import Picture, data_address, render
+from pneu_rig_ros.report.page import Drawing, draw_all, render
 from pneu_rig_ros.rig import configuration_from_yaml
 
 MOST_RANKED = 12
@@ -44,26 +43,8 @@ LATENT = {
 """Captions of the latent inputs."""
 PLACES = ('where', 'added', 'left', 'validation', 'free', 'next')
 """Parts of the page that have figures."""
-HEADS = ('Supply, absolute', 'Load', 'Rest before')
+HEADS = ('>supply, absolute', '>load', '>rest before')
 """Conditions of a rig's recordings."""
-
-
-class Drawing(NamedTuple):
-    """A figure to be drawn: its part of the page, title, caption."""
-
-    place: str
-    title: str
-    caption: str
-    draw: Callable[[], Figure | None]
-
-
-class Recorded(NamedTuple):
-    """A recording with its use and its conditions, as texts."""
-
-    name: str
-    used: str
-    duration: str
-    conditions: Sequence[str]
 
 
 def write_files(
@@ -102,41 +83,23 @@ def write_page(
     :raises RigError: when the file cannot be written
     """
     drawings = list(_drawings(diagnosis, answer))
-    pictures: dict[str, list[Picture]] = {place: [] for place in PLACES}
-    for number, one in enumerate(drawings, start=1):
-        figure = one.draw()
-        if figure is not None:
-            picture = Picture(one.title, one.caption, data_address(figure))
-            pictures[one.place].append(picture)
-        progress(number / len(drawings))
-    from_rest = bool(answer['gap']['free_run'])
-    compared = 'From rest to rest' if from_rest else 'Along the measured motion'
+    pictures = list(draw_all(drawings, lambda number: progress(number / len(drawings))))
     text = render(
         'diagnosis_page.html',
-        pictures=pictures,
+        pictures={place: [one for one in pictures if one.key == place] for place in PLACES},
         answer=answer,
-        balances=rows.balance_rows(answer),
-        titles=TITLES,
+        rows=rows,
+        balances=[(name, TITLES[name], *rest) for name, *rest in rows.balance_rows(answer)],
         runs=list(recorded(diagnosis)),
         heads=HEADS if diagnosis.system.rig is not None else (),
-        where=rows.where_rows(answer),
-        ranking=rows.ranking(answer, MOST_RANKED),
-        added=rows.added_rows(answer),
+        most_ranked=MOST_RANKED,
         sources={one['name']: library.load(one['name']).source for one in answer['effects']},
-        tables={compared: rows.gap_rows(answer), 'Free run': rows.gap_rows(answer, 'free_run')},
-        events=rows.event_rows(answer),
-        gap_unit=rows.gap_unit(answer),
-        gap_before=rows.number(answer['gap']['before'], 2),
-        gap_after=rows.number(answer['gap']['after'], 2),
-        cut=rows.cut_text(answer),
-        remains=rows.remaining_text(answer),
-        next_lines=list(rows.next_lines(answer)),
     )
     return atomic_write(path, text)
 
 
-def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
-    """Yield the recordings, training data first."""
+def recorded(diagnosis: Diagnosis) -> Iterator[rows.Row]:
+    """Yield name, use, length and, of a rig, conditions of the recordings, training data first."""
     for used, dataset in (('fit', diagnosis.training), ('held-out', diagnosis.held_out)):
         for comparison in dataset.comparisons:
             run, operation = comparison.run, comparison.run.operation
@@ -145,7 +108,7 @@ def recorded(diagnosis: Diagnosis) -> Iterator[Recorded]:
                 supply = f'{operation.supply_pressure * 1e-5:g} bar'
                 load, rest = f'{operation.load_mass:g} kg', f'{operation.rest_time:g} s'
                 conditions = supply, load, rest
-            yield Recorded(run.name, used, f'{run.size * run.interval:.1f} s', conditions)
+            yield run.name, used, f'{run.size * run.interval:.1f} s', *conditions
 
 
 def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
@@ -156,22 +119,22 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
     for effect in answer['effects']:
         if effect['shape'] is not None:
             yield Drawing(
-                'added',
                 f'Form of {effect["name"]}',
                 'Factor on the formula of the effect, linear between the points.'
                 if effect['shape']['y_unit'] == '-'
                 else 'What the effect adds, linear between the points.',
                 partial(draw_shape, effect['name'], effect['shape']),
+                'added',
             )
     for comparison in diagnosis.held_out.comparisons:
         yield from _validation_drawings(diagnosis, comparison, improved)
     if (plan := diagnosis.next_experiment) is not None:
         run = diagnosis.training.comparisons[0].run
         yield Drawing(
-            'next',
             'Prediction of each explanation',
             'Simulated: u constant for two thirds of the time, then the valves shut.',
             partial(draw_next, plan, rivals(diagnosis.search), run),
+            'next',
         )
 
 
@@ -187,24 +150,23 @@ def _latent_drawings(
     def draw(balance: str, given: bool) -> Figure | None:
         if balance not in tracks(given):
             return None
-        return draw_latent(balance, tracks(given)[balance], spans_of(answer, balance, given))
+        spans = spans_of(answer, balance) if given else {}
+        return draw_latent(balance, tracks(given)[balance], spans)
 
     for one in answer['balances']:
         if one['open']:
             name = one['name']
             title, caption = f'{TITLES[name]} ({name})', LATENT[name.split('_')[0]]
-            yield Drawing('where', title, caption, partial(draw, name, True))
+            yield Drawing(title, caption, partial(draw, name, True), 'where')
             if improved is not None:
                 caption = 'The same with the improved model.'
-                yield Drawing('left', title, caption, partial(draw, name, False))
+                yield Drawing(title, caption, partial(draw, name, False), 'left')
 
 
-def spans_of(
-    answer: rows.Answer, balance: str, given: bool = True
-) -> dict[str, list[tuple[float, float]]]:
+def spans_of(answer: rows.Answer, balance: str) -> dict[str, list[tuple[float, float]]]:
     """Return recording -> from, to [s] where a balance of the given model disagrees."""
     spans: dict[str, list[tuple[float, float]]] = {}
-    for one in answer['intervals'] if given else []:
+    for one in answer['intervals']:
         if one['balance'] == balance:
             spans.setdefault(one['recording'], []).append((one['from'], one['to']))
     return spans
@@ -220,23 +182,23 @@ def _validation_drawings(
     name = comparison.run.name
     if not comparison.free:
         yield Drawing(
-            'validation',
             f'{name}, along the measured motion',
             'The motion is the measured one; the simulation has only the first readings of the '
             'pressures.',
             draw,
+            'validation',
         )
         return
     yield Drawing(
-        'validation',
         f'{name}, from rest to rest',
         'The simulation starts again from the readings at every rest.',
         draw,
+        'validation',
     )
     yield Drawing(
-        'free',
         f'{name}, free run',
         'The simulation has only the first readings and the valve voltages. A slip at another '
         'time displaces it for the rest of the run.',
         partial(draw, True),
+        'free',
     )

@@ -6,17 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS
+from pneu_rig_ros.report.figure import display, plain_name
 
 Answer = Mapping[str, Any]
 """What `pneu_rig_ros.diagnosis.result.answer` returns, or diagnosis.json holds."""
 
-UNITS = {
-    'm': ('mm', 1e3),
-    'm/s': ('mm/s', 1e3),
-    'Pa': ('kPa', 1e-3),
-    'kg/s': ('mg/s', 1e6),
-}
-"""SI unit -> display unit, and how many make one SI unit."""
+Row = tuple[str, ...]
+"""Texts of a row of a table."""
 
 VARIABLE_UNITS = {
     'position': 'm',
@@ -29,33 +25,19 @@ VARIABLE_UNITS = {
 """Variable that bounds a significant residual -> SI unit."""
 SHORT = {'position': 'x', 'velocity': 'v', 'pressure_1': 'p1', 'pressure_2': 'p2', 'time': 't'}
 
-EVENTS = {'cycles': 'stick-slip cycles', 'dwell': 'mean dwell', 'stroke_time': 'stroke time'}
+COUNTED = {'cycles': 'stick-slip cycles', 'dwell': 'mean dwell', 'stroke_time': 'stroke time'}
 
 NOT_KNOWN = '-'
 
+BALANCES = ('balance', 'model and measurement', '>remaining excess')
+WHERE = ('balance', 'regime', 'most in', '>mean', '>noise', 'unit', '>significance', 'longest')
+ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
+GAPS = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
+EVENTS = ('', '>measured', '>before', '>after')
+"""Heads of the columns; one that begins with '>' is for numbers."""
+
 PLAIN_BELOW = 10_000
 """Numbers below it have no exponent."""
-
-
-class Balance(NamedTuple):
-    """Agreement of a balance, or what is missing to compare it."""
-
-    name: str
-    state: str
-    left: str
-
-
-class Where(NamedTuple):
-    """A significant residual."""
-
-    balance: str
-    regime: str
-    range: str
-    mean: str
-    noise: str
-    unit: str
-    significance: str
-    longest: str
 
 
 class Ranked(NamedTuple):
@@ -70,37 +52,6 @@ class Ranked(NamedTuple):
     chosen: bool
 
 
-class Added(NamedTuple):
-    """A parameter that was changed or added."""
-
-    name: str
-    was: str
-    value: str
-    interval: str
-    unit: str
-
-
-class RmseChange(NamedTuple):
-    """The RMSE of a signal, in its unit and in multiples of its noise."""
-
-    signal: str
-    before: str
-    after: str
-    noise: str
-    unit: str
-    before_multiple: str
-    after_multiple: str
-
-
-class Event(NamedTuple):
-    """Events in the measured runs and in both simulations."""
-
-    what: str
-    measured: str
-    before: str
-    after: str
-
-
 def number(value: float, digits: int = 3) -> str:
     """
     Return a value with so many digits that count, zeros at the end too.
@@ -111,18 +62,13 @@ def number(value: float, digits: int = 3) -> str:
     return f'{value:.0f}' if 'e+' in text and round(abs(value)) < PLAIN_BELOW else text
 
 
-def display(unit: str) -> tuple[str, float]:
-    """Return the display unit of an SI unit, and how many of it make one SI unit."""
-    return UNITS.get(unit, (unit, 1.0))
-
-
-def balance_rows(answer: Answer, most: int = 100) -> list[Balance]:
+def balance_rows(answer: Answer, most: int = 100) -> list[Row]:
     """
-    Return the balances, open or not, with the share of the excess that the answer leaves.
+    Return of each balance its agreement, or what is missing to compare it.
 
     :param most: of the missing keys and signals that are listed
     """
-    rows = []
+    rows: list[Row] = []
     for one in answer['balances']:
         if one['open']:
             state = 'agrees' if one['verdict'] == 'consistent' else 'disagrees'
@@ -131,20 +77,20 @@ def balance_rows(answer: Answer, most: int = 100) -> list[Balance]:
             more = f' and {len(missing) - most} more' if len(missing) > most else ''
             state = f'closed: no {", ".join(missing[:most])}{more}'
         left = NOT_KNOWN if one['left'] is None else f'{one["left"]:.0%}'
-        rows.append(Balance(one['name'], state, left))
+        rows.append((one['name'], state, left))
     return rows
 
 
-def where_rows(answer: Answer) -> list[Where]:
+def where_rows(answer: Answer) -> list[Row]:
     """Return the significant residuals, the most significant first."""
-    rows = []
+    rows: list[Row] = []
     for one in answer['where']:
         unit, scale = display(one['unit'])
         longest = NOT_KNOWN
         if one['intervals']:
             span = one['intervals'][0]
             longest = f'{span["recording"]}, {span["from"]:.2f}-{span["to"]:.2f} s'
-        row = Where(
+        row = (
             one['balance'],
             f'{one["regime"]} {one["direction"]}'.strip(),
             _range(one),
@@ -190,7 +136,7 @@ def _kind(names: Sequence[str]) -> str:
     return 'mixed' if len(kinds) > 1 else kinds.pop() + ('s' if len(names) > 1 else '')
 
 
-def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
+def ranking_texts(answer: Answer, most: int) -> list[Row]:
     """Return the best candidates as texts, an arrow beside the one that was chosen."""
     return [
         (one.name, one.kind, one.stage, one.gap_left, one.probability, '<-' if one.chosen else '')
@@ -198,7 +144,7 @@ def ranking_texts(answer: Answer, most: int) -> list[tuple[str, ...]]:
     ]
 
 
-def added_rows(answer: Answer) -> list[Added]:
+def added_rows(answer: Answer) -> list[Row]:
     """Return the parameters that were changed, and those of the effects that were added."""
     entries = [(one['name'], number(one['was'], 4), one) for one in answer['parameters']]
     entries += [
@@ -211,20 +157,20 @@ def added_rows(answer: Answer) -> list[Added]:
     for effect in answer['effects']:
         for name, value in effect['parameters'].items():
             entries.append((f'{effect["name"]}.{name}', NOT_KNOWN, value))
-    rows = []
+    rows: list[Row] = []
     for name, was, one in entries:
         low, high = (number(value, 4) for value in one['interval'])
-        rows.append(Added(name, was, number(one['value'], 4), f'{low} to {high}', one['unit']))
+        rows.append((name, was, number(one['value'], 4), f'{low} to {high}', one['unit']))
     return rows
 
 
-def gap_rows(answer: Answer, which: str = 'signals') -> list[RmseChange]:
+def gap_rows(answer: Answer, which: str = 'signals') -> list[Row]:
     """
-    Return the RMSE of each signal before and after.
+    Return the RMSE of each signal before and after, in its unit and in multiples of its noise.
 
     :param which: 'signals' or 'free_run'
     """
-    rows = []
+    rows: list[Row] = []
     for name, one in answer['gap'].get(which, {}).items():
         unit, scale = display(one['unit'])
         noise = one['noise']
@@ -234,19 +180,18 @@ def gap_rows(answer: Answer, which: str = 'signals') -> list[RmseChange]:
             f'{value / noise:.1f}' if noise and value is not None else NOT_KNOWN
             for value in values[:2]
         )
-        label = name.replace('_', ' ')
-        rows.append(RmseChange(label, before, after, spread, unit, *multiples))
+        rows.append((plain_name(name), before, after, spread, unit, *multiples))
     return rows
 
 
-def event_rows(answer: Answer) -> list[Event]:
+def event_rows(answer: Answer) -> list[Row]:
     """Return the events in the held-out recordings, and in both simulations."""
     keys = ('measured', 'before', 'after')
-    rows = []
-    for name, what in EVENTS.items():
+    rows: list[Row] = []
+    for name, what in COUNTED.items():
         one = answer['gap'][name]
         if any(one[key] is not None for key in keys):
-            rows.append(Event(what, *(_event(one[key], one['unit']) for key in keys)))
+            rows.append((what, *(_event(one[key], one['unit']) for key in keys)))
     return rows
 
 

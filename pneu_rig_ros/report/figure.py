@@ -1,7 +1,8 @@
-"""What all figures share, and the figure of a stroke in the form of Fig. 4-6 of the paper."""
+"""What figures and tables share, and the figure of a stroke in the form of Fig. 4-6."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,25 +47,35 @@ class Signal(NamedTuple):
     How a signal is shown.
 
     :param label: on an axis
-    :param unit, scale: display unit, and how many of it are one SI unit
-    :param difference_unit, difference_scale: the same for differences
+    :param unit, scale: display unit, and how many of it are one SI unit; for differences, see
+        ``display``
     """
 
     label: str
     unit: str
     scale: float
-    difference_unit: str
-    difference_scale: float
 
 
 SIGNALS = {
-    'position': Signal('position', 'mm', 1e3, 'mm', 1e3),
-    'velocity': Signal('velocity', 'mm/s', 1e3, 'mm/s', 1e3),
-    'pressure_1': Signal('pressure $p_1$', 'bar abs', 1e-5, 'kPa', 1e-3),
-    'pressure_2': Signal('pressure $p_2$', 'bar abs', 1e-5, 'kPa', 1e-3),
-    'friction': Signal('friction force', 'N', 1.0, 'N', 1.0),
-    'force': Signal('bench force', 'N', 1.0, 'N', 1.0),
+    'position': Signal('position', 'mm', 1e3),
+    'velocity': Signal('velocity', 'mm/s', 1e3),
+    'pressure_1': Signal('pressure $p_1$', 'bar abs', 1e-5),
+    'pressure_2': Signal('pressure $p_2$', 'bar abs', 1e-5),
+    'friction': Signal('friction force', 'N', 1.0),
+    'force': Signal('bench force', 'N', 1.0),
 }
+
+UNITS = {
+    'm': ('mm', 1e3),
+    'm/s': ('mm/s', 1e3),
+    'Pa': ('kPa', 1e-3),
+    'kg/s': ('mg/s', 1e6),
+}
+
+
+def display(unit: str) -> tuple[str, float]:
+    """Return the display unit of an SI unit, and how many of it make one SI unit."""
+    return UNITS.get(unit, (unit, 1.0))
 
 
 def plain_name(name: str) -> str:
@@ -92,14 +103,24 @@ def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     return time[kept], values[kept]
 
 
-def add_letter(axes: Axes, index: int) -> None:
-    """Write (a), (b), ... into the corner of a panel."""
-    axes.annotate(
-        f'({"abcdefgh"[index]})',
-        (0.008, 0.97),
-        xycoords='axes fraction',
-        va='top',
-        fontweight='bold',
+def add_letter(axes: Axes, index: int, name: str = '') -> None:
+    """Write (a), (b), ... and a name above a panel, where no curve is."""
+    title = f'({"abcdefgh"[index]}) {name}'.strip()
+    axes.set_title(title, loc='left', fontsize=9, fontweight='bold', pad=3)
+
+
+def add_legend(axes: Axes) -> None:
+    """Put a legend above the panel, where no curve is, each label once."""
+    handles, labels = axes.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    axes.legend(
+        list(unique.values()),
+        list(unique),
+        loc='lower right',
+        bbox_to_anchor=(1.0, 1.0),
+        borderaxespad=0.0,
+        borderpad=0.1,
+        ncols=2,
     )
 
 
@@ -116,6 +137,29 @@ def save_png(figure: Figure, path: Path) -> Path:
     return path
 
 
+QUANTITIES = ('position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]')
+
+
+def time_panels(
+    size: tuple[float, float],
+    labels: Sequence[str],
+    start: float,
+    end: float,
+    dpi: float | None = None,
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure of a size [inch] with a panel for each label, from start to end [s]."""
+    figure = Figure(figsize=size, dpi=dpi, layout='constrained')
+    panels = list(figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0])
+    for index, (axes, label) in enumerate(zip(panels, labels, strict=True)):
+        axes.set_ylabel(label)
+        add_letter(axes, index)
+    panels[-1].set_xlabel('time [s]')
+    # A little more than the recording, so that a tick at its very end is drawn.
+    panels[-1].set_xlim(start, start + 1.002 * (end - start))
+    figure.align_ylabels(panels)
+    return figure, panels
+
+
 @matplotlib.rc_context(STYLE)
 def draw_stroke(recording: Recording, path: Path | str) -> Path:
     """
@@ -130,9 +174,11 @@ def draw_stroke(recording: Recording, path: Path | str) -> Path:
     friction = friction_of(recording)
     cycles = cycles_of(recording, friction)
     time = recording.time
-    figure = Figure(figsize=(8.0, 7.6), dpi=120, layout='constrained')
+    # A picture of a single sample has an axis, too.
+    end = max(recording.duration, recording.interval)
+    figure, panels = time_panels((8.0, 7.6), QUANTITIES, 0.0, end, dpi=120)
+    position, velocity, pressures, force = panels
     figure.suptitle(title_of(recording), fontsize=10.5, x=0.01, ha='left')
-    position, velocity, pressures, force = panels = figure.subplots(4, 1, sharex=True)
     position.plot(time, 1e3 * recording.position, color=BLUE)
     smoothed_velocity = velocity_of(recording.position, recording.interval)
     velocity.plot(time, 1e3 * smoothed_velocity, color=BLUE)
@@ -144,16 +190,7 @@ def draw_stroke(recording: Recording, path: Path | str) -> Path:
         peaks = [cycle.peak_friction for cycle in cycles]
         force.plot(breakaways, peaks, 'v', color=ORANGE, markersize=4.5, label='breakaway')
     for axes in (pressures, force) if cycles else (pressures,):
-        axes.legend(loc='upper right', ncols=2, borderaxespad=0.0)
-        axes.margins(y=0.18)
-    quantities = ('position [mm]', 'velocity [mm/s]', 'pressure [bar abs]', 'friction force [N]')
-    for index, (axes, quantity) in enumerate(zip(panels, quantities, strict=True)):
-        axes.set_ylabel(quantity)
-        add_letter(axes, index)
-    force.set_xlabel('time [s]')
-    # A little more than the recording, so that a tick at its very end is drawn.
-    force.set_xlim(0.0, 1.002 * max(recording.duration, recording.interval))
-    figure.align_ylabels(panels)
+        add_legend(axes)
     return save_png(figure, Path(path))
 
 

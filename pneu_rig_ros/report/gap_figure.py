@@ -19,6 +19,7 @@ from pneu_rig_ros.report.figure import (
     ORANGE,
     STYLE,
     add_letter,
+    display,
     save_png,
 )
 from pneu_rig_ros.report.figure import SIGNALS as SHOWN
@@ -102,7 +103,7 @@ def smoothed(values: Floats, interval: float) -> Floats:
 
 def _draw_bars(axes: Axes, name: str, gaps: tuple[Gaps, Gaps]) -> None:
     """Draw the RMSE before and after, and the noise as a line that crosses no number."""
-    unit, scale = SHOWN[name].difference_unit, SHOWN[name].difference_scale
+    unit, scale = display(gaps[0][name].unit)
     values = [scale * gap[name].rmse for gap in gaps]
     axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
     noise = scale * (gaps[0][name].noise or 0.0)

@@ -25,13 +25,13 @@ from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, chamber_pressures
 from pneu_rig_ros.diagnosis.residuals.shooting import MultipleShooting
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.report.diagnosis_rows import display
 from pneu_rig_ros.report.figure import (
     BLUE,
     GREEN,
     GREY,
     ORANGE,
     STYLE,
+    display,
     plain_name,
     thinned,
 )

@@ -26,8 +26,7 @@ from pneu_rig_ros.report.dependence import (
     Track,
     dependence,
 )
-from pneu_rig_ros.report.diagnosis_rows import UNITS
-from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, literal
+from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, display, literal
 
 Spans = Sequence[tuple[float, float]]
 
@@ -134,7 +133,7 @@ def unit_of(balance: str, tracks: Sequence[Track]) -> tuple[str, float]:
     """Return the display unit and how many of it are one SI unit."""
     if balance == 'force':
         return 'N', 1.0
-    unit, scale = UNITS['kg/s']
+    unit, scale = display('kg/s')
     small = scale * max(half_height(track) for track in tracks) < SMALL
     return ('μg/s', 1e3 * scale) if small else (unit, scale)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
@@ -18,13 +19,39 @@ from pneu_rig_ros.web.page import environment
 _TEMPLATES = environment(jinja2.PackageLoader('pneu_rig_ros', 'report'))
 
 
+class Drawing(NamedTuple):
+    """
+    A figure of a page, to be drawn.
+
+    :param draw: returns the figure, None where there is nothing to be seen
+    :param key: what the template knows it by: its part of the page, or the target of links
+    """
+
+    title: str
+    caption: str
+    draw: Callable[[], Figure | None]
+    key: str = ''
+
+
 class Picture(NamedTuple):
-    """A figure on a page; ``address`` is its data URI, ``key`` the target of links."""
+    """A figure on a page; ``address`` is its data URI."""
 
     title: str
     caption: str
     address: str
-    key: str = ''
+    key: str
+
+
+def draw_all(drawings: Sequence[Drawing], progress: Callable[[int], None]) -> Iterator[Picture]:
+    """
+    Yield the figures in which there is something to be seen.
+
+    :param progress: callback(number of figures drawn)
+    """
+    for number, one in enumerate(drawings, start=1):
+        if (figure := one.draw()) is not None:
+            yield Picture(one.title, one.caption, data_address(figure), one.key)
+        progress(number)
 
 
 def render(template: str, **content: Any) -> str:

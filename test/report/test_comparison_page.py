@@ -16,7 +16,13 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.conversion import write_bag
 from pneu_rig_ros.records.recording import WHOLE
-from pneu_rig_ros.report.comparison_page import detail, draw_cycles, signal_rows, write_page
+from pneu_rig_ros.report.comparison_page import (
+    SIGNAL_HEADS,
+    detail,
+    draw_cycles,
+    signal_rows,
+    write_page,
+)
 from pneu_rig_ros.report.figure import MOST_POINTS, thinned
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
@@ -42,8 +48,8 @@ def test_page_is_whole_and_needs_nothing_else(comparison: Comparison, tmp_path: 
     assert text.count('<img src="data:image/svg+xml;base64,') == 4
     assert not re.search(r'(src|href)="(?!data:)', text)
     assert 'a &lt;model&gt;' in text
-    for row in signal_rows(comparison):
-        assert f'<td>{row.signal}</td><td class="number">{row.rmse}</td>' in text
+    for signal, rmse, *_ in signal_rows(comparison):
+        assert f'<td>{signal}</td><td class="number">{rmse}</td>' in text
     for cycle in comparison.measured.events.cycles:
         assert f'{cycle.breakaway_time:.3f}' in text
     assert list(tmp_path.iterdir()) == [tmp_path / 'page.html']
@@ -51,12 +57,16 @@ def test_page_is_whole_and_needs_nothing_else(comparison: Comparison, tmp_path: 
 
 def test_metrics_are_shown_in_the_units_of_people(comparison: Comparison) -> None:
     position, pressure = comparison.gaps['position'], comparison.gaps['pressure_1']
-    rows = {row.signal: row for row in signal_rows(comparison)}
-    assert float(rows['position'].rmse) == pytest.approx(1e3 * position.rmse, rel=5e-3)
-    assert (rows['position'].unit, rows['pressure 1'].unit) == ('mm', 'kPa')
-    assert float(rows['pressure 1'].bias) == pytest.approx(1e-3 * pressure.bias, rel=5e-3)
+    rows = {
+        signal: dict(zip(SIGNAL_HEADS[1:], texts, strict=True))
+        for signal, *texts in signal_rows(comparison)
+    }
+    first, second = rows['position'], rows['pressure 1']
+    assert float(first['>RMSE']) == pytest.approx(1e3 * position.rmse, rel=5e-3)
+    assert (first['unit'], second['unit']) == ('mm', 'kPa')
+    assert float(second['>bias']) == pytest.approx(1e-3 * pressure.bias, rel=5e-3)
     assert position.multiple is not None
-    assert float(rows['position'].multiple) == pytest.approx(position.multiple, abs=0.05)
+    assert float(first['>RMSE / noise']) == pytest.approx(position.multiple, abs=0.05)
 
 
 def test_bag_against_itself_is_no_gap(bag: Path, tmp_path: Path) -> None:

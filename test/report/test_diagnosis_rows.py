@@ -75,15 +75,15 @@ def test_disagreement_is_told_with_its_place() -> None:
         'a, 1.00-2.50 s',
     )
     (row,) = where_rows({'where': [one | {'variable': '', 'from': None, 'intervals': []}]})
-    assert (row.range, row.longest) == ('all', '-')
+    assert (row[2], row[-1]) == ('all', '-')
 
 
 def test_closed_balance_tells_what_is_missing() -> None:
     closed = {'name': 'gas_2', 'open': False, 'why': 'signal u, valve.a, valve.b', 'left': None}
     opened = {'name': 'force', 'open': True, 'why': '', 'verdict': 'effect', 'left': 0.031}
     answer = {'balances': [closed, opened]}
-    assert balance_rows(answer, most=1)[0].state == 'closed: no signal u and 2 more'
-    assert balance_rows(answer)[0].state == 'closed: no signal u, valve.a, valve.b'
+    assert balance_rows(answer, most=1)[0][1] == 'closed: no signal u and 2 more'
+    assert balance_rows(answer)[0][1] == 'closed: no signal u, valve.a, valve.b'
     assert balance_rows(answer)[1] == ('force', 'disagrees', '3%')
 
 
