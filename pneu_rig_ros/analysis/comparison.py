@@ -106,10 +106,7 @@ class Comparison:
 
 
 def _events_to_dict(events: Events) -> dict[str, Any]:
-    cycles = [
-        {key: None if np.isnan(value) else value for key, value in cycle._asdict().items()}
-        for cycle in events.cycles
-    ]
+    cycles = [cycle.to_dict() for cycle in events.cycles]
     return {'cycle_count': len(cycles), 'stroke_time': events.stroke_time, 'cycles': cycles}
 
 

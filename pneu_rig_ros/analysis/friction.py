@@ -14,6 +14,7 @@ sampling intervals of 1.16 ms: ``DELAY`` = 29.0 ms.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -198,6 +199,13 @@ def friction_of(recording: Recording) -> Floats:
     return friction_zero_phase(
         recording.position, recording.pressure_1, recording.pressure_2, recording.interval, balance
     )
+
+
+def known_friction(recording: Recording) -> Floats | None:
+    """Return the same, None where the rig is not known or the samples are too few or too far."""
+    with contextlib.suppress(RigError):
+        return friction_of(recording)
+    return None
 
 
 def require_rig(recording: Recording) -> RigConfiguration:

@@ -191,6 +191,10 @@ class Cycle(NamedTuple):
     peak_friction: float
     creep: float
 
+    def to_dict(self) -> dict[str, float | None]:
+        """Return plain data for JSON; what is not known is None."""
+        return {name: None if np.isnan(value) else value for name, value in self._asdict().items()}
+
 
 def cycles_of(recording: Recording, friction: Floats | None = None) -> list[Cycle]:
     """Return the stick-slip cycles of a recording, found as its noise allows."""

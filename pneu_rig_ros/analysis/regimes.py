@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase, require_rig
+from pneu_rig_ros.analysis.friction import ForceBalance, friction_of, require_rig
 from pneu_rig_ros.analysis.motion import MEAN_WINDOW, end_stops, stretches, strokes
 from pneu_rig_ros.analysis.velocity import (
     NOISE,
@@ -130,14 +130,12 @@ def regimes_of(recording: Recording) -> Regimes:
     :raises RigError: when it lacks the configuration of the rig, or has fewer than 4 samples
     """
     rig = require_rig(recording)
-    x, p1, p2 = recording.position, recording.pressure_1, recording.pressure_2
-    balance = ForceBalance.of(rig)
-    friction = friction_zero_phase(x, p1, p2, recording.interval, balance)
+    push = ForceBalance.of(rig).pressure_force(recording.pressure_1, recording.pressure_2)
     return regimes(
-        x,
+        recording.position,
         recording.interval,
         rig.model.cylinder.stroke,
-        Forces(friction, balance.pressure_force(p1, p2)),
+        Forces(friction_of(recording), push),
         recording.noise['position'],
         recording.resolution['position'],
     )

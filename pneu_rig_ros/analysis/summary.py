@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.analysis.friction import delay_samples, friction_of
+from pneu_rig_ros.analysis.friction import delay_samples, known_friction
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.recording import NEVER, WHOLE
@@ -52,7 +52,7 @@ class Summary:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; numbers that are not known are None."""
         data = asdict(self)
-        data['cycles'] = [cycle._asdict() for cycle in self.cycles]
+        data['cycles'] = [cycle.to_dict() for cycle in self.cycles]
         data['cycle_count'] = len(self.cycles)
         return {key: None if value != value else value for key, value in data.items()}
 
@@ -60,8 +60,7 @@ class Summary:
 def summarise(recording: Recording) -> Summary:
     """Return the summary of a recording; RigError when it is that of a part of a rig."""
     recording.require(*WHOLE)
-    known = recording.configuration is not None
-    friction = friction_of(recording) if known and recording.position.size > 3 else None
+    friction = known_friction(recording)
     cycles = cycles_of(recording, friction)
     peaks = [cycle.peak_friction for cycle in cycles] if friction is not None else []
     timing = measure_timing(recording)

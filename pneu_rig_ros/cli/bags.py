@@ -126,7 +126,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     if as_json:
         peak = max((cycle.peak_friction for cycle in cycles), default=None)
         data = {'bag': bag, **files, 'mean_friction': mean, 'peak_friction': peak}
-        output.print_json({**data, 'cycles': [cycle._asdict() for cycle in cycles]})
+        output.print_json({**data, 'cycles': [cycle.to_dict() for cycle in cycles]})
         return
     if cycles:
         heads = ('>cycle', '>breakaway [s]', '>dwell [s]', '>slip [mm]', '>peak friction [N]')

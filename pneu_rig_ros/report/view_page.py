@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.analysis.friction import friction_of
-from pneu_rig_ros.analysis.motion import Cycle, cycles_of
+from pneu_rig_ros.analysis.friction import known_friction
+from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.analysis.regimes import regimes_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.arrays import Floats
@@ -27,9 +27,6 @@ MOST_POINTS = 110_000
 Span = tuple[int, int]
 """The samples of a recording that a page shows: the first, and the one after the last."""
 
-LEAST_SAMPLES = 4
-"""Fewer samples have no friction force and no regimes."""
-
 
 def span_of(recording: Recording, start: float | None, stop: float | None) -> Span:
     """Return the samples from start to stop [s since the first one]; None is an end."""
@@ -43,30 +40,29 @@ def page_data(recording: Recording, span: Span) -> dict[str, Any]:
     """
     Return what the scripts of the page need, SI units, times since the first sample shown [s].
 
-    Friction, regimes and drawing need the configuration of the rig; without it there is none.
+    Friction and regimes need Eq. 2, and the drawing a rig that is known.
     """
     first, end = span
-    known = recording.configuration is not None and recording.position.size >= LEAST_SAMPLES
-    friction = friction_of(recording) if known else None
+    friction = known_friction(recording)
     stride = -(-2 * (end - first) // MOST_POINTS) if end - first > MOST_POINTS else 1
-    whole = _signals(recording, friction)
-    columns = {name: values[first:end] for name, values in whole}
-    step = recording.interval * (stride / 2 if stride > 1 else 1)
-    shown = (end - first - 1) * recording.interval
     return {
-        'step': step,
-        'duration': shown,
+        'step': recording.interval * (stride / 2 if stride > 1 else 1),
+        'duration': (end - first - 1) * recording.interval,
         'stride': stride,
-        # 32-bit floats, little-endian, as base64
         'signals': {
-            name: base64.b64encode(thinned(v, stride).astype('<f4').tobytes()).decode('ascii')
-            for name, v in columns.items()
+            name: _encoded(thinned(values[first:end], stride))
+            for name, values in _signals(recording, friction).items()
         },
         'cycles': _cycles(recording, friction, span),
-        'regimes': _regimes(recording, span) if known else [],
+        'regimes': _regimes(recording, span) if friction is not None else [],
         'regime_names': [regime.label for regime in Regime],
         'rig': recording.configuration.geometry() if recording.configuration else None,
     }
+
+
+def _encoded(values: Floats) -> str:
+    """Return 32-bit floats, little-endian, as base64."""
+    return base64.b64encode(values.astype('<f4').tobytes()).decode('ascii')
 
 
 def thinned(values: Floats, stride: int) -> Floats:
@@ -84,18 +80,18 @@ def thinned(values: Floats, stride: int) -> Floats:
     return np.asarray(np.take_along_axis(padded, ends.T, axis=1).ravel())
 
 
-def _signals(recording: Recording, friction: Floats | None) -> list[tuple[str, Floats]]:
-    signals = [
-        ('position', recording.position),
-        ('velocity', recording.velocity),
-        ('velocity_fit', velocity_of(recording.position, recording.interval)),
-        ('pressure_1', recording.pressure_1),
-        ('pressure_2', recording.pressure_2),
-    ]
+def _signals(recording: Recording, friction: Floats | None) -> dict[str, Floats]:
+    signals = {
+        'position': recording.position,
+        'velocity': recording.velocity,
+        'velocity_fit': velocity_of(recording.position, recording.interval),
+        'pressure_1': recording.pressure_1,
+        'pressure_2': recording.pressure_2,
+    }
     if friction is not None:
-        signals.append(('friction', friction))
+        signals['friction'] = friction
     if recording.driven:
-        signals += [('voltage_1', recording.voltage_1), ('voltage_2', recording.voltage_2)]
+        signals |= {'voltage_1': recording.voltage_1, 'voltage_2': recording.voltage_2}
     return signals
 
 
@@ -103,18 +99,10 @@ def _cycles(
     recording: Recording, friction: Floats | None, span: Span
 ) -> list[dict[str, float | None]]:
     """Return the cycles whose breakaway is shown, times since the first sample shown."""
-    cycles: list[Cycle] = []
-    if recording.position.size >= LEAST_SAMPLES:
-        cycles = cycles_of(recording, friction)
     start, stop = (sample * recording.interval for sample in span)
     return [
-        {
-            'breakaway_time': cycle.breakaway_time - start,
-            'dwell': cycle.dwell,
-            'slip': cycle.slip,
-            'peak_friction': None if np.isnan(cycle.peak_friction) else cycle.peak_friction,
-        }
-        for cycle in cycles
+        {**cycle.to_dict(), 'breakaway_time': cycle.breakaway_time - start}
+        for cycle in cycles_of(recording, friction)
         if start <= cycle.breakaway_time < stop
     ]
 
@@ -124,10 +112,6 @@ def _regimes(recording: Recording, span: Span) -> list[tuple[float, int]]:
     regime = regimes_of(recording)[slice(*span)]
     begins = np.flatnonzero(np.diff(regime, prepend=-1))
     return [(float(k * recording.interval), int(regime[k])) for k in begins]
-
-
-BAR = 1e5
-"""[Pa]"""
 
 
 def write_view(
@@ -180,11 +164,11 @@ def facts(recording: Recording) -> list[str]:
     if recording.configuration is None:
         return texts
     model = recording.configuration.model
-    rig = [recording.configuration.name.replace('_', ' ')]
     law = recording.metadata.get('friction_model')
-    rig += [law.replace('_', ' ')] if law else []
-    rig += [
-        f'supply {model.operation.supply_pressure / BAR:g} bar abs',
+    return [
+        recording.configuration.name.replace('_', ' '),
+        *([law.replace('_', ' ')] if law else []),
+        f'supply {1e-5 * model.operation.supply_pressure:g} bar abs',
         f'load {model.operation.load_mass:g} kg',
+        *texts,
     ]
-    return rig + texts

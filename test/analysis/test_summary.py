@@ -12,7 +12,7 @@ from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.summary import lost_samples, measure_timing, summarise
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
-from pneu_rig_ros.records.recording import NEVER
+from pneu_rig_ros.records.recording import NEVER, WHOLE
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 from pneu_rig_ros.simulate import simulate
@@ -99,9 +99,20 @@ def test_record_without_configuration_has_a_summary_but_no_friction(record: Reco
     anonymous = replace(record, configuration=None)
     summary = summarise(anonymous)
     assert summary.peak_friction is None
-    assert len(summary.cycles) == len(summarise(record).cycles)
+    assert len(summary.cycles) == len(summarise(record).cycles) > 0
+    json.dumps(summary.to_dict(), allow_nan=False)
     with pytest.raises(RigError, match='does not hold the configuration'):
         friction_of(anonymous)
+
+
+def test_samples_too_far_apart_for_eq_2_have_a_summary_but_no_friction(record: Recording) -> None:
+    signals = {name: record[name][::18] for name in WHOLE}
+    slow = Recording(
+        'slow', 0, 18 * record.interval_ns, signals, configuration=record.configuration
+    )
+    assert summarise(slow).peak_friction is None
+    with pytest.raises(RigError, match='too slow for the 32 Hz filter'):
+        friction_of(slow)
 
 
 def test_shortest_possible_bag_has_a_summary(tmp_path: Path) -> None:
