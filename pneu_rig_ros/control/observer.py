@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -80,38 +79,11 @@ HORIZON = 1.0
 
 
 class Measured(NamedTuple):
-    """One sample: position [m] and absolute pressures [Pa]."""
+    """Position [m] and absolute pressures [Pa] of one sample, or of the difference of two."""
 
     position: float
     pressure_1: float
     pressure_2: float
-
-
-class Window:
-    """
-    The latest samples, for a state with little noise.
-
-    :param size: samples of the line fits
-    :param interval: sampling interval [s]
-    """
-
-    def __init__(self, size: int, interval: float) -> None:
-        self._samples: deque[Measured] = deque(maxlen=size)
-        ages = interval * (np.arange(size) - (size - 1))
-        self._design = np.linalg.pinv(np.column_stack([np.ones(size), ages]))
-
-    def push(self, measured: Measured) -> None:
-        """Take the next sample."""
-        self._samples.append(measured)
-
-    def state(self) -> tuple[float, float, float, float]:
-        """Return x [m], v [m/s], p1, p2 [Pa] now, by line fits over a full window."""
-        (x, p1, p2), (v, _, _) = self._design @ np.array(self._samples)
-        return float(x), float(v), float(p1), float(p2)
-
-    def clear(self) -> None:
-        """Forget all samples."""
-        self._samples.clear()
 
 
 class Observer:
@@ -129,7 +101,9 @@ class Observer:
         self._horizon = horizon
         self._plant = Plant(configuration.model, configuration.effects)
         self._rest = RestDetector(self._interval, sensor_noise(configuration.sensors)[0])
-        self._window = Window(self._rest.size, self._interval)
+        self._samples: deque[Measured] = deque(maxlen=self._rest.size)
+        ages = self._interval * np.arange(1 - self._rest.size, 1)
+        self._line_fit = np.linalg.pinv(np.column_stack([np.ones_like(ages), ages]))
         self.reset()
         # The first step loads compiled code: it is made before time counts.
         self._advance((0.0, 0.0))
@@ -139,25 +113,17 @@ class Observer:
     def reset(self) -> None:
         """Forget the rig: wait for its next rest."""
         self._rest.reset()
-        self._window.clear()
-        self._running = False
+        self._samples.clear()
+        self.running = False
+        """Whether there is a prediction."""
         self._fastest = 0.0
         self._sliding = math.inf
         self._held = math.inf
         self._slide = 0.0
         self._since_restart = 0.0
         self._action = 0
-        self._start = (0.0, 0.0, 0.0, 0.0)
-
-    @property
-    def running(self) -> bool:
-        """Whether there is a prediction."""
-        return self._running
-
-    @property
-    def origin(self) -> tuple[float, float, float, float]:
+        self.origin = (0.0, 0.0, 0.0, 0.0)
         """What the model was restarted from last: x [m], v [m/s], p1, p2 [Pa]."""
-        return self._start
 
     def change_operation(self, **changes: float) -> None:
         """Change supply pressure [Pa] or load [kg]; RigError when out of range."""
@@ -171,9 +137,9 @@ class Observer:
         :param voltages: u1, u2 [V] held since the sample before
         :param measured: the sample
         """
-        state = self._advance(voltages) if self._running else None
+        state = self._advance(voltages) if self.running else None
         rested = self._rest.resting
-        self._window.push(measured)
+        self._samples.append(measured)
         speed = self._rest.push(measured.position)
         if speed is not None:
             self._compare(speed, rested)
@@ -185,7 +151,7 @@ class Observer:
             np.array([voltages]),
             self._interval,
             np.array([self._action]),
-            np.array([self._start]),
+            np.array([self.origin]),
             np.array([self._slide]),
         )
         self._action = Impose.RELEASE if self._action & Impose.MOTION else 0
@@ -200,7 +166,7 @@ class Observer:
 
         :param rested: whether the piston rested before this sample
         """
-        came_to_rest = speed < REST_SPEED and not (rested and self._running)
+        came_to_rest = speed < REST_SPEED and not (rested and self.running)
         if rested and not self._rest.resting:
             self._fastest, self._sliding = speed, 0.0
         self._fastest = max(speed, self._fastest)
@@ -211,33 +177,23 @@ class Observer:
             self._slide = self._plant.state.time - self._sliding if missed else 0.0
             self._restart(Impose.HOLD | (Impose.BREAK if missed else 0))
         elif (
-            self._running
+            self.running
             and not self._rest.resting
             and min(self._sliding, self._since_restart) >= self._horizon
         ):
             self._restart(Impose.MOTION | Impose.PRESSURES)
 
     def _restart(self, action: int) -> None:
-        """Impose the measured state on the next step."""
-        self._start = self._window.state()
-        self._action, self._running, self._since_restart = action, True, 0.0
+        """Impose the measured state on the next step: with little noise, by line fits."""
+        (x, p1, p2), (v, _, _) = (self._line_fit @ np.array(self._samples)).tolist()
+        self.origin = x, v, p1, p2
+        self._action, self.running, self._since_restart = action, True, 0.0
         self.restarts += 1
 
 
-SIGNALS = ('position', 'pressure_1', 'pressure_2')
-
-
-class Residual(NamedTuple):
-    """Measured minus predicted: [m], [Pa], [Pa]."""
-
-    position: float
-    pressure_1: float
-    pressure_2: float
-
-
-def residual(measured: Measured, predicted: PlantState) -> Residual:
+def residual(measured: Measured, predicted: PlantState) -> Measured:
     """Return measured minus predicted."""
-    return Residual(
+    return Measured(
         measured.position - predicted.position,
         measured.pressure_1 - predicted.pressure_1,
         measured.pressure_2 - predicted.pressure_2,
@@ -259,7 +215,7 @@ class NoiseBand:
         self._noise = [multiple * level for level in (position, pressure, pressure)]
         self._classes = (sensors.position_class, sensors.pressure_class, sensors.pressure_class)
 
-    def outside(self, left: Residual, measured: Measured, origin: Measured) -> list[bool]:
+    def outside(self, left: Measured, measured: Measured, origin: Measured) -> list[bool]:
         """
         Return for each signal whether its residual is outside.
 
@@ -279,23 +235,14 @@ class Watch:
     """
 
     def __init__(self, samples: int) -> None:
-        self._samples = samples
-        self._history: deque[list[bool]] = deque()
-        self._counts = [0] * len(SIGNALS)
+        self._outside = np.zeros((samples, len(Measured._fields)), dtype=np.bool_)
+        self._next = 0
 
     def note(self, outside: list[bool]) -> None:
-        """Note the next sample."""
-        self._history.append(outside)
-        self._add(outside, 1)
-        if len(self._history) > self._samples:
-            self._add(self._history.popleft(), -1)
+        """Note the next sample in the place of the oldest."""
+        self._outside[self._next] = outside
+        self._next = (self._next + 1) % len(self._outside)
 
-    def _add(self, outside: list[bool], sign: int) -> None:
-        for index, out in enumerate(outside):
-            self._counts[index] += sign * out
-
-    def shares(self) -> Mapping[str, float]:
+    def shares(self) -> dict[str, float]:
         """Return signal -> share of samples outside [-], of as many as a full window has."""
-        return {
-            name: count / self._samples for name, count in zip(SIGNALS, self._counts, strict=True)
-        }
+        return dict(zip(Measured._fields, self._outside.mean(axis=0).tolist(), strict=True))

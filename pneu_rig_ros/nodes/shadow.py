@@ -11,7 +11,6 @@ from pneu_rig_ros.control.observer import (
     Measured,
     NoiseBand,
     Observer,
-    Residual,
     Watch,
     residual,
 )
@@ -69,7 +68,7 @@ class ShadowNode(ManagedNode):
         self._pending_inputs: deque[tuple[int, tuple[float, float]]] = deque()
         self._observer: Observer | None = None
         self._last_ns = 0
-        self._residual = Residual(0.0, 0.0, 0.0)
+        self._residual = Measured(0.0, 0.0, 0.0)
         if self.text('model'):
             self._start_model(load_configuration(self.text('model')))
         else:
