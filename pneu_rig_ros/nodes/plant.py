@@ -29,7 +29,7 @@ from pneu_rig_ros.rig.valve_drive import valve_voltages
 LATE_SHARE = 0.01
 """Share of late ticks [-] above which diagnostics warn."""
 
-RUNTIME_SETTERS = {'supply_pressure': Rig.set_supply_pressure, 'load_mass': Rig.set_load_mass}
+RUNTIME = ('supply_pressure', 'load_mass')
 """Quantities that may change while the rig runs, and the methods that set them."""
 
 
@@ -37,7 +37,7 @@ def quantity_parameters(cylinder: RigConfiguration) -> Iterator[Parameter]:
     """Yield the parameters whose defaults come from a cylinder."""
     operation = cylinder.model.operation
     for name, one in OVERRIDES.items():
-        yield Parameter.of(name, one, float(getattr(operation, name)), name not in RUNTIME_SETTERS)
+        yield Parameter.of(name, one, float(getattr(operation, name)), name not in RUNTIME)
 
 
 class PlantNode(ManagedNode):
@@ -251,11 +251,11 @@ class PlantNode(ManagedNode):
             return SetParametersResult(successful=True)
         try:
             for change in changes:
-                if change.name in RUNTIME_SETTERS:
-                    RUNTIME_SETTERS[change.name](self._rig, change.value)
+                if change.name in RUNTIME:
+                    self._rig.change_operation(**{change.name: change.value})
         except RigError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        if any(change.name in RUNTIME_SETTERS for change in changes):
+        if any(change.name in RUNTIME for change in changes):
             self._describe()
         return SetParametersResult(successful=True)
 

@@ -55,18 +55,10 @@ class Rig:
         """Return the present sample again."""
         return self._sample
 
-    def set_supply_pressure(self, pressure: float) -> None:
-        """Change the supply pressure, absolute [Pa]; raise :class:`RigError` out of range."""
-        self._change('supply_pressure', pressure)
-
-    def set_load_mass(self, mass: float) -> None:
-        """Change the external load [kg]; raise :class:`RigError` out of range."""
-        self._change('load_mass', mass)
-
-    @property
-    def state(self) -> PlantState:
-        """The true state at the present sample."""
-        return self._state
+    def change_operation(self, **changes: float) -> None:
+        """Change supply pressure [Pa] or load [kg]; RigError when out of range."""
+        self.configuration = override(self.configuration, changes)
+        self._plant.change_operation(**changes)
 
     @property
     def pressure_variance(self) -> float:
@@ -78,12 +70,9 @@ class Rig:
         """Whether a sensor was out of its range at the present sample."""
         return self._sensors.saturated
 
-    def _change(self, name: str, value: float) -> None:
-        self.configuration = override(self.configuration, {name: value})
-        self._plant.change_operation(**{name: float(value)})
-
     def _measure(self, index: int, state: PlantState) -> Sample:
-        self._state = state
+        self.state = state
+        """The true state at the present sample."""
         readings = self._sensors.read(
             state.position_reading,
             state.velocity_reading,

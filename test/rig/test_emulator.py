@@ -105,10 +105,10 @@ def test_a_channel_saturates_at_its_span_and_says_so(
 
 def test_operation_changes_are_checked() -> None:
     rig = Rig(load_configuration('cylinder_1'))
-    rig.set_load_mass(3.0)
+    rig.change_operation(load_mass=3.0)
     assert rig.configuration.model.total_mass == pytest.approx(3.25)
     with pytest.raises(RigError, match='load_mass: -1 kg is not within'):
-        rig.set_load_mass(-1.0)
+        rig.change_operation(load_mass=-1.0)
     with pytest.raises(RigError, match='supply_pressure'):
-        rig.set_supply_pressure(float('inf'))
+        rig.change_operation(supply_pressure=float('inf'))
     assert rig.configuration.model.total_mass == pytest.approx(3.25)
