@@ -139,7 +139,21 @@ def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
     :param origin: what to call the text in an error
     :raises RigError: as :func:`load_configuration`
     """
-    return _read(_mapping(text, origin), origin)
+    merged = {**_shared(), **_mapping(text, origin)}
+    sections = {
+        key: read_section(section, merged.get(key), f'{origin}: {key}')
+        for key, section in _ALL_SECTIONS.items()
+    }
+    sensors, sampling = sections.pop('sensors'), sections.pop('sampling')
+    configuration = RigConfiguration(
+        name=_name(merged.get('name', Path(origin).stem), origin),
+        model=Model(**sections),
+        effects=_effects(merged.get('effects'), origin),
+        sensors=sensors,
+        interval_ns=int(sampling.interval),
+        seed=int(sampling.seed),
+    )
+    return _consistent(configuration, origin)
 
 
 def _mapping(text: str, origin: str) -> dict[str, Any]:
@@ -194,24 +208,6 @@ def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()
 def _shared() -> dict[str, Any]:
     path = configuration_folder() / 'rig.yaml'
     return _mapping(read_text(path), str(path))
-
-
-def _read(data: dict[str, Any], origin: str) -> RigConfiguration:
-    merged = {**_shared(), **data}
-    sections = {
-        key: read_section(section, merged.get(key), f'{origin}: {key}')
-        for key, section in _ALL_SECTIONS.items()
-    }
-    sensors, sampling = sections.pop('sensors'), sections.pop('sampling')
-    configuration = RigConfiguration(
-        name=_name(merged.get('name', Path(origin).stem), origin),
-        model=Model(**sections),
-        effects=_effects(merged.get('effects'), origin),
-        sensors=sensors,
-        interval_ns=int(sampling.interval),
-        seed=int(sampling.seed),
-    )
-    return _consistent(configuration, origin)
 
 
 def _name(name: object, origin: str) -> str:
