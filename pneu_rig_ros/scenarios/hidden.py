@@ -32,8 +32,9 @@ def _by_size(*values: float) -> tuple[tuple[float, ...], ...]:
     return tuple((value, value, value) for value in values)
 
 
-def _times(medium: tuple[float, float, float], *factors: float) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(factor * value for value in medium) for factor in factors)
+def _about(*medium: float) -> tuple[tuple[float, ...], ...]:
+    """Return rows weak, medium, strong of 0.3, 1 and 3 times a value for each cylinder."""
+    return tuple(tuple(factor * value for value in medium) for factor in (0.3, 1.0, 3.0))
 
 
 # effect -> parameter -> (weak, medium, strong), each for cylinder 1, 2, 3
@@ -41,21 +42,21 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     # flows of 2e-5 (slow) to 1.4e-4 kg/s (fast): 10 to 70 kPa of some 5e5 Pa
     'supply_droop': {'resistance': _by_size(2e8, 5e8, 1.5e9)},
     # the intake opens 7e-9 m^2 in a slow stroke; the pressures differ most at the stops
-    'cross_piston_leak': {'area': _times((1e-9, 1.5e-9, 3e-9), 0.3, 1.0, 3.0)},
+    'cross_piston_leak': {'area': _about(1e-9, 1.5e-9, 3e-9)},
     # seen in each pause after filling; more at the rod end, where the rod's seal is
     'chamber_leak': {
-        'area_1': _times((5e-10, 7e-10, 1.5e-9), 0.3, 1.0, 3.0),
-        'area_2': _times((1e-9, 1.5e-9, 3e-9), 0.3, 1.0, 3.0),
+        'area_1': _about(5e-10, 7e-10, 1.5e-9),
+        'area_2': _about(1e-9, 1.5e-9, 3e-9),
     },
     # fills or empties a shut chamber, and robs the slow strokes
     'valve_null_leak': {
-        'intake_area': _times((4e-10, 4e-10, 4e-10), 0.3, 1.0, 3.0),
-        'exhaust_area': _times((1e-9, 1e-9, 1e-9), 0.3, 1.0, 3.0),
+        'intake_area': _about(4e-10, 4e-10, 4e-10),
+        'exhaust_area': _about(1e-9, 1e-9, 1e-9),
     },
     # 10 to 20 W/(m^2 K) on the walls; seen as the pressure settles after filling
     'wall_heat_transfer': {
-        'conductance_1': _times((0.3, 0.4, 0.8), 0.3, 1.0, 3.0),
-        'conductance_2': _times((0.4, 0.5, 0.8), 0.3, 1.0, 3.0),
+        'conductance_1': _about(0.3, 0.4, 0.8),
+        'conductance_2': _about(0.4, 0.5, 0.8),
     },
     # metres of line; seen after each change of the command
     'line_lag': {'time_constant': _by_size(0.01, 0.03, 0.08)},
@@ -64,25 +65,25 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     'spool_hysteresis': {'width': _by_size(0.01, 0.03, 0.08)},
     'nonlinear_opening': {'exponent': _by_size(1.03, 1.1, 1.4)},
     # wider seals, steeper growth; 0.1 to 2 bar in the chambers
-    'pressure_dependent_friction': {'slope': _times((2e-5, 4e-5, 8e-5), 0.3, 1.0, 3.0)},
+    'pressure_dependent_friction': {'slope': _about(2e-5, 4e-5, 8e-5)},
     'direction_dependent_friction': {'asymmetry': _by_size(0.04, 0.12, 0.35)},
     'position_dependent_friction': {'gradient': _by_size(0.1, 0.3, 0.8)},
     # the work of friction in one bag is some 2, 3 and 0.5 J
     'friction_warm_up': {
         'drop': _by_size(0.1, 0.25, 0.5),
-        'work': _times((1.5, 1.5, 0.2), 1.0, 1.0, 1.0),
+        'work': ((1.5, 1.5, 0.2),) * 3,
     },
     # 0.45 to 6 kg move: 0.3 to 3.5 N at 0.06 rad
     'inclination': {'angle': _by_size(0.02, 0.06, 0.2)},
     'load_spring': {
-        'stiffness': _times((20.0, 60.0, 120.0), 0.3, 1.0, 3.0),
+        'stiffness': _about(20.0, 60.0, 120.0),
         'compression': _by_size(0.02, 0.02, 0.02),
     },
     # met by the two bags that go onto a stop
     'end_cushion': {
         'length': _by_size(0.01, 0.01, 0.015),
-        'stiffness': _times((1e3, 1.5e3, 2e3), 0.3, 1.0, 3.0),
-        'damping': _times((60.0, 120.0, 200.0), 0.3, 1.0, 3.0),
+        'stiffness': _about(1e3, 1.5e3, 2e3),
+        'damping': _about(60.0, 120.0, 200.0),
     },
     # loads of 2 and 5.3 kg ring at 13 to 3 Hz
     'load_compliance': {
@@ -98,19 +99,19 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     'sensor_delay': {'time_constant': _by_size(0.003, 0.008, 0.025)},
     # at 0.1 bar above atmosphere as much as chamber_leak, at more pressure more
     'porous_leak': {
-        'flow_1': _times((6e-7, 8e-7, 2e-6), 0.3, 1.0, 3.0),
-        'flow_2': _times((1.2e-6, 1.6e-6, 4e-6), 0.3, 1.0, 3.0),
+        'flow_1': _about(6e-7, 8e-7, 2e-6),
+        'flow_2': _about(1.2e-6, 1.6e-6, 4e-6),
         'exponent': _by_size(1.1, 1.2, 1.3),
     },
     # gas that was just filled in is some 10 K warmer than the walls
     'natural_convection': {
-        'conductance_1': _times((0.3, 0.4, 0.8), 0.3, 1.0, 3.0),
-        'conductance_2': _times((0.4, 0.5, 0.8), 0.3, 1.0, 3.0),
+        'conductance_1': _about(0.3, 0.4, 0.8),
+        'conductance_2': _about(0.4, 0.5, 0.8),
         'exponent': _by_size(0.25, 0.25, 0.33),
     },
     # saturates over 0.1 to 2 bar
     'pressure_power_friction': {
-        'force': _times((2.0, 4.0, 8.0), 0.3, 1.0, 3.0),
+        'force': _about(2.0, 4.0, 8.0),
         'exponent': _by_size(0.5, 0.6, 0.7),
     },
     # strokes of one bag are some 0.4 m together, in 14 s
@@ -127,7 +128,7 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
 }
 
 Law = Callable[[dict[str, Any], float], tuple[Changes, Changes]]
-"""(section friction, grade 0-2) -> changes of the truth, changes of the model."""
+"""(section friction, grade 0-2) -> changes of that section in the truth, and in the model."""
 
 
 def _graded(grade: float, values: tuple[float, ...]) -> float:
@@ -139,42 +140,40 @@ def _dwell(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # F_s grows over the dwells of 0.5-4 s; the slower it does, the less constant F_s is right
     factor = _graded(grade, (2.0, 1.0, 0.5))
     coefficient = factor * friction['dwell_coefficient']
-    truth = {'friction.model': 'revised_lugre_dwell', 'friction.dwell_coefficient': coefficient}
-    return truth, {'friction.model': 'revised_lugre'}
+    truth = {'model': 'revised_lugre_dwell', 'dwell_coefficient': coefficient}
+    return truth, {'model': 'revised_lugre'}
 
 
 def _stribeck(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     share = _graded(grade, (0.1, 0.3, 1.0))
     level = friction['coulomb_force']
     level += share * (friction['breakaway_force'] - friction['coulomb_force'])
-    truth = {'friction.model': 'lugre', 'friction.breakaway_force': level}
-    return truth, {'friction.model': 'coulomb_viscous', 'friction.breakaway_force': level}
+    truth = {'model': 'lugre', 'breakaway_force': level}
+    return truth, {'model': 'coulomb_viscous', 'breakaway_force': level}
 
 
 def _hysteresis(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # beside the springs of the model one more slips at a part of the Coulomb force
     stiffness = _graded(grade, (0.5, 1.0, 2.0)) * sum(friction['element_stiffness'])
     limit = _graded(grade, (0.3, 0.5, 0.7)) * friction['coulomb_force']
-    law = 'friction.element_stiffness', 'friction.element_limit'
-    single = [sum(friction['element_stiffness'])]
-    return dict(zip(law, ([stiffness, *single], [limit]), strict=True)), {
-        law[0]: single,
-        law[1]: [],
-    }
+    single = sum(friction['element_stiffness'])
+    truth = {'element_stiffness': [stiffness, single], 'element_limit': [limit]}
+    model = {'element_stiffness': [single], 'element_limit': []}
+    return truth, model
 
 
 def _film(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # the film is full at this speed; strokes slip at up to 0.1 m/s
     velocity = _graded(grade, (4.0, 1.0, 0.3)) * friction['film_velocity']
-    truth = {'friction.model': 'revised_lugre', 'friction.film_velocity': velocity}
-    truth['friction.fluid_time_constant'] = 0.0  # the lower law has no T: film alone is hidden
-    return truth, {'friction.model': 'lugre', 'friction.film_velocity': velocity}
+    truth = {'model': 'revised_lugre', 'film_velocity': velocity}
+    truth['fluid_time_constant'] = 0.0  # the lower law has no T: film alone is hidden
+    return truth, {'model': 'lugre', 'film_velocity': velocity}
 
 
 def _fluid(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # acts like a mass sigma_2 T: 0.5, 1.5 and 5 kg
     time = _graded(grade, (0.5, 1.5, 5.0)) / friction['viscous_coefficient']
-    return {'friction.fluid_time_constant': time}, {'friction.fluid_time_constant': 0.0}
+    return {'fluid_time_constant': time}, {'fluid_time_constant': 0.0}
 
 
 LAWS: dict[str, Law] = {
@@ -221,7 +220,10 @@ def hide(effect: str, cylinder: str, strength: str | float, friction: dict[str, 
     """
     grade = float(STRENGTHS.index(strength)) if isinstance(strength, str) else strength
     if effect in LAWS:
-        truth, model = LAWS[effect](friction, grade)
+        changes = LAWS[effect](friction, grade)
+        truth, model = (
+            {f'friction.{key}': value for key, value in one.items()} for one in changes
+        )
         return Secret({}, truth, model)
     column = CYLINDERS.index(cylinder)
     values = {
