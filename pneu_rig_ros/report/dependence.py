@@ -112,11 +112,12 @@ class Dependence:
     logarithmic: bool = False
 
 
-def dependence(tracks: Sequence[Track]) -> list[Dependence | None]:
+def dependence(tracks: Sequence[Track]) -> list[Dependence]:
     """Return what the latent input depends on, and what it does at breakaways if there are any."""
     moving = [samples for one in tracks if (samples := _moving(one)) is not None]
     breaks = [samples for one in tracks if (samples := _breaking(one)) is not None]
-    return [_best(moving, 'all recordings', BINS), _best(breaks, 'breakaways', 0)]
+    sides = _best(moving, 'all recordings', BINS), _best(breaks, 'breakaways', 0)
+    return [side for side in sides if side is not None]
 
 
 def _moving(track: Track) -> Samples | None:

@@ -99,7 +99,7 @@ def draw_latent(balance: str, tracks: Sequence[Track], spans: Mapping[str, Spans
     """
     shown = most_significant(tracks)
     unit, scale = unit_of(balance, shown)
-    sides = [side for side in dependence(tracks) if side is not None]
+    sides = dependence(tracks)
     figure = Figure(figsize=(8.8, max(1.15 * len(shown), 2.4) + 0.9), layout='constrained')
     widths = (2.3, 1.0) if sides else (1.0,)
     left, *right = figure.subfigures(1, len(widths), squeeze=False, width_ratios=widths)[0]

@@ -63,11 +63,7 @@ def test_band_of_noise_alone_has_its_width(bench: Diagnosis) -> None:
 
 
 def test_pressure_is_what_it_depends_on(bench: Diagnosis) -> None:
-    (side,) = [
-        one
-        for one in dependence(tracks_of(bench.training, bench.given, None)['force'])
-        if one is not None
-    ]
+    (side,) = dependence(tracks_of(bench.training, bench.given, None)['force'])
     assert side.variable == 'pressure_2'
     assert set(side.bins) == {'out', 'in'}
     assert np.all(np.diff(side.bins['in'].mean) > 0.0)
