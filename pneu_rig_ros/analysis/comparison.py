@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -42,20 +42,6 @@ SIMULATED = 'simulated'
 """Label of a second run that is a model's."""
 
 
-class Condition(NamedTuple):
-    """
-    An operating condition of the measured run.
-
-    :param name: of `records.conditions.CONDITIONS`
-    :param value: SI
-    :param measured: whether it comes from the bag; otherwise from the model
-    """
-
-    name: str
-    value: float
-    measured: bool
-
-
 @dataclass(frozen=True)
 class Comparison:
     """
@@ -66,7 +52,7 @@ class Comparison:
     :param gaps: signal -> error metrics
     :param noise: signal -> standard deviation of the measured one, {} where it is not known
     :param shift: delay of the second run's time [s], 0 for a model
-    :param conditions: of the first bag
+    :param conditions: name -> value used [SI]; those that the first bag lacks are the model's
     :param second: label of the second run
     """
 
@@ -75,7 +61,7 @@ class Comparison:
     gaps: Mapping[str, SignalGap]
     noise: Mapping[str, float]
     shift: float
-    conditions: tuple[Condition, ...]
+    conditions: Mapping[str, float]
     second: str
 
     def to_dict(self) -> dict[str, Any]:
@@ -87,12 +73,12 @@ class Comparison:
             'interval': self.measured.recording.interval,
             'shift': self.shift,
             'conditions': {
-                c.name: {
-                    'value': c.value,
-                    'unit': CONDITIONS[c.name].unit,
-                    'from': 'bag' if c.measured else 'model',
+                name: {
+                    'value': value,
+                    'unit': CONDITIONS[name].unit,
+                    'from': 'bag' if name in self.measured.recording.conditions else 'model',
                 }
-                for c in self.conditions
+                for name, value in self.conditions.items()
             },
             'signals': {
                 name: {**gap._asdict(), 'multiple': gap.multiple}
@@ -214,8 +200,8 @@ def estimate_shift(measured: Recording, other: Recording) -> float:
 
     0 if one of them has no onset. Stick-slip events are not used, because they are compared.
     """
-    onsets = command_onset(measured), command_onset(other)
-    return 0.0 if None in onsets else float(onsets[1] or 0.0) - float(onsets[0] or 0.0)
+    first, second = command_onset(measured), command_onset(other)
+    return 0.0 if first is None or second is None else second - first
 
 
 def resample_overlap(
@@ -256,11 +242,9 @@ def _comparison(
     rig = measured.configuration
     balance = ForceBalance.of(rig) if rig else None
     levels = {} if noise is None else signal_noise(*noise, measured.interval, balance)
-    known = measured.conditions
-    conditions = tuple(Condition(name, value, name in known) for name, value in used.items())
     sides = analyse_run(measured), analyse_run(simulated)
     gaps = compare_signals(sides[0].signals, sides[1].signals, levels)
-    return Comparison(*sides, gaps, levels, shift, conditions, second)
+    return Comparison(*sides, gaps, levels, shift, used, second)
 
 
 def _rig(recording: Recording) -> RigConfiguration | None:

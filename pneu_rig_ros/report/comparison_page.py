@@ -185,10 +185,11 @@ def _stroke_time(events: Events) -> str:
 
 def condition_texts(comparison: Comparison) -> list[str]:
     """Return the conditions, each with its origin unless it was measured."""
+    known = comparison.measured.recording.conditions
     return [
-        f'{plain_name(c.name)} {c.value:g} {CONDITIONS[c.name].unit}'
-        + ('' if c.measured else ' (from the model)')
-        for c in comparison.conditions
+        f'{plain_name(name)} {value:g} {CONDITIONS[name].unit}'
+        + ('' if name in known else ' (from the model)')
+        for name, value in comparison.conditions.items()
     ]
 
 
