@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,73 +11,6 @@ from pneu_rig_ros.analysis.friction import delay_samples, known_friction
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.recording import NEVER, WHOLE
-
-
-@dataclass(frozen=True)
-class Summary:
-    """
-    The numbers of one recording, SI units.
-
-    :param cylinder: name of the cylinder, 'unknown' if the bag does not say
-    :param friction_model: name of the plant's friction law, 'unknown' of a measured rig
-    :param seed: of the sensor noise, 'unknown' of a measured rig
-    :param source: file that the recording was imported from, None of a plant's
-    :param duration: from the first to the last sample [s]
-    :param samples: on the sampling grid
-    :param interval: sampling interval [s]
-    :param rate: achieved rate [Hz]
-    :param jitter_p50: median jitter of the arrivals [s]
-    :param jitter_p99: its 99th percentile [s]
-    :param lost: topic -> lost samples
-    :param travel: largest less smallest position [m]
-    :param peak_friction: largest breakaway friction [N], None without cycles or configuration
-    :param cycles: the stick-slip cycles
-    """
-
-    cylinder: str
-    friction_model: str
-    seed: str
-    source: str | None
-    duration: float
-    samples: int
-    interval: float
-    rate: float
-    jitter_p50: float
-    jitter_p99: float
-    lost: dict[str, int]
-    travel: float
-    peak_friction: float | None
-    cycles: tuple[Cycle, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON; numbers that are not known are None."""
-        data = asdict(self)
-        data['cycles'] = [cycle.to_dict() for cycle in self.cycles]
-        data['cycle_count'] = len(self.cycles)
-        return {key: None if value != value else value for key, value in data.items()}
-
-
-def summarise(recording: Recording) -> Summary:
-    """Return the summary of a recording; RigError when it is that of a part of a rig."""
-    recording.require(*WHOLE)
-    friction = known_friction(recording)
-    cycles = cycles_of(recording, friction)
-    peaks = [cycle.peak_friction for cycle in cycles] if friction is not None else []
-    timing = measure_timing(recording)
-    return Summary(
-        cylinder=recording.metadata.get('cylinder', 'unknown'),
-        friction_model=recording.metadata.get('friction_model', 'unknown'),
-        seed=recording.metadata.get('seed', 'unknown'),
-        source=recording.metadata.get('source'),
-        duration=recording.duration,
-        samples=recording.position.size,
-        interval=recording.interval,
-        **timing._asdict(),
-        travel=float(np.ptp(recording.position)),
-        peak_friction=max(peaks, default=None),
-        cycles=tuple(cycles),
-    )
-
 
 PLAIN = ('position', 'velocity')
 """Topics sent with each sample that carry no stamp: their messages can only be counted."""
@@ -97,6 +30,66 @@ class Timing(NamedTuple):
     jitter_p50: float
     jitter_p99: float
     lost: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """
+    The numbers of one recording, SI units.
+
+    :param cylinder: name of the cylinder, 'unknown' if the bag does not say
+    :param friction_model: name of the plant's friction law, 'unknown' of a measured rig
+    :param seed: of the sensor noise, 'unknown' of a measured rig
+    :param source: file that the recording was imported from, None of a plant's
+    :param duration: from the first to the last sample [s]
+    :param samples: on the sampling grid
+    :param interval: sampling interval [s]
+    :param timing: of the samples
+    :param travel: largest less smallest position [m]
+    :param peak_friction: largest breakaway friction [N], None without cycles or configuration
+    :param cycles: the stick-slip cycles
+    """
+
+    cylinder: str
+    friction_model: str
+    seed: str
+    source: str | None
+    duration: float
+    samples: int
+    interval: float
+    timing: Timing
+    travel: float
+    peak_friction: float | None
+    cycles: tuple[Cycle, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON; numbers that are not known are None."""
+        data = {**vars(self), **self.timing._asdict()}
+        del data['timing']
+        data['cycles'] = [cycle.to_dict() for cycle in self.cycles]
+        data['cycle_count'] = len(self.cycles)
+        return {key: None if value != value else value for key, value in data.items()}
+
+
+def summarise(recording: Recording) -> Summary:
+    """Return the summary of a recording; RigError when it is that of a part of a rig."""
+    recording.require(*WHOLE)
+    friction = known_friction(recording)
+    cycles = cycles_of(recording, friction)
+    peaks = [cycle.peak_friction for cycle in cycles] if friction is not None else []
+    return Summary(
+        cylinder=recording.metadata.get('cylinder', 'unknown'),
+        friction_model=recording.metadata.get('friction_model', 'unknown'),
+        seed=recording.metadata.get('seed', 'unknown'),
+        source=recording.metadata.get('source'),
+        duration=recording.duration,
+        samples=recording.position.size,
+        interval=recording.interval,
+        timing=measure_timing(recording),
+        travel=float(np.ptp(recording.position)),
+        peak_friction=max(peaks, default=None),
+        cycles=tuple(cycles),
+    )
 
 
 def measure_timing(recording: Recording) -> Timing:

@@ -43,7 +43,12 @@ def info(bag: Path, as_json: bool) -> None:
     output.print_values({'written by': written_by, 'checksums': checksums})
     output.console().print()
     rows = [
-        (topic, TOPICS[topic].type, str(count), str(summary.lost.get(topic, output.UNKNOWN)))
+        (
+            topic,
+            TOPICS[topic].type,
+            str(count),
+            str(summary.timing.lost.get(topic, output.UNKNOWN)),
+        )
         for topic, count in recording.counts.items()
     ]
     output.print_table(('topic', 'type', '>messages', '>lost'), rows)
