@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.analysis.motion import Cycle, find_cycles
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.batch.strokes import END_SHARE, strokes
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
@@ -120,20 +121,15 @@ class Stroke:
     @property
     def time(self) -> float:
         """Time to the end of the stroke [s], infinite if it was not reached."""
-        return float(self.run.time[-1]) if self.finished else np.inf
-
-    @property
-    def finished(self) -> bool:
-        """Whether the end of the stroke was reached."""
-        stroke = self.plant.model.cylinder.stroke
-        return bool(self.run.position[-1] >= END_SHARE * stroke)
+        end = END_SHARE * self.plant.model.cylinder.stroke
+        return float(self.run.time[-1]) if self.run.position[-1] >= end else np.inf
 
     @property
     def start(self) -> float:
         """Initial position [m]."""
         return self.plant.model.operation.initial_position
 
-    def column(self, name: str, first: int = 0) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def column(self, name: str, first: int = 0) -> Floats:
         """Return a field of all cycles from number ``first`` on, shape (n,)."""
         return np.array([getattr(cycle, name) for cycle in self.cycles[first:]], dtype=float)
 

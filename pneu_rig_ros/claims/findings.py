@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.analysis.motion import find_rests
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
 
 VISIBLE_CREEP = 0.5e-3
@@ -110,7 +110,7 @@ def largest_flow(stroke: Stroke) -> float:
     return float(np.max(np.abs(flows)) / density * 6e4)
 
 
-def in_slips(stroke: Stroke) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def in_slips(stroke: Stroke) -> Flags:
     """Return which samples are between a breakaway and the next rest, shape (n,)."""
     where = np.ones(stroke.run.time.size, dtype=bool)
     for rest in find_rests(stroke.run.position, INTERVAL):
@@ -201,7 +201,7 @@ LONGEST_LINE = 8
 """Values in a line of text; further ones are left to the page."""
 
 
-def numbers(values: Sequence[float] | np.ndarray[Any, Any], pattern: str = '.2f') -> str:
+def numbers(values: Sequence[float] | Floats, pattern: str = '.2f') -> str:
     """Return the first values in a line, a dash for each that is none."""
     texts = ['-' if value != value else format(value, pattern) for value in values[:LONGEST_LINE]]
     return ', '.join([*texts, '...'] if len(values) > LONGEST_LINE else texts)
@@ -222,16 +222,11 @@ def require_at_least(says: str, value: float, bound: float, pattern: str = '.0%'
     return Finding(says, numbers([value], pattern), at_least(value, bound))
 
 
-def require_at_most(says: str, value: float, bound: float, pattern: str = '.0%') -> Finding:
-    """Return the finding that a single number is at most a bound."""
-    return Finding(says, numbers([value], pattern), at_most(value, bound))
-
-
 def _ratio(value: float, bound: float) -> float:
     return float(value / bound) if bound else np.nan
 
 
-def falls(values: np.ndarray[Any, Any]) -> float:
+def falls(values: Floats) -> float:
     """Return the fall of a straight line through at least three values, by their mean [-]."""
     if len(values) < 3:
         return -1.0

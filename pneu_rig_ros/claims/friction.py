@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -40,7 +39,7 @@ def in_strokes(laboratory: Laboratory) -> list[Finding]:
     return findings
 
 
-def static_peaks(stroke: Stroke) -> np.ndarray[Any, Any]:
+def static_peaks(stroke: Stroke) -> Floats:
     """
     Return the static friction force [N] of each cycle, shape (n,).
 
@@ -55,9 +54,7 @@ def static_peaks(stroke: Stroke) -> np.ndarray[Any, Any]:
     return np.array(peaks)
 
 
-def along_equation_16(
-    stroke: Stroke, where: str, waits: np.ndarray[Any, Any], peaks: np.ndarray[Any, Any]
-) -> Finding:
+def along_equation_16(stroke: Stroke, where: str, waits: Floats, peaks: Floats) -> Finding:
     """Compare peaks [N] after dwells [s] with Eq. 16."""
     law = stroke.plant.model.friction
     span = law.breakaway_force - law.coulomb_force
@@ -68,11 +65,10 @@ def along_equation_16(
     return Finding(says, f'{error:.2f} N, {error / span:.0%}', at_most(error, 0.2 * span))
 
 
-def equation_16(waits: np.ndarray[Any, Any], law: Friction) -> np.ndarray[Any, Any]:
+def equation_16(waits: Floats, law: Friction) -> Floats:
     """Return F_s(t_D) [N] of Eq. 16 for dwell times [s]."""
     span = law.breakaway_force - law.coulomb_force
-    left: np.ndarray[Any, Any] = np.exp(-law.dwell_coefficient * waits**law.dwell_exponent)
-    return law.breakaway_force - span * left
+    return law.breakaway_force - span * np.exp(-law.dwell_coefficient * waits**law.dwell_exponent)
 
 
 PAUSES = (1.0, 3.0, 10.0, 30.0)
@@ -83,7 +79,7 @@ RUN_IN_COMMAND = 0.5
 """[V]"""
 
 
-def pauses(laboratory: Laboratory, name: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+def pauses(laboratory: Laboratory, name: str) -> tuple[Floats, Floats]:
     """
     Return dwell times [s] and the friction peaks [N] that end them.
 
@@ -161,7 +157,9 @@ def estimated_friction(laboratory: Laboratory) -> list[Finding]:
 
 def heavy_finding(stroke: Stroke, mass_factor: float = 1.0) -> Finding:
     """Return how well Eq. 2 does in the slips with exact sensors; see ``estimate``."""
-    error = estimate(stroke, _states(stroke), mass_factor) - stroke.run.friction_force
+    run = stroke.run
+    states = np.array([run.position, run.pressure_1, run.pressure_2])
+    error = estimate(stroke, states, mass_factor) - run.friction_force
     says = f'cylinder_1 with {stroke.experiment.load_mass} kg, in the slips, exact sensors:'
     return _within(says, stroke, error[in_slips(stroke)], 0.02)
 
@@ -189,10 +187,6 @@ def estimate(stroke: Stroke, columns: Floats, mass_factor: float = 1.0) -> Float
     )
     position, pressure_1, pressure_2 = columns
     return friction_zero_phase(position, pressure_1, pressure_2, INTERVAL, balance)
-
-
-def _states(stroke: Stroke) -> Floats:
-    return np.array([stroke.run.position, stroke.run.pressure_1, stroke.run.pressure_2])
 
 
 def _readings(stroke: Stroke) -> Floats:

@@ -18,7 +18,6 @@ from pneu_rig_ros.claims.findings import (
     middle,
     numbers,
     require_at_least,
-    require_at_most,
     rest_share,
     rest_share_to_end,
     rises_throughout,
@@ -96,7 +95,8 @@ def airflow(laboratory: Laboratory) -> list[Finding]:
             findings.append(require_at_least(says, runs[-1].count, 5, 'd'))
         else:
             says = f'{name}: nearly continuous (at rest under 10 % of the time)'
-            findings.append(require_at_most(says, rest_share_to_end(runs[-1]), 0.1))
+            share = rest_share_to_end(runs[-1])
+            findings.append(Finding(says, numbers([share], '.0%'), at_most(share, 0.1)))
     return findings
 
 
