@@ -47,11 +47,6 @@ class Run(NamedTuple):
     bag: Path
     seed: int
 
-    @property
-    def duration(self) -> float:
-        """Length [s]."""
-        return sum(duration for duration, _ in self.experiment.timeline)
-
     def setup(self, rig: RigConfiguration) -> dict[str, float]:
         """Return the parameters of the plant that make the run's conditions [SI]."""
         return set_up(self.experiment, self.cylinder, rig.model.cylinder.stroke)
@@ -69,7 +64,7 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
         try:
             for index, run in enumerate(runs):
                 nodes.append(_start(run, index, Path(folder)))
-            total = sum(run.duration for run in runs) * BYTES_PER_SECOND
+            total = BYTES_PER_SECOND * sum(t for run in runs for t, _ in run.experiment.timeline)
             while [node for node in nodes if not node.done()]:  # done() raises if a node failed
                 progress(min(sum(map(_size, runs)) / total, 1.0))
                 time.sleep(WATCH)
