@@ -45,7 +45,6 @@ LEFT_OUT = ('took', 'data', 'model', 'report')
 """Lines of the output that differ between machines."""
 WIDTH = 110
 """Of a line of output; longer ones are wrapped [character]."""
-DPI = 110
 CAPTIONS = {
     'latent': 'Latent input with the model as given',
     'held_out': 'Held-out recording: measured and predicted',
@@ -125,7 +124,6 @@ def draw(bench: Bench, diagnosis: Diagnosis, data: dict[str, Any]) -> None:
     comparison = diagnosis.held_out.aligned(diagnosis.improved, diagnosis.held_out.comparisons[-1])
     held_out = draw_improvement(runs_of(comparison, diagnosis.given, improved))
     for kind, figure in zip(CAPTIONS, (latent, held_out), strict=True):
-        figure.set_dpi(DPI)
         save_png(figure, picture(bench.name, kind))
 
 
