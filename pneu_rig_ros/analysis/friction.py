@@ -71,9 +71,7 @@ def delay_samples(interval: float) -> int:
     return round(DELAY / interval)
 
 
-def causal_kernel(
-    interval: float, cutoff: float = CUTOFF, half_width: int | None = None
-) -> Floats:
+def causal_kernel(interval: float, half_width: int | None = None) -> Floats:
     """
     Return the cut-off two-sided impulse response of the zero-phase low-pass.
 
@@ -81,7 +79,6 @@ def causal_kernel(
     unchanged.
 
     :param interval: sampling interval [s]
-    :param cutoff: cut-off frequency of one pass [Hz]
     :param half_width: samples on either side of the centre; one less than ``delay_samples``
         when not given, as the second difference takes the other one
     :return: weights, shape (2 half_width + 1,)
@@ -90,7 +87,7 @@ def causal_kernel(
     if half_width < 1:
         raise RigError(f'friction filter: half width {half_width} samples, must be 1 or more')
     # Response of one pass, first-order Butterworth by the bilinear transform, see ``low_pass``.
-    warped = np.tan(np.pi * cutoff * interval)
+    warped = np.tan(np.pi * CUTOFF * interval)
     gain, pole = warped / (1.0 + warped), (1.0 - warped) / (1.0 + warped)
     decay = pole ** np.arange(40 * half_width)
     one_pass = gain * np.concatenate([[1.0], (1.0 + pole) * decay])

@@ -85,7 +85,7 @@ def find_rests(position: Floats, interval: float, noise: float = NOISE) -> list[
     return rests_of(np.abs(adaptive_velocity(position, interval, None, noise)), interval, noise)
 
 
-def rests_of(speed: Floats, interval: float, noise: float = NOISE) -> list[Rest]:
+def rests_of(speed: Floats, interval: float, noise: float) -> list[Rest]:
     """Return the rests of a piston with the speed [m/s], shape (n,), by ``adaptive_velocity``."""
     # Each slope describes its whole window. So an interruption shorter than a window is noise, and
     # a rest extends half a window beyond the slow slopes on either side: there the piston comes to

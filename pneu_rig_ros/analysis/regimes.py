@@ -141,9 +141,7 @@ def regimes_of(recording: Recording) -> Regimes:
     )
 
 
-def find_slides(
-    position: Floats, mean: float, interval: float, noise: float = NOISE
-) -> list[Slide]:
+def find_slides(position: Floats, mean: float, interval: float, noise: float) -> list[Slide]:
     """
     Return the slides of a piston.
 

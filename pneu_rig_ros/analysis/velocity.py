@@ -76,7 +76,7 @@ def window_for(interval: float, noise: float = NOISE) -> float:
 
 
 def adaptive_velocity(
-    position: Floats, interval: float, shortest: float | None = None, noise: float = NOISE
+    position: Floats, interval: float, shortest: float | None, noise: float
 ) -> Floats:
     """
     Return the velocity [m/s] by the longest line fits that all shorter ones agree with.
@@ -86,7 +86,7 @@ def adaptive_velocity(
 
     :param position: measured position [m], shape (n,), equally spaced
     :param interval: sampling interval [s]
-    :param shortest: length of the shortest line fit [s]; ``window_for`` when not given
+    :param shortest: length of the shortest line fit [s], None for ``window_for``
     :param noise: standard deviation of a measured position [m]
     """
     shortest = shortest or window_for(interval, noise)
@@ -151,12 +151,12 @@ def feed(position: Floats, interval: float, noise: float = NOISE) -> float:
     return float(np.abs(velocity_of(position, interval, window))[under_way].mean())
 
 
-def least_travel(noise: float = NOISE) -> float:
+def least_travel(noise: float) -> float:
     """Return the smallest travel that counts as motion [m] for readings with a noise [m]."""
     return max(LEAST_TRAVEL, LEAST_TRAVEL_TO_NOISE * noise)
 
 
-def speed_noise(window: float, interval: float, noise: float = NOISE) -> float:
+def speed_noise(window: float, interval: float, noise: float) -> float:
     """Return the standard deviation [m/s] of the slope of a line through a window [s]."""
     samples = _odd(window / interval)
     # Least squares: var(slope) = var / sum of squared distances from the middle, ~ n^3 dt^2 / 12.

@@ -35,7 +35,6 @@ class Experiment(NamedTuple):
     """Commands from 'slow': the caption's command; one more is 0.1 V more; 0 shuts the valves."""
 
 
-PAUSE = 0.0
 HOLD = 0.1
 """Every duration below is a multiple of this [s]."""
 
