@@ -60,19 +60,13 @@ def types() -> dict[str, str]:
 
 
 @pytest.mark.parametrize('name', shipped('cylinder_*.yaml'))
-def test_urdf_has_the_joint_with_the_stroke_as_limits(name: str) -> None:
-    configuration = load_configuration(name)
-    text = controlled_description(configuration, 'rig')
-    robot = URDF.load(io.BytesIO(text.encode()), build_scene_graph=True)
-    assert robot.validate()
-    joint = robot.joint_map[PISTON]
-    assert joint.type == 'prismatic'  # ros2_control refuses a fixed joint
-    assert (joint.limit.lower, joint.limit.upper) == (
-        0.0,
-        pytest.approx(configuration.model.cylinder.stroke),
-    )
+def test_urdf_of_each_cylinder_is_valid_and_names_its_joint(name: str) -> None:
+    text = controlled_description(load_configuration(name), 'rig')
+    assert URDF.load(io.BytesIO(text.encode()), build_scene_graph=True).validate()
     names = [entry.get('name') for entry in control_tag(name).findall('joint')]
-    assert names == [PISTON]
+    assert names == [
+        PISTON
+    ]  # ros2_control refuses a fixed joint; test_urdf has its kind and limits
 
 
 @pytest.mark.parametrize(('namespace', 'prefix'), [('rig', '/rig'), ('/a/b/', '/a/b'), ('', '')])
