@@ -106,7 +106,7 @@ class _Recording:
 
     def _tick(self, now_ns: int) -> None:
         """Put the messages of one sampling instant."""
-        sample = self._rig.measure()
+        sample = self._rig.sample
         self._messages.pack(sample, now_ns)
         for topic, cdr in self._messages.by_topic(simulated_time=True).items():
             self._put(topic, now_ns, cdr)

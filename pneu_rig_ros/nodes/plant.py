@@ -93,7 +93,7 @@ class PlantNode(ManagedNode):
         self._description = self.advertise('rig_description')
         self._robot = self.advertise('robot_description')
         self._messages = PlantMessages(self._rig.pressure_variance, self.frame_prefix)
-        self._messages.pack(self._rig.measure(), 0)
+        self._messages.pack(self._rig.sample, 0)
         topics = self._messages.by_topic(self.simulated_time)
         self._publish = {topic: self.advertise(topic).publish for topic in topics}
         self._commands = self.subscribe('valve_voltages')
@@ -205,7 +205,7 @@ class PlantNode(ManagedNode):
     def _prepare(self) -> None:
         """Pack the present sample with the stamp of the present tick."""
         stamp_ns = (self._start_ns or 0) + self._tick * self.interval_ns
-        self._messages.pack(self._rig.measure(), stamp_ns)
+        self._messages.pack(self._rig.sample, stamp_ns)
         self._ready_messages = self._messages.by_topic(self.simulated_time)
 
     def _advance(self) -> None:

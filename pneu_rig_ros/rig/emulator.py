@@ -49,11 +49,7 @@ class Rig:
     def step(self, voltage_1: float, voltage_2: float) -> Sample:
         """Hold the valve voltages [V] for one interval; return the sample after it."""
         state = self._plant.step(voltage_1, voltage_2, self.interval)
-        return self._measure(self._sample.index + 1, state)
-
-    def measure(self) -> Sample:
-        """Return the present sample again."""
-        return self._sample
+        return self._measure(self.sample.index + 1, state)
 
     def change_operation(self, **changes: float) -> None:
         """Change supply pressure [Pa] or load [kg]; RigError when out of range."""
@@ -79,5 +75,6 @@ class Rig:
             state.pressure_1_reading,
             state.pressure_2_reading,
         )
-        self._sample = Sample(index, *readings)
-        return self._sample
+        self.sample = Sample(index, *readings)
+        """The present sample."""
+        return self.sample

@@ -59,7 +59,7 @@ def closed_loop(rig: Rig, gains: PidGains | SlidingGains, reference, compensated
     samples = len(reference)
     position = np.empty(samples)
     for k in range(samples):
-        sample = rig.measure()
+        sample = rig.sample
         position[k] = sample.position
         interval = rig.interval if k else 0.0
         u = controller.update(interval, reference[k], sample.position, sample.velocity)

@@ -85,7 +85,7 @@ def test_seed_decides_noise_and_calibration() -> None:
 
 def test_reset_repeats_the_samples() -> None:
     rig = Rig(load_configuration('cylinder_2'))
-    start = rig.measure()
+    start = rig.sample
     first = [rig.step(2.84, 2.16) for _ in range(200)]
     assert rig.reset() == start
     assert [rig.step(2.84, 2.16) for _ in range(200)] == first

@@ -78,7 +78,7 @@ def test_loop_over_dds_is_the_loop_without_it_to_the_last_bit(context, bystander
     rig = Rig(load_configuration('cylinder_1', initial_position=0.02))
     controller = PositionController(Pid(PidGains()), Compensation())
     for k in range(len(time)):
-        sample = rig.measure()
+        sample = rig.sample
         wanted = excitation.level(round(time[k] * 1e9) * 1e-9)
         interval = INTERVAL * 1e-9 if k else 0.0
         u = controller.update(interval, wanted, sample.position, sample.velocity)

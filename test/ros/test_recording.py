@@ -78,7 +78,7 @@ def test_bag_is_complete_and_equal_to_what_the_plant_computes(recorded):
     messages = PlantMessages(rig.pressure_variance)
     expected: Bag = defaultdict(list)
     for index in range(len(bag['/joint_states'])):
-        messages.pack(rig.measure(), index * INTERVAL)
+        messages.pack(rig.sample, index * INTERVAL)
         for topic, cdr in messages.by_topic(simulated_time=True).items():
             expected[f'/{topic.lstrip("/")}'].append((index * INTERVAL, cdr))
         rig.step(*valve_voltages(U))
@@ -100,7 +100,7 @@ def test_live_friction_equals_the_causal_estimate_of_the_record(recorded):
     rig = Rig(configuration)
     expected = []
     for index in range(len(bag['/joint_states'])):
-        sample = rig.measure()
+        sample = rig.sample
         force = causal.push(sample.position, sample.pressure_1, sample.pressure_2)
         if force is not None:
             expected.append(((index - causal.delay_samples) * INTERVAL, force))
