@@ -15,11 +15,11 @@ from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.cdr import (
-    FrictionMessage,
     PlantMessages,
     pack_float64,
     pack_string,
     pack_valve_voltages,
+    template,
 )
 from pneu_rig_ros.records.description import bag_metadata, describe
 from pneu_rig_ros.records.topics import TOPICS, absolute_names
@@ -84,8 +84,8 @@ class _Recording:
         self._interval_ns = configuration.interval_ns
         interval = configuration.interval_ns * 1e-9
         self._estimator = CausalFriction(ForceBalance.of(configuration), interval)
-        self._messages = PlantMessages(rig.pressure_variance)
-        self._friction = FrictionMessage()
+        self._messages = PlantMessages(rig.pressure_variance, clock=True)
+        self._friction = template('friction')
         self.description = describe(configuration)
 
     def run(self, u: float, samples: int, progress: Progress) -> None:
@@ -107,13 +107,12 @@ class _Recording:
     def _tick(self, now_ns: int) -> None:
         """Put the messages of one sampling instant."""
         sample = self._rig.sample
-        self._messages.pack(sample, now_ns)
-        for topic, cdr in self._messages.by_topic(simulated_time=True).items():
+        for topic, cdr in self._messages.pack(sample, now_ns).items():
             self._put(topic, now_ns, cdr)
         force = self._estimator.push(sample.position, sample.pressure_1, sample.pressure_2)
         if force is not None:
             stamp_ns = now_ns - self._estimator.delay_samples * self._interval_ns
-            self._put('friction', stamp_ns, self._friction.pack(force, stamp_ns))
+            self._put('friction', stamp_ns, self._friction.at(stamp_ns, force))
 
     def _put(self, topic: str, now_ns: int, cdr: bytes) -> None:
         self._write(self._names[topic], TOPICS[topic].type, now_ns, cdr)

@@ -11,7 +11,7 @@ from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
 from pneu_rig_ros.nodes.sync import SampleSubscription
-from pneu_rig_ros.records.cdr import FrictionMessage
+from pneu_rig_ros.records.cdr import template
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 
 
@@ -38,7 +38,7 @@ class FrictionEstimatorNode(ManagedNode):
         self._publish = self.advertise('friction').publish
         self._descriptions = self.subscribe('rig_description')
         self._samples = SampleSubscription(self)
-        self._message = FrictionMessage(self.frame_prefix)
+        self._message = template('friction', self.frame_prefix)
         self._filter: CausalFriction | None = None
         self._interval_ns = 0
         self._last_ns = 0
@@ -64,7 +64,7 @@ class FrictionEstimatorNode(ManagedNode):
             force = self._filter.push(sample.position, sample.pressure_1, sample.pressure_2)
             if force is not None and math.isfinite(force):
                 stamp_ns = sample.stamp_ns - self._filter.delay_samples * self._interval_ns
-                self._publish(self._message.pack(force, stamp_ns))
+                self._publish(self._message.at(stamp_ns, force))
                 self.rate.count += 1
 
     def start(self) -> None:

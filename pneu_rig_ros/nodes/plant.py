@@ -92,9 +92,10 @@ class PlantNode(ManagedNode):
         self._paused = self.flag('paused')
         self._description = self.advertise('rig_description')
         self._robot = self.advertise('robot_description')
-        self._messages = PlantMessages(self._rig.pressure_variance, self.frame_prefix)
-        self._messages.pack(self._rig.sample, 0)
-        topics = self._messages.by_topic(self.simulated_time)
+        self._messages = PlantMessages(
+            self._rig.pressure_variance, self.frame_prefix, self.simulated_time
+        )
+        topics = self._messages.pack(self._rig.sample, 0)
         self._publish = {topic: self.advertise(topic).publish for topic in topics}
         self._commands = self.subscribe('valve_voltages')
         self.offer(Trigger, '~/reset', self._on_reset)
@@ -205,8 +206,7 @@ class PlantNode(ManagedNode):
     def _prepare(self) -> None:
         """Pack the present sample with the stamp of the present tick."""
         stamp_ns = (self._start_ns or 0) + self._tick * self.interval_ns
-        self._messages.pack(self._rig.sample, stamp_ns)
-        self._ready_messages = self._messages.by_topic(self.simulated_time)
+        self._ready_messages = self._messages.pack(self._rig.sample, stamp_ns)
 
     def _advance(self) -> None:
         """Hold the voltages for one interval."""

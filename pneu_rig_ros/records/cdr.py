@@ -93,18 +93,20 @@ class Template:
             _DOUBLE.pack_into(self.buffer, offset, value)
         return bytes(self.buffer)
 
-    def stamp(self, seconds: int, nanoseconds: int) -> None:
-        """Set the stamp: the first field of a header, and a header that of its message."""
-        _TIME.pack_into(self.buffer, _ENCAPSULATION, seconds, nanoseconds)
+    def at(self, stamp_ns: int, *values: float) -> bytes:
+        """Return the message with this stamp [ns] and these numbers."""
+        # The stamp is the first field of a header, and a header that of its message.
+        _TIME.pack_into(self.buffer, _ENCAPSULATION, *divmod(stamp_ns, NANOSECONDS))
+        return self.fill(*values)
 
 
-def _joint_state(frame_prefix: str, **values: float) -> Template:
+def _joint_state(frame_prefix: str, *given: str) -> Template:
+    marks = dict(zip(given, _MARKS, strict=False))
     fields = ('position', 'velocity', 'effort')
-    arrays = {name: np.array([values[name]] if name in values else [], float) for name in fields}
+    arrays = {name: np.array([marks[name]] if name in marks else [], float) for name in fields}
     type_name = TOPICS['joint_states'].type
     header = _header(frame_prefix + BASE)
-    message = _message(type_name, header=header, name=[PISTON], **arrays)
-    return Template(message, len(values))
+    return Template(_message(type_name, header=header, name=[PISTON], **arrays), len(given))
 
 
 def _fluid_pressure(frame_prefix: str, variance: float) -> Template:
@@ -122,17 +124,22 @@ def _voltages() -> Template:
     return Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data), 2)
 
 
-def template(topic: str) -> Template:
-    """Return the message of a topic of the rig or of a measured `force`, for its numbers."""
+def template(topic: str, frame_prefix: str = '') -> Template:
+    """
+    Return the message of a topic of the rig or of a measured `force`, for its numbers.
+
+    :param frame_prefix: of the frame in the header, as robot_state_publisher gives it to it
+    """
     if topic == 'valve_voltages':
         return _voltages()
     if topic in ('u', 'position', 'velocity'):
         return Template(_message(TOPICS[topic].type, data=_MARKS[0]), 1)
     if topic.endswith('/pressure'):
-        return _fluid_pressure('', 0.0)  # a variance of 0 is not known, as sensor_msgs says
+        # a variance of 0 is not known, as sensor_msgs says
+        return _fluid_pressure(frame_prefix, 0.0)
     if topic == 'joint_states':
-        return _joint_state('', position=_MARKS[0], velocity=_MARKS[1])
-    return _joint_state('', effort=_MARKS[0])
+        return _joint_state(frame_prefix, 'position', 'velocity')
+    return _joint_state(frame_prefix, 'effort')
 
 
 class PlantMessages:
@@ -140,35 +147,30 @@ class PlantMessages:
     The messages of one sampling instant, ready to publish or to write.
 
     :param pressure_variance: variance of the pressure sensors [Pa^2]
-    :param frame_prefix: of the frames in the headers, as robot_state_publisher gives it to them
+    :param frame_prefix: of the frames in the headers
+    :param clock: whether the plant is the clock
     """
 
-    def __init__(self, pressure_variance: float, frame_prefix: str = '') -> None:
-        self._joint_states = _joint_state(frame_prefix, position=_MARKS[0], velocity=_MARKS[1])
+    def __init__(
+        self, pressure_variance: float, frame_prefix: str = '', clock: bool = False
+    ) -> None:
+        self._joint_states = template('joint_states', frame_prefix)
         self._pressure = _fluid_pressure(frame_prefix, pressure_variance)
+        self._has_clock = clock
 
-    def pack(self, sample: 'Sample', stamp_ns: int) -> None:
-        """Encode `sample` (SI units), taken at `stamp_ns` [ns], into the attributes."""
-        seconds, nanoseconds = divmod(stamp_ns, NANOSECONDS)
-        self._joint_states.stamp(seconds, nanoseconds)
-        self._pressure.stamp(seconds, nanoseconds)
-        self.joint_states = self._joint_states.fill(sample.position, sample.velocity)
-        self.position = pack_float64(sample.position)
-        self.velocity = pack_float64(sample.velocity)
-        self.pressure_1 = self._pressure.fill(sample.pressure_1)
-        self.pressure_2 = self._pressure.fill(sample.pressure_2)
-        self.clock = _CLOCK.pack(_LITTLE_ENDIAN, seconds, nanoseconds)
-
-    def by_topic(self, simulated_time: bool) -> dict[str, bytes]:
-        """Return the packed messages by topic, in the order in which the plant publishes them."""
+    def pack(self, sample: 'Sample', stamp_ns: int) -> dict[str, bytes]:
+        """Return topic -> message of a sample (SI) at a stamp [ns], in the order of publishing."""
+        position, velocity = sample.position, sample.velocity
         messages = {
-            'joint_states': self.joint_states,
-            'position': self.position,
-            'velocity': self.velocity,
-            'chamber_1/pressure': self.pressure_1,
-            'chamber_2/pressure': self.pressure_2,
+            'joint_states': self._joint_states.at(stamp_ns, position, velocity),
+            'position': pack_float64(position),
+            'velocity': pack_float64(velocity),
+            'chamber_1/pressure': self._pressure.at(stamp_ns, sample.pressure_1),
+            'chamber_2/pressure': self._pressure.at(stamp_ns, sample.pressure_2),
         }
-        return {**messages, CLOCK: self.clock} if simulated_time else messages
+        if self._has_clock:
+            messages[CLOCK] = _CLOCK.pack(_LITTLE_ENDIAN, *divmod(stamp_ns, NANOSECONDS))
+        return messages
 
 
 class SampleMessages:
@@ -181,9 +183,8 @@ class SampleMessages:
     """
 
     def __init__(self, prefix: str, effort: bool, frame_prefix: str = '') -> None:
-        forces = {'effort': _MARKS[2]} if effort else {}
-        motion = {'position': _MARKS[0], 'velocity': _MARKS[1]}
-        self._joint = _joint_state(frame_prefix, **motion, **forces)
+        force = ('effort',) if effort else ()
+        self._joint = _joint_state(frame_prefix, 'position', 'velocity', *force)
         self._pressure = _fluid_pressure(frame_prefix, 0.0)
         self._prefix = prefix
 
@@ -191,30 +192,13 @@ class SampleMessages:
         self, stamp_ns: int, joint: tuple[float, ...], pressures: tuple[float, float]
     ) -> dict[str, bytes]:
         """Return topic -> message for position, velocity and maybe friction, and p1, p2 (SI)."""
-        time = divmod(stamp_ns, NANOSECONDS)
-        self._joint.stamp(*time)
-        self._pressure.stamp(*time)
-        messages = {f'{self._prefix}joint_states': self._joint.fill(*joint)}
-        for chamber, pressure in enumerate(pressures, start=1):
-            topic = f'{self._prefix}chamber_{chamber}/pressure'
-            messages[topic] = self._pressure.fill(pressure)
-        return messages
-
-
-class FrictionMessage:
-    """
-    The friction force of one sample as JointState with effort only.
-
-    :param frame_prefix: of the frame in the header
-    """
-
-    def __init__(self, frame_prefix: str = '') -> None:
-        self._template = _joint_state(frame_prefix, effort=_MARKS[0])
-
-    def pack(self, force: float, stamp_ns: int) -> bytes:
-        """Encode the friction force [N] of the sample taken at `stamp_ns` [ns]."""
-        self._template.stamp(*divmod(stamp_ns, NANOSECONDS))
-        return self._template.fill(force)
+        return {
+            f'{self._prefix}joint_states': self._joint.at(stamp_ns, *joint),
+            **{
+                f'{self._prefix}chamber_{chamber}/pressure': self._pressure.at(stamp_ns, pressure)
+                for chamber, pressure in enumerate(pressures, start=1)
+            },
+        }
 
 
 def pack_float64(value: float) -> bytes:

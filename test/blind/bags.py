@@ -47,8 +47,7 @@ def write_bag(
     with BagWriter(path) as writer:
         for k, row in enumerate(zip(*readings[1:], strict=True)):
             now = k * interval_ns if stamps is None else int(stamps.times[k])
-            messages.pack(Sample(k, *map(float, row)), now)
-            for topic, cdr in messages.by_topic(simulated_time=False).items():
+            for topic, cdr in messages.pack(Sample(k, *map(float, row)), now).items():
                 if topic not in without and (stamps is None or stamps.kept[k]):
                     writer.write(f'/{topic}', TOPICS[topic].type, now, cdr)
             now = k * interval_ns + delay_ns
@@ -71,10 +70,9 @@ def write_signals(path: Path, signals: Mapping[str, np.ndarray], interval_ns: in
         for k, row in enumerate(zip(*(signals[name] for name in names), strict=True)):
             p1, p2, *voltages = map(float, row)
             now = k * interval_ns
-            messages.pack(Sample(k, 0.0, 0.0, p1, p2), now)
+            packed = messages.pack(Sample(k, 0.0, 0.0, p1, p2), now)
             cdrs = {
-                'chamber_1/pressure': messages.pressure_1,
-                'chamber_2/pressure': messages.pressure_2,
+                **{topic: packed[topic] for topic in ('chamber_1/pressure', 'chamber_2/pressure')},
                 'valve_voltages': pack_valve_voltages(*voltages),
             }
             for topic, cdr in cdrs.items():

@@ -45,12 +45,12 @@ def joint_state(stamp_ns, position=(), velocity=(), effort=(), frame_id='', name
 @pytest.mark.parametrize('stamp_ns', STAMPS)
 @pytest.mark.parametrize('value', VALUES)
 def test_plant_messages_equal_the_typestore(value, stamp_ns, prefix):
-    messages = cdr.PlantMessages(pressure_variance=2.5, frame_prefix=prefix)
-    messages.pack(Sample(7, value, -value, 6e5 + 1, value), stamp_ns)
+    sample = Sample(7, value, -value, 6e5 + 1, value)
+    messages = cdr.PlantMessages(2.5, prefix, clock=True).pack(sample, stamp_ns)
     stamped = {'header': header(stamp_ns, f'{prefix}cylinder'), 'variance': 2.5}
     frame_id = f'{prefix}base'
     pressure = 'sensor_msgs/msg/FluidPressure'
-    assert messages.by_topic(simulated_time=True) == {
+    assert messages == {
         'joint_states': joint_state(stamp_ns, [value], [-value], frame_id=frame_id),
         'position': serialize('std_msgs/msg/Float64', data=value),
         'velocity': serialize('std_msgs/msg/Float64', data=-value),
@@ -58,13 +58,13 @@ def test_plant_messages_equal_the_typestore(value, stamp_ns, prefix):
         'chamber_2/pressure': serialize(pressure, fluid_pressure=value, **stamped),
         CLOCK: serialize('rosgraph_msgs/msg/Clock', clock=time(stamp_ns)),
     }
-    assert CLOCK not in messages.by_topic(simulated_time=False)
+    assert CLOCK not in cdr.PlantMessages(2.5).pack(sample, stamp_ns)
 
 
 @pytest.mark.parametrize('stamp_ns', STAMPS)
 @pytest.mark.parametrize('value', VALUES)
 def test_friction_equals_the_typestore(value, stamp_ns):
-    packed = cdr.FrictionMessage().pack(value, stamp_ns)
+    packed = cdr.template('friction').at(stamp_ns, value)
     assert packed == joint_state(stamp_ns, effort=[value], frame_id='base')
     reading = cdr.unpack_joint_state(packed)
     assert (reading.stamp_ns, reading.effort) == (stamp_ns, value)
@@ -73,8 +73,7 @@ def test_friction_equals_the_typestore(value, stamp_ns):
 
 def test_an_earlier_message_is_not_changed_by_a_later_one():
     messages = cdr.PlantMessages(1.0)
-    messages.pack(Sample(0, 1.0, 2.0, 3.0, 4.0), 1)
-    before = messages.joint_states
+    before = messages.pack(Sample(0, 1.0, 2.0, 3.0, 4.0), 1)['joint_states']
     messages.pack(Sample(1, 5.0, 6.0, 7.0, 8.0), 2)
     assert cdr.unpack_joint_state(before)[:3] == (1, 1.0, 2.0)
 
@@ -142,7 +141,7 @@ def test_other_than_two_voltages_are_refused(data):
     [
         (cdr.unpack_float64, cdr.pack_float64(1.0)),
         (cdr.unpack_valve_voltages, cdr.pack_valve_voltages(1.0, 2.0)),
-        (cdr.unpack_joint_state, cdr.FrictionMessage().pack(1.0, 2)),
+        (cdr.unpack_joint_state, cdr.template('friction').at(2, 1.0)),
         (cdr.unpack_string, cdr.pack_string('abcdefg')),
     ],
 )
@@ -163,10 +162,10 @@ def test_rclpy_reads_every_message_back():
     from sensor_msgs.msg import FluidPressure, JointState
     from std_msgs.msg import Float64, Float64MultiArray
 
-    messages = cdr.PlantMessages(2.5)
-    messages.pack(Sample(0, 0.1, -0.2, 6e5, 1e5), STAMPS[-1])
+    sample = Sample(0, 0.1, -0.2, 6e5, 1e5)
+    messages = cdr.PlantMessages(2.5, clock=True).pack(sample, STAMPS[-1])
     read = serialization.deserialize_message
-    joint = read(messages.joint_states, JointState)
+    joint = read(messages['joint_states'], JointState)
     assert (list(joint.name), list(joint.position), list(joint.velocity)) == (
         ['piston'],
         [0.1],
@@ -174,14 +173,14 @@ def test_rclpy_reads_every_message_back():
     )
     assert list(joint.effort) == []
     assert joint.header.stamp.sec * 10**9 + joint.header.stamp.nanosec == STAMPS[-1]
-    pressure = read(messages.pressure_1, FluidPressure)
+    pressure = read(messages['chamber_1/pressure'], FluidPressure)
     assert (pressure.fluid_pressure, pressure.variance) == (6e5, 2.5)
-    assert read(messages.position, Float64).data == 0.1
-    assert read(messages.clock, Clock).clock.nanosec == STAMPS[-1] % 10**9
+    assert read(messages['position'], Float64).data == 0.1
+    assert read(messages[CLOCK], Clock).clock.nanosec == STAMPS[-1] % 10**9
     voltage = read(cdr.pack_valve_voltages(1.5, 3.5), Float64MultiArray)
     assert list(voltage.data) == [1.5, 3.5]
     assert voltage.layout.dim[0].size == 2
-    assert list(read(cdr.FrictionMessage().pack(9.0, 1), JointState).effort) == [9.0]
+    assert list(read(cdr.template('friction').at(1, 9.0), JointState).effort) == [9.0]
 
 
 def test_what_rclpy_writes_is_read():

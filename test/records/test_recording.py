@@ -32,8 +32,7 @@ def write_bag(
     messages = PlantMessages(pressure_variance=4.0)
     with BagWriter(path) as writer:
         for sample, stamp in zip(samples(len(stamps)), stamps, strict=True):
-            messages.pack(sample, stamp)
-            for topic, cdr in messages.by_topic(simulated_time=False).items():
+            for topic, cdr in messages.pack(sample, stamp).items():
                 if (topic, sample.index) not in lost:
                     writer.write(f'{prefix}/{topic}', TOPICS[topic].type, stamp + 500, cdr)
     return path
@@ -93,11 +92,10 @@ def test_namespace_is_found(tmp_path: Path) -> None:
 
 
 def test_two_rigs_in_one_bag_are_refused(tmp_path: Path) -> None:
-    messages = PlantMessages(pressure_variance=4.0)
-    messages.pack(samples(1)[0], 0)
+    messages = PlantMessages(pressure_variance=4.0).pack(samples(1)[0], 0)
     with BagWriter(tmp_path / 'bag') as writer:
         for name in ('/a/joint_states', '/b/joint_states'):
-            writer.write(name, TOPICS['joint_states'].type, 0, messages.joint_states)
+            writer.write(name, TOPICS['joint_states'].type, 0, messages['joint_states'])
     with pytest.raises(RigError, match='several rigs, /a, /b'):
         read_recording(tmp_path / 'bag')
 
@@ -113,8 +111,7 @@ def test_voltages_hold_from_their_arrival(tmp_path: Path) -> None:
     type_name = TOPICS['valve_voltages'].type
     with BagWriter(tmp_path / 'bag') as writer:
         for sample in samples(6):
-            messages.pack(sample, STEP * sample.index)
-            for topic, cdr in messages.by_topic(simulated_time=False).items():
+            for topic, cdr in messages.pack(sample, STEP * sample.index).items():
                 writer.write(f'/{topic}', TOPICS[topic].type, STEP * sample.index, cdr)
             if sample.index == 2:
                 late = STEP * 2 + 10

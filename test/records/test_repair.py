@@ -28,7 +28,7 @@ from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.cdr import PlantMessages, pack_string
 from pneu_rig_ros.rig import Rig, load_configuration
 rig = Rig(load_configuration('cylinder_1', seed=11))
-messages = PlantMessages(rig.pressure_variance)
+messages = PlantMessages(rig.pressure_variance, clock=True)
 writer = BagWriter(sys.argv[1])
 text = pack_string(describe(rig.configuration))
 writer.write('/rig_description', 'std_msgs/msg/String', 0, text)
@@ -37,8 +37,7 @@ while True:
     stamp = sample.index * rig.configuration.interval_ns
     while time.monotonic_ns() < start + stamp:
         time.sleep(0.0005)
-    messages.pack(sample, stamp)
-    for topic, cdr in messages.by_topic(simulated_time=True).items():
+    for topic, cdr in messages.pack(sample, stamp).items():
         writer.write('/' + topic.lstrip('/'), TOPICS[topic].type, stamp, cdr)
     print(sample.index, flush=True)
     sample = rig.step(2.9, 2.1)

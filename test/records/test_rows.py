@@ -7,10 +7,10 @@ import pytest
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import (
-    FrictionMessage,
     PlantMessages,
     pack_float64,
     pack_valve_voltages,
+    template,
 )
 from pneu_rig_ros.records.conversion import BLOCK, write_bag
 from pneu_rig_ros.records.mcap_file import McapFile
@@ -33,16 +33,16 @@ def recording() -> Recording:
 
 def one_by_one(made: Recording) -> list[tuple[str, int, bytes]]:
     """Return topic, stamp and message of everything, in order."""
-    plant, force, messages = PlantMessages(0.0), FrictionMessage(), []
+    plant, force, messages = PlantMessages(0.0), template('friction'), []
     for k, stamp in enumerate(made.stamps.tolist()):
         values = {name: float(signal[k]) for name, signal in made.signals.items()}
-        plant.pack(Sample(k, *(values[name] for name in SIGNALS[:4])), stamp)
+        sample = Sample(k, *(values[name] for name in SIGNALS[:4]))
         by_topic = {
             'u': pack_float64(values['u']),
             'valve_voltages': pack_valve_voltages(values['voltage_1'], values['voltage_2']),
-            **plant.by_topic(simulated_time=False),
-            'force': force.pack(values['force'], stamp),
-            'friction': force.pack(values['friction'], stamp),
+            **plant.pack(sample, stamp),
+            'force': force.at(stamp, values['force']),
+            'friction': force.at(stamp, values['friction']),
         }
         if k in LOST['position']:
             for topic in ('joint_states', 'position', 'velocity'):

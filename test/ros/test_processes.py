@@ -21,7 +21,7 @@ from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.embedding import hold_command
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.bag import open_bag
-from pneu_rig_ros.records.cdr import FrictionMessage, unpack_stamp
+from pneu_rig_ros.records.cdr import template, unpack_stamp
 from pneu_rig_ros.records.topics import DIAGNOSTICS
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
@@ -131,11 +131,11 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
     bag = tmp_path / 'bag'
     recorder = start('recorder', f'output:={bag}', limit=FILE_LIMIT)
     diagnostics, samples = bystander.hear(DIAGNOSTICS), bystander.speak('joint_states')
-    message, states = FrictionMessage(), []
+    message, states = template('friction'), []
 
     def failed_for_seconds() -> bool:
         for k in range(10):  # what is written at a time is a fraction of the limit
-            samples(message.pack(0.0, k))
+            samples(message.at(k, 0.0))
         time.sleep(0.02)
         for cdr in diagnostics.take_all():
             (status,) = deserialize_message(cdr, DiagnosticArray).status

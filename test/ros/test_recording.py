@@ -75,11 +75,10 @@ def test_bag_is_complete_and_equal_to_what_the_plant_computes(recorded):
     bag = read(recorded)
     configuration = load_configuration('cylinder_2', **OVERRIDES)
     rig = Rig(configuration)
-    messages = PlantMessages(rig.pressure_variance)
+    messages = PlantMessages(rig.pressure_variance, clock=True)
     expected: Bag = defaultdict(list)
     for index in range(len(bag['/joint_states'])):
-        messages.pack(rig.sample, index * INTERVAL)
-        for topic, cdr in messages.by_topic(simulated_time=True).items():
+        for topic, cdr in messages.pack(rig.sample, index * INTERVAL).items():
             expected[f'/{topic.lstrip("/")}'].append((index * INTERVAL, cdr))
         rig.step(*valve_voltages(U))
     assert len(bag['/joint_states']) >= SAMPLES

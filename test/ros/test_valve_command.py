@@ -7,11 +7,7 @@ import pytest
 
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import (
-    FrictionMessage,
-    pack_float64,
-    unpack_valve_voltages,
-)
+from pneu_rig_ros.records.cdr import pack_float64, template, unpack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import gather, until
@@ -110,9 +106,9 @@ def test_a_wrong_command_does_not_count_as_one(start, bystander):
 def test_triggered_by_samples_it_answers_each_from_the_first_command_on(start, bystander):
     runner = start(trigger='sample', command_timeout=0.05, wait_for_subscribers=1)
     voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
-    sample, message = bystander.speak('joint_states'), FrictionMessage()
+    sample, message = bystander.speak('joint_states'), template('friction')
     for index in range(10):
-        sample(message.pack(0.0, index * 10_000_000))
+        sample(message.at(index * 10_000_000, 0.0))
     for _ in range(20):
         runner.spin_once()
     assert voltages.take() is None
@@ -126,15 +122,15 @@ def test_command_is_timed_out_by_samples_whose_stamps_jump_back(start, bystander
     """As when a simulation is restarted after 10 s, and whatever sent the command has ended."""
     runner = start(trigger='sample', command_timeout=0.05, wait_for_subscribers=1)
     voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
-    sample, message = bystander.speak('joint_states'), FrictionMessage()
+    sample, message = bystander.speak('joint_states'), template('friction')
     taken = runner.nodes[0]._command_rate
     say(pack_float64(0.34))
     until(lambda: runner.spin_once() or taken.count == 1)
-    sample(message.pack(0.0, 10_000_000_000))
+    sample(message.at(10_000_000_000, 0.0))
     assert answers(runner, voltages, 1) == [AT_REST]
     say(pack_float64(0.34))
     until(lambda: runner.spin_once() or taken.count == 2)
     for index in range(10):
-        sample(message.pack(0.0, index * 10_000_000))
+        sample(message.at(index * 10_000_000, 0.0))
     expected = [valve_voltages(0.34)] * 6 + [AT_REST] * 4
     assert answers(runner, voltages, 10) == expected
