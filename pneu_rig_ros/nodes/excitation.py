@@ -21,13 +21,14 @@ class ExcitationNode(RigNode):
     its last value.
     """
 
+    NAME = 'excitation'
     PARAMETERS = (
         Parameter('profile', 'staircase', 'name of a shipped excitation, or a YAML file'),
         Parameter('repeat', False, 'whether the profile is repeated'),
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('excitation', context, overrides)
+        super().__init__(context, overrides)
         self._excitation = load_excitation(self.text('profile'))
         self._repeat = self.flag('repeat')
         self._publish = self.advertise(self._excitation.drives).publish

@@ -3,13 +3,11 @@
 import math
 from functools import partial
 
-from rclpy.context import Context
-
 from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
+from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.sync import SampleSubscription
 from pneu_rig_ros.records.cdr import template
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -23,15 +21,13 @@ class FrictionEstimatorNode(ManagedNode):
     rig without it. After a missing sample the filter restarts, so that no force spans a gap.
     """
 
+    NAME = 'friction_estimator'
     period_ns = 5_000_000
 
     PARAMETERS = (
         Parameter('cylinder', '', 'name or YAML file; empty: wait for rig_description'),
         Parameter('load_mass', 0.0, 'external load, if cylinder is given', 'kg', 0.0, 1e4),
     )
-
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('friction_estimator', context, overrides)
 
     def set_up(self) -> None:
         """Create publisher and subscriptions; read the cylinder, if one is given."""

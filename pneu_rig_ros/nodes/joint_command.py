@@ -22,13 +22,14 @@ class JointCommandNode(RigNode):
     valve_command. A position alone is refused: no law here would follow it.
     """
 
+    NAME = 'joint_command'
     PARAMETERS = (
         Parameter('velocity_scale', 3.0, 'u per velocity', 'V*s/m', -1e3, 1e3, read_only=False),
         Parameter('effort_scale', 0.01, 'u per effort', 'V/N', -1e3, 1e3, read_only=False),
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('joint_command', context, overrides)
+        super().__init__(context, overrides)
         self._publish = self.advertise('u').publish
         self._commands = self.subscribe('joint_commands')
         self._idle = 0

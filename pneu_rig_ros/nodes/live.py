@@ -74,11 +74,12 @@ class LiveNode(RigNode):
     loop. Nothing is published before the first command, so that a controller is not disturbed.
     """
 
+    NAME = 'live'
     period_ns = COMMAND_PERIOD_NS
     unique = False
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('live', context, overrides)
+        super().__init__(context, overrides)
         self.streams = {
             'samples': History(('time', *SIGNALS), HISTORY_LENGTH),
             'friction': History(('time', 'friction'), HISTORY_LENGTH),

@@ -25,9 +25,9 @@ class ManagedNode(LifecycleNodeMixin, RigNode):
         Parameter('autostart', True, 'whether the node configures and activates itself'),
     )
 
-    def __init__(self, name: str, context: Context | None, overrides: Overrides) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         self.active = self.configured = self._made = False
-        RigNode.__init__(self, name, context, overrides)
+        RigNode.__init__(self, context, overrides)
         LifecycleNodeMixin.__init__(self)
         if self.flag('autostart'):
             for trigger in (self.trigger_configure, self.trigger_activate):

@@ -50,6 +50,7 @@ class PlantNode(ManagedNode):
     clock. In lock step (speed 0) sample k waits for exactly one answer on `valve_voltages`.
     """
 
+    NAME = 'plant'
     PARAMETERS = (
         Parameter('cylinder', 'cylinder_2', 'name of a shipped cylinder, or a YAML file'),
         Parameter(
@@ -76,7 +77,7 @@ class PlantNode(ManagedNode):
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('plant', context, overrides)
+        super().__init__(context, overrides)
         self.add_on_set_parameters_callback(self._on_parameters)
 
     def dependent_parameters(self) -> Iterator[Parameter]:

@@ -49,6 +49,7 @@ class PositionControllerNode(RigNode):
     needed.
     """
 
+    NAME = 'position_controller'
     PARAMETERS = (
         Parameter('law', PID, 'control law', choices=(PID, SLIDING_MODE)),
         Parameter('compensation', True, 'whether friction and valve overlap are compensated'),
@@ -61,7 +62,7 @@ class PositionControllerNode(RigNode):
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('position_controller', context, overrides)
+        super().__init__(context, overrides)
         compensation = NONE
         if self.flag('compensation'):
             compensation = Compensation(**self._section(Compensation))

@@ -7,14 +7,12 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
-from rclpy.context import Context
-
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
+from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.topics import LossCounter, ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
@@ -41,6 +39,7 @@ class RecorderNode(ManagedNode):
     write error the bag keeps what has been written, and the rig continues without recording.
     """
 
+    NAME = 'recorder'
     period_ns = 20_000_000
 
     PARAMETERS = (
@@ -51,9 +50,6 @@ class RecorderNode(ManagedNode):
             constraint='must not exist',
         ),
     )
-
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('recorder', context, overrides)
 
     def set_up(self) -> None:
         """Create the bag and the subscriptions."""

@@ -34,6 +34,7 @@ class ReplayNode(RigNode):
     in `topics`. A late message does not delay those after it. The process ends with the bag.
     """
 
+    NAME = 'replay'
     PARAMETERS = (
         Parameter('bag', '', 'bag directory', constraint='must be given'),
         Parameter('rate', 1.0, 'playback rate: recorded over playback time', '-', 0.01, 100.0),
@@ -46,7 +47,7 @@ class ReplayNode(RigNode):
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('replay', context, overrides)
+        super().__init__(context, overrides)
         if not self.text('bag'):
             raise RigError('replay: bag is empty; pass the bag directory')
         playback = Playback(self.text('bag'), self._names('topics'), self._names('exclude'))

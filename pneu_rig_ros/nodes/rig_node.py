@@ -133,10 +133,10 @@ class RigNode(Node):
     """
     A node that polls its subscriptions: `Runner` calls `update` whenever its `loop_timer` returns.
 
-    :param name: of the node
     :param context: of ROS; the global one when not given
     """
 
+    NAME: ClassVar[str]
     SHARED: ClassVar[tuple[Parameter, ...]] = COMMON
     """Parameters that all nodes of this kind have."""
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
@@ -152,9 +152,9 @@ class RigNode(Node):
     has_duplicate: bool = False
     """Whether another process runs a node of this name."""
 
-    def __init__(self, name: str, context: Context | None, overrides: Overrides) -> None:
+    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
-        super().__init__(name, context=context, parameter_overrides=given)
+        super().__init__(self.NAME, context=context, parameter_overrides=given)
         declare(self, (*self.SHARED, *self.PARAMETERS))
         declare(self, self.dependent_parameters())
         self.add_on_set_parameters_callback(_keep_time_source)

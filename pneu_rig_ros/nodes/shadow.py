@@ -4,8 +4,6 @@ from collections import deque
 from dataclasses import replace
 from functools import partial
 
-from rclpy.context import Context
-
 from pneu_rig_ros.control.observer import (
     HORIZON,
     Measured,
@@ -17,7 +15,7 @@ from pneu_rig_ros.control.observer import (
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
+from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS, Sample, SampleSubscription
 from pneu_rig_ros.records.cdr import SampleMessages, unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -37,6 +35,7 @@ class ShadowNode(ManagedNode):
     one. Diagnostics warn when a residual is outside the noise band for long.
     """
 
+    NAME = 'shadow'
     period_ns = 5_000_000
 
     PARAMETERS = (
@@ -47,9 +46,6 @@ class ShadowNode(ManagedNode):
         Parameter('alarm_window', 5.0, 'time over which residuals are judged', 's', 0.1, 3600.0),
         Parameter('alarm_share', 0.5, 'fraction outside the band to warn at', '-', 0.0, 1.0),
     )
-
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('shadow', context, overrides)
 
     def set_up(self) -> None:
         """Create publishers and subscriptions; load the model, or compile one."""

@@ -3,13 +3,11 @@
 import time
 from functools import partial
 
-from rclpy.context import Context
-
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.managed_node import ManagedNode
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
+from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.records.cdr import pack_valve_voltages, unpack_float64, unpack_stamp
 from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
@@ -33,6 +31,7 @@ class ValveCommandNode(ManagedNode):
     of the samples: lock step without a controller in the loop.
     """
 
+    NAME = 'valve_command'
     PARAMETERS = (
         Parameter(
             'command_timeout',
@@ -45,9 +44,6 @@ class ValveCommandNode(ManagedNode):
         ),
         Parameter('trigger', ON_COMMAND, 'message to answer', choices=(ON_COMMAND, ON_SAMPLE)),
     )
-
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__('valve_command', context, overrides)
 
     def set_up(self) -> None:
         """Create publisher and subscriptions."""
@@ -100,10 +96,10 @@ class ValveCommandNode(ManagedNode):
     def _take_commands(self) -> bool:
         """Take the newest valid command; return whether there was one."""
         valid = False
-        for message in self._commands.take_all_with_info():
+        for cdr in self._commands.take_all():
             self._command_rate.count += 1
             with self.skip_invalid(self._commands, f'keeping {self._u or 0.0:g} V'):
-                self._u = checked_command(unpack_float64(message.cdr))
+                self._u = checked_command(unpack_float64(cdr))
                 self._command_ns = self._now_ns
                 valid = True
         return valid

@@ -239,8 +239,10 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.rig_node import RigNode
 
 class Compiling(RigNode):
+    NAME = 'compiling'
+
     def __init__(self, context):
-        super().__init__('compiling', context, None)
+        super().__init__(context)
         signal.raise_signal(signal.{signal}) if {outside} else None
         ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.{signal}))()
 

@@ -58,8 +58,8 @@ def test_of_commands_that_wait_the_newest_is_answered(start, bystander):
         say(pack_float64(u))
     subscription = runner.nodes[0].polled_subscriptions[0]
     arrived = []
-    until(lambda: arrived.extend(subscription.take_all_with_info()) or len(arrived) == 5)
-    subscription.take_all_with_info = lambda: [arrived.pop(0) for _ in list(arrived)]
+    until(lambda: arrived.extend(subscription.take_all()) or len(arrived) == 5)
+    subscription.take_all = lambda: [arrived.pop(0) for _ in list(arrived)]
     runner.spin_once()
     assert answers(runner, voltages, 1) == [valve_voltages(0.3)]
     assert voltages.take() is None
