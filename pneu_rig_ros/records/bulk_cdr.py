@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cdr import NANOSECONDS, Decoder, Reader
+from pneu_rig_ros.records.cdr import NANOSECONDS, Reader
+
+Decoder = Callable[[Reader], Any]
+"""One of those in `records.cdr`."""
 
 NUMBER, STAMP = 8, 8
 """Bytes of a float and of a stamp."""
@@ -37,7 +40,7 @@ class Layout(NamedTuple):
 
 
 def decode_all(
-    decoder: Decoder[Any], messages: Sequence[bytes]
+    decoder: Decoder, messages: Sequence[bytes]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """
     Return the stamps [ns], shape (n,), 0 without one, and the values of n messages, shape (n, k).
@@ -63,7 +66,7 @@ def decode_all(
     return all_stamps, all_values
 
 
-def layout_of(decoder: Decoder[Any], message: bytes) -> Layout:
+def layout_of(decoder: Decoder, message: bytes) -> Layout:
     """Return where a message has its stamp and values; RigError where it cannot be decoded."""
     reader, _ = _decoded(decoder, message, 1)
     fixed, marked = np.ones(len(message), dtype=np.bool_), bytearray(message)
@@ -95,13 +98,11 @@ class _Locating(Reader):
         return values
 
 
-def _decoded(
-    decoder: Decoder[Any], message: bytes, number: int
-) -> tuple[_Locating, tuple[Any, ...]]:
+def _decoded(decoder: Decoder, message: bytes, number: int) -> tuple[_Locating, tuple[Any, ...]]:
     """Return the reader of one message, with its stamp [ns], 0 without one, and its values."""
     try:
         reader = _Locating(message)
-        value = decoder.from_reader(reader)
+        value = decoder(reader)
     except RigError as error:
         raise RigError(f'message {number}: {error}') from error
     values = value if isinstance(value, tuple) else (value,)

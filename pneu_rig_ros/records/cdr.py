@@ -9,8 +9,8 @@ bytes because they use the same templates. No ROS is needed here.
 import math
 import struct
 from collections.abc import Callable
-from functools import cache, update_wrapper
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from functools import cache, wraps
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
@@ -273,41 +273,37 @@ class Reader:
             raise RigError(f'message of {len(self._cdr)} bytes: {left} bytes too many')
 
 
-class Decoder(Generic[_Value]):
+def _decoder(read: Callable[[Reader], _Value]) -> Callable[[bytes | Reader], _Value]:
     """
-    Decodes one type of message; RigError when cut short or with text that is not UTF-8.
+    Return the decoder of one type of message, from its CDR or from a reader that has it.
+
+    It raises RigError when the message is cut short or has a text that is not UTF-8.
 
     :param read: takes the values from a reader
     """
 
-    def __init__(self, read: Callable[[Reader], _Value]) -> None:
-        self.read = read
-        update_wrapper(self, read)
-
-    def __call__(self, cdr: bytes) -> _Value:
-        """Return the values of a message."""
-        return self.from_reader(Reader(cdr))
-
-    def from_reader(self, reader: Reader) -> _Value:
-        """Return the values of the message that a reader has."""
-        name = self.read.__name__
+    @wraps(read)
+    def decode(message: bytes | Reader) -> _Value:
+        reader = message if isinstance(message, Reader) else Reader(message)
         try:
-            return self.read(reader)
+            return read(reader)
         except (struct.error, IndexError) as error:
-            raise RigError(f'{name}: {reader.size} bytes are too few: {error}') from error
+            raise RigError(f'{read.__name__}: {reader.size} bytes are too few: {error}') from error
         except UnicodeDecodeError as error:
-            raise RigError(f'{name}: not UTF-8: {error}') from error
+            raise RigError(f'{read.__name__}: not UTF-8: {error}') from error
+
+    return decode
 
 
-@Decoder
+@_decoder
 def unpack_float64(reader: Reader) -> float:
-    """Decode std_msgs/Float64. RigError when cut short."""
+    """Decode std_msgs/Float64."""
     (value,) = reader.doubles(1)
     reader.end()
     return value
 
 
-@Decoder
+@_decoder
 def unpack_valve_voltages(reader: Reader) -> tuple[float, float]:
     """Decode u1, u2 [V] of a Float64MultiArray with any layout. RigError unless two values."""
     for _ in range(reader.count()):
@@ -322,9 +318,9 @@ def unpack_valve_voltages(reader: Reader) -> tuple[float, float]:
     return values[0], values[1]
 
 
-@Decoder
+@_decoder
 def unpack_joint_state(reader: Reader) -> JointReading:
-    """Decode stamp and first joint of a JointState. RigError when cut short."""
+    """Decode stamp and first joint of a JointState."""
     stamp_ns = reader.stamp()
     reader.skip_string()
     for _ in range(reader.count()):
@@ -335,7 +331,7 @@ def unpack_joint_state(reader: Reader) -> JointReading:
     return JointReading(stamp_ns, position, velocity, effort)
 
 
-@Decoder
+@_decoder
 def unpack_joint_command(reader: Reader) -> JointReading:
     """Decode stamp and joint `piston` of a JointState of any joints. RigError without it."""
     stamp_ns = reader.stamp()
@@ -352,9 +348,9 @@ def unpack_joint_command(reader: Reader) -> JointReading:
     return JointReading(stamp_ns, position, velocity, effort)
 
 
-@Decoder
+@_decoder
 def unpack_fluid_pressure(reader: Reader) -> PressureReading:
-    """Decode a FluidPressure. RigError when cut short."""
+    """Decode a FluidPressure."""
     stamp_ns = reader.stamp()
     reader.skip_string()
     pressure, variance = reader.doubles(2)
@@ -362,15 +358,15 @@ def unpack_fluid_pressure(reader: Reader) -> PressureReading:
     return PressureReading(stamp_ns, pressure, variance)
 
 
-@Decoder
+@_decoder
 def unpack_stamp(reader: Reader) -> int:
     """Decode the stamp [ns] of any message that begins with a Header or a Time."""
     return reader.stamp()
 
 
-@Decoder
+@_decoder
 def unpack_string(reader: Reader) -> str:
-    """Decode std_msgs/String. RigError when cut short."""
+    """Decode std_msgs/String."""
     text = reader.string()
     reader.end()
     return text

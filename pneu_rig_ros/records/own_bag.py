@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
-from pneu_rig_ros.records.bulk_cdr import decode_all
+from pneu_rig_ros.records.bulk_cdr import Decoder, decode_all
 from pneu_rig_ros.records.cdr import (
-    Decoder,
     unpack_float64,
     unpack_fluid_pressure,
     unpack_joint_state,
@@ -38,7 +37,7 @@ Stamps within this share of the interval of a uniform grid are those of samples 
 are stamped after the converter was read, whose clock is steadier than the processor's.
 """
 
-_DECODERS: dict[str, Decoder[Any]] = {
+_DECODERS: dict[str, Decoder] = {
     'joint_states': unpack_joint_state,
     'chamber_1/pressure': unpack_fluid_pressure,
     'chamber_2/pressure': unpack_fluid_pressure,

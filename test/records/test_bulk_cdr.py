@@ -1,16 +1,14 @@
 """Many messages are decoded at once, and as each of them is."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bulk_cdr import decode_all
+from pneu_rig_ros.records.bulk_cdr import Decoder, decode_all
 from pneu_rig_ros.records.cdr import (
-    Decoder,
     pack_float64,
     pack_valve_voltages,
     unpack_float64,
@@ -37,7 +35,7 @@ def joint_state(time: float, *position: float, frame: str = 'base', effort: bool
     return bytes(STORE.serialize_cdr(message, JOINT))
 
 
-def one_by_one(decoder: Decoder[Any], messages: Sequence[bytes]) -> np.ndarray:
+def one_by_one(decoder: Decoder, messages: Sequence[bytes]) -> np.ndarray:
     rows = [decoder(message) for message in messages]
     return np.array([row if isinstance(row, tuple) else (0, row) for row in rows])
 
