@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import struct
 import sys
 from bz2 import BZ2Decompressor
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from lz4.frame import LZ4FrameDecompressor
+from rosbags.rosbag1.reader import Header, read_bytes, read_uint32
 
 from pneu_rig_ros.errors import RigError
 
@@ -72,21 +72,6 @@ def check_ros1_chunks(path: Path, offsets: Iterable[int]) -> None:
     with path.open('rb') as stream:
         for offset in offsets:
             stream.seek(offset)
-            fields = _ros1_fields(_ros1_block(stream))
-            (size,) = struct.unpack('<I', fields[b'size'])
-            decompress(_ros1_block(stream), fields[b'compression'].decode(), size)
-
-
-def _ros1_block(stream: BinaryIO) -> bytes:
-    (length,) = struct.unpack('<I', stream.read(4))
-    return stream.read(length)
-
-
-def _ros1_fields(header: bytes) -> dict[bytes, bytes]:
-    fields = {}
-    while header:
-        (length,) = struct.unpack_from('<I', header)
-        name, _, value = header[4 : 4 + length].partition(b'=')
-        fields[name] = value
-        header = header[4 + length :]
-    return fields
+            header = Header.read(stream)
+            data = read_bytes(stream, read_uint32(stream))
+            decompress(data, header.get_string('compression'), header.get_uint32('size'))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.records.cdr import NANOSECONDS, Template
+from pneu_rig_ros.records.mcap_file import MESSAGE
 from pneu_rig_ros.records.recording import Stamps
 
 Bytes = NDArray[np.uint8]
@@ -34,8 +35,6 @@ _HEAD = np.dtype(
     ]
 )
 """What precedes the data of a message in an MCAP file."""
-_UNCOUNTED = 9
-"""Bytes of it that the length of the record does not count: opcode and length."""
 _ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 
 
@@ -97,7 +96,7 @@ def chunk_of(
 def _heads(messages: Bytes, channel: int, log_times: Stamps) -> Bytes:
     heads = np.zeros(log_times.size, dtype=_HEAD)
     heads['opcode'] = Opcode.MESSAGE
-    heads['length'] = _HEAD.itemsize - _UNCOUNTED + messages.shape[1]
+    heads['length'] = MESSAGE.size + messages.shape[1]
     heads['channel'] = channel
     heads['log_time'] = heads['publish_time'] = log_times
     return heads.view(np.uint8).reshape(-1, _HEAD.itemsize)

@@ -36,7 +36,7 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import typestore
-from pneu_rig_ros.records.mcap_file import MAGIC, encode, index_bytes, scan_chunks
+from pneu_rig_ros.records.mcap_file import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.rosbag2_metadata import (
     TYPE_HASH,
@@ -53,11 +53,8 @@ FLUSH_PERIOD = 0.4
 CHUNK_SIZE = 2**20
 """Size at which a chunk is closed [byte]."""
 
-_MESSAGE = struct.Struct('<BQHIQQ')
-"""Opcode, length, channel, sequence, log time [ns], publish time [ns] of an MCAP message."""
-
-_MESSAGE_HEAD = 22
-"""Bytes of a message record between its length and its data."""
+_MESSAGE = struct.Struct(HEAD.format + MESSAGE.format.lstrip('<'))
+"""What precedes the data of a message in a file."""
 
 
 class BagWriter:
@@ -146,9 +143,8 @@ class BagWriter:
             channel = self._channel_ids[topic]
         start = len(self._content)
         # Packed here: a quarter of the time that mcap.records.Message takes.
-        head = _MESSAGE.pack(
-            Opcode.MESSAGE, _MESSAGE_HEAD + len(cdr), channel, 0, log_time_ns, log_time_ns
-        )
+        size = MESSAGE.size + len(cdr)
+        head = _MESSAGE.pack(Opcode.MESSAGE, size, channel, 0, log_time_ns, log_time_ns)
         entries = self._entries[channel]
         try:
             self._content += head + cdr
