@@ -44,8 +44,9 @@ def compare(
     in its unit and in multiples of the sensor noise, and the stick-slip cycles of both.
     """
     from pneu_rig_ros.analysis.comparison import compare_with_bag, compare_with_model
+    from pneu_rig_ros.records.reader import is_bag
 
-    if Path(model).is_dir() or model.endswith('.mcap'):
+    if is_bag(Path(model)):
         comparison = compare_with_bag(measured, model, shift)
     elif shift is not None:
         raise RigError('--shift is for two bags; a model starts with the bag')

@@ -15,6 +15,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mcap_file import McapFile, scan_records
+from pneu_rig_ros.records.rosbag2_metadata import FILE_NAME as METADATA
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import DERIVED
 
@@ -27,6 +28,9 @@ PAUSE = 0.01
 After the first attempt to open a bag that is being recorded [s], then twice as long each time:
 appending takes less, unless the recorder has to wait for a processor.
 """
+
+BAG_FILES = ('.mcap', '.db3')
+"""Endings of files within a bag's directory."""
 
 NOTHING_TO_RECOVER = 'is not a bag, or was cut off before its first message: nothing to recover'
 
@@ -102,16 +106,27 @@ class Bag:
                 )
 
 
+def folder_of(path: Path) -> Path | None:
+    """
+    Return the directory of a bag from its path or that of a file in it.
+
+    None for a path that is neither, such as a text table or a bag of ROS 1, which is one file.
+    """
+    if path.is_dir():
+        return path
+    return path.parent if path.suffix in BAG_FILES or path.name == METADATA else None
+
+
 def bag_directory(path: Path | str) -> Path:
     """Return the directory of a bag from its path or that of a file in it; RigError if none."""
     path = Path(path)
     if not path.exists():
         raise RigError(f'{path} does not exist; give the directory of a bag, e.g. under runs/')
-    if path.is_file() and path.suffix != '.mcap' and path.name != 'metadata.yaml':
+    directory = folder_of(path)
+    if directory is None:
         raise RigError(
             f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig import'
         )
-    directory = path.parent if path.is_file() else path
     if not storage_files(directory):
         raise RigError(f'{directory} holds no .mcap file; give the directory of a bag')
     return directory

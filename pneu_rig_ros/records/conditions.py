@@ -19,14 +19,13 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.records.bag import folder_of
 from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
 from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml
 
 FILE_NAME = 'conditions.yaml'
 """In the bag's directory."""
-BAG_FILES = ('.mcap', '.db3')
-"""Endings of files within a bag's directory."""
 
 _ATMOSPHERE = 'atmospheric_pressure'
 
@@ -72,10 +71,8 @@ def configured_conditions(configuration: RigConfiguration) -> dict[str, float]:
 def conditions_beside(path: Path | str) -> dict[str, float]:
     """Return the conditions in the file beside the data, {} without one."""
     path = Path(path)
-    if path.is_dir() or path.suffix in BAG_FILES:
-        file = (path if path.is_dir() else path.parent) / FILE_NAME
-    else:
-        file = path.with_suffix(f'.{FILE_NAME}')
+    folder = folder_of(path)
+    file = folder / FILE_NAME if folder else path.with_suffix(f'.{FILE_NAME}')
     return read_conditions(file) if file.exists() else {}
 
 

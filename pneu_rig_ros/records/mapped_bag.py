@@ -25,6 +25,7 @@ from pneu_rig_ros.records.bag import (
     custom_data,
     find_namespace,
     first_line,
+    folder_of,
     storage_files,
     unreadable,
 )
@@ -84,7 +85,7 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
     """
     if mapping is not None and not mapping.of_bag:
         raise RigError(f'{mapping.origin}: maps columns, but {path} is a bag; write topics: ...')
-    directory = path if path.is_dir() or path.suffix == '.bag' else path.parent
+    directory = folder_of(path) or path
     streams, gauge = {}, False
     try:
         protected = directory.is_dir() and check_bag(directory)

@@ -9,12 +9,8 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.errors import RigError, printable
-from pneu_rig_ros.records.conditions import (
-    BAG_FILES,
-    conditions_beside,
-    conditions_of,
-    with_zero,
-)
+from pneu_rig_ros.records.bag import folder_of
+from pneu_rig_ros.records.conditions import conditions_beside, conditions_of, with_zero
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import Columns, to_grid
 from pneu_rig_ros.records.mapped_bag import read_mapped_bag
@@ -69,14 +65,13 @@ def read_recording(
 
 def is_bag(path: Path) -> bool:
     """Return whether a path is that of a bag, or of a file in one, and not of a text table."""
-    return path.is_dir() or path.suffix in (*BAG_FILES, '.bag') or path.name == 'metadata.yaml'
+    return folder_of(path) is not None or path.suffix == '.bag'
 
 
 def _run_name(path: Path) -> str:
     """Return what to call the run in a bag's directory, in a file of one or in a text table."""
-    if path.suffix in BAG_FILES or path.name == 'metadata.yaml':
-        return path.resolve().parent.name
-    return path.resolve().name if path.is_dir() else path.stem
+    folder = folder_of(path)
+    return path.stem if folder is None else folder.resolve().name
 
 
 def _on_grid(path: Path, columns: Columns, zero: float) -> Recording:

@@ -33,7 +33,7 @@ def test_file_precedes_metadata_precedes_configuration(bag: Path, tmp_path: Path
     (tmp_path / 'conditions.yaml').write_text('load_mass: 2 kg\n')
     beside = OF_CYLINDER_2 | {'load_mass': 2.0, 'rest_time': 60.0}
     assert conditions_of(tmp_path, rig, told) == beside
-    for place in (tmp_path, tmp_path / 'any.mcap'):
+    for place in (tmp_path, tmp_path / 'any.mcap', tmp_path / 'metadata.yaml'):
         assert conditions_of(place, None, {}) == {'load_mass': 2.0}
     assert conditions_of(tmp_path / 'any.csv', None, {}) == {}
     (tmp_path / 'any.conditions.yaml').write_text('load_mass: 3 kg\n')
