@@ -108,6 +108,7 @@ class ManagedNode(LifecycleNodeMixin, RigNode):
 
     def _discard_waiting(self) -> None:
         for subscription in self.polled_subscriptions:
+            subscription.sequence.resume()
             if not subscription.topic.latched:
                 for _ in subscription.take_all():
                     pass

@@ -13,7 +13,7 @@ from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
-from pneu_rig_ros.nodes.topics import LossCounter, ReceivedMessage
+from pneu_rig_ros.nodes.topics import SHARED_TOPICS, ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string
@@ -61,25 +61,18 @@ class RecorderNode(ManagedNode):
         self._description = ''
         self._simulated = SimulatedTime() if self.simulated_time else None
         self._waiting: list[ReceivedMessage] = []
-        self._losses = LossCounter()
         for topic in TOPICS.values():
             subscription = self.subscribe(topic.name, RECORDER_DEPTH)
             if not topic.extra:
                 self._writer.add_topic(subscription.name, topic.type)
         self.get_logger().info(f'recording to {self._writer.path.resolve()}')
 
-    def start(self) -> None:
-        """Count losses from the next messages on."""
-        self._losses.resume()
-
     def update(self) -> None:
         """Write all messages that have arrived; discard them after a write error."""
         batch = [m for s in self.polled_subscriptions for m in s.take_all_with_info()]
         self._wall_clock.update()
         for message in batch:
-            topic_name = message.subscription.topic.name
-            self._losses.add(topic_name, message.sequence_number)
-            if topic_name == DESCRIPTION:
+            if message.subscription.topic.name == DESCRIPTION:
                 with self.skip_invalid(message.subscription):
                     self._description = unpack_string(message.cdr)
         if self._failure is not None:
@@ -164,13 +157,14 @@ class RecorderNode(ManagedNode):
 
     def status(self) -> NodeStatus:
         """Return losses and bag for `/diagnostics`."""
+        counted = (s for s in self.polled_subscriptions if s.topic.name not in SHARED_TOPICS)
+        lost = sum(subscription.sequence.lost for subscription in counted)
         values: dict[str, object] = {
             'messages': self.rate.count,
-            'lost': self._losses.total,
+            'lost': lost,
             'recording': self._failure is None,
             'bag': self._writer.path.resolve(),
         }
-        lost = self._losses.total
         warnings = (
             f'{lost} messages lost' if lost else None,
             None if self.simulated_time else self._wall_clock.warning('log times'),

@@ -298,7 +298,7 @@ class RigNode(Node):
         return [
             f'{subscription.name} comes from several publishers'
             for subscription in self.polled_subscriptions
-            if subscription.topic.name not in SHARED_TOPICS and subscription.conflict.detected
+            if subscription.topic.name not in SHARED_TOPICS and subscription.sequence.alternating
         ]
 
     def close(self) -> None:

@@ -24,54 +24,38 @@ MOST_PUBLISHERS = 4
 """Publishers of one topic whose sequence numbers are followed, the latest ones."""
 
 
-class LossCounter:
+class SequenceNumbers:
     """
-    Counts lost messages by gaps in the sequence numbers of topics that should have one publisher.
+    What the sequence numbers of one topic show: lost messages, and publishers that alternate.
 
-    A number below the last one begins another publisher, or the same one after a restart; each
-    number belongs to the publisher whose last one it follows most closely.
+    Each publisher counts upwards. A number below the last one is that of another publisher, or of
+    the same one after a restart; each number belongs to the publisher whose last one it follows
+    most closely. Two decreases within a few seconds are publishers that alternate.
     """
 
     def __init__(self) -> None:
-        self.total = 0
-        self._last: dict[str, deque[int]] = {}
+        self.lost = 0
+        """Messages that are missing between those of a publisher."""
+        self._publishers: deque[int] = deque(maxlen=MOST_PUBLISHERS)
+        self._decreases: deque[float] = deque(maxlen=2)
 
     def resume(self) -> None:
         """Begin again after a pause, in which no message was expected."""
-        self._last.clear()
+        self._publishers.clear()
 
-    def add(self, topic_name: str, sequence_number: int) -> None:
-        """Add the next message of a topic."""
-        if topic_name in SHARED_TOPICS:
-            return
-        publishers = self._last.setdefault(topic_name, deque(maxlen=MOST_PUBLISHERS))
-        before = max((last for last in publishers if last < sequence_number), default=None)
-        if before is not None:
-            self.total += sequence_number - before - 1
-            publishers.remove(before)
-        publishers.append(sequence_number)
-
-
-class PublisherConflict:
-    """
-    Detects several publishers of one topic by their sequence numbers.
-
-    Each publisher counts upwards. A decrease is another publisher, or the same one after a
-    restart; two decreases within a few seconds are publishers that alternate.
-    """
-
-    def __init__(self) -> None:
-        self._last = 0
-        self._decreases: deque[float] = deque(maxlen=2)
-
-    def add(self, sequence_number: int) -> None:
-        """Add the next message of the topic."""
-        if sequence_number <= self._last:
+    def add(self, number: int) -> None:
+        """Add the number of the next message."""
+        publishers = self._publishers
+        if publishers and number <= publishers[-1]:
             self._decreases.append(time.monotonic())
-        self._last = sequence_number
+        before = max((last for last in publishers if last < number), default=None)
+        if before is not None:
+            self.lost += number - before - 1
+            publishers.remove(before)
+        publishers.append(number)
 
     @property
-    def detected(self) -> bool:
+    def alternating(self) -> bool:
         """Whether several publishers have alternated within the last seconds."""
         decreases = self._decreases
         return len(decreases) == 2 and time.monotonic() - decreases[0] < ALTERNATION_TIME
@@ -84,7 +68,6 @@ class ReceivedMessage(NamedTuple):
     cdr: bytes
     sent_ns: int
     received_ns: int
-    sequence_number: int
 
 
 class _PolledGroup(CallbackGroup):
@@ -144,7 +127,7 @@ class PolledSubscription:
         self._monitor = monitor
         self._depth = depth
         self._taken: dict[tuple[int, int], None] = {}
-        self.conflict = PublisherConflict()
+        self.sequence = SequenceNumbers()
         self._subscriptions: list[Subscription] = []
         self.handles: list[Any] = []
         """Of its one or two subscriptions."""
@@ -184,7 +167,7 @@ class PolledSubscription:
         for handle in self.handles:
             while (taken := handle.take_message(self._class, True)) is not None:
                 if len(self.handles) == 1 or self._first_time(taken[1]):
-                    self.conflict.add(taken[1]['publication_sequence_number'])
+                    self.sequence.add(taken[1]['publication_sequence_number'])
                     return taken  # type: ignore[no-any-return]
         return None
 
@@ -206,20 +189,14 @@ class PolledSubscription:
 
     def take_all(self) -> Iterator[bytes]:
         """Yield all waiting messages, oldest first."""
-        while (taken := self._take()) is not None:
-            yield taken[0]
+        while (cdr := self.take()) is not None:
+            yield cdr
 
     def take_all_with_info(self) -> Iterator[ReceivedMessage]:
         """Yield all waiting messages with the message info of the middleware, oldest first."""
         while (taken := self._take()) is not None:
             cdr, info = taken
-            yield ReceivedMessage(
-                self,
-                cdr,
-                info['source_timestamp'],
-                info['received_timestamp'],
-                info['publication_sequence_number'],
-            )
+            yield ReceivedMessage(self, cdr, info['source_timestamp'], info['received_timestamp'])
 
 
 def _unused_callback(message: object) -> None:

@@ -133,7 +133,7 @@ class ValveCommandNode(ManagedNode):
         several = f'u comes from several publishers, {newest}'
         too_many = f'u comes {rate:.0f} times a second, {newest}'
         warnings = (
-            several if self._commands.conflict.detected else None,
+            several if self._commands.sequence.alternating else None,
             too_many if rate > HIGHEST_RATE else None,
         )
         return NodeStatus('waiting' if self._u is None else 'running', values, warnings)

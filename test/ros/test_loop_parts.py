@@ -8,7 +8,7 @@ import pytest
 from pneu_rig_ros.nodes.clock import SimulatedTime
 from pneu_rig_ros.nodes.loop_timer import PeriodicTimer, TickErrors
 from pneu_rig_ros.nodes.sync import TimeSynchronizer
-from pneu_rig_ros.nodes.topics import LossCounter
+from pneu_rig_ros.nodes.topics import SequenceNumbers
 
 
 def test_synchronizer_combines_by_stamp_whatever_the_order_of_arrival():
@@ -71,23 +71,27 @@ def test_an_empty_simulated_time_knows_nothing():
     assert SimulatedTime().at(5) == 0
 
 
-def test_losses_are_gaps_but_not_restarts_or_shared_topics():
-    losses = LossCounter()
+def test_losses_are_gaps_but_not_restarts_or_pauses():
+    numbers = SequenceNumbers()
     for number in (5, 6, 9, 10, 1, 2):
-        losses.add('position', number)
-        losses.add('u', number)
-    assert losses.total == 2
+        numbers.add(number)
+    assert numbers.lost == 2
+    numbers.resume()
+    numbers.add(100)
+    assert numbers.lost == 2
+    assert not numbers.alternating
 
 
 def test_publishers_that_alternate_lose_nothing():
-    losses = LossCounter()
+    numbers = SequenceNumbers()
     for number in range(2000, 3000):
-        losses.add('joint_states', number)
+        numbers.add(number)
         if number % 3 == 0:
-            losses.add('joint_states', (number - 2000) // 3 + 1)
-    assert losses.total == 0
-    losses.add('joint_states', 3002)
-    assert losses.total == 2
+            numbers.add((number - 2000) // 3 + 1)
+    assert numbers.alternating
+    assert numbers.lost == 0
+    numbers.add(3002)
+    assert numbers.lost == 2
 
 
 def test_tick_errors_have_exact_percentiles_and_maximum():
