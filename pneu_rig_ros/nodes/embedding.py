@@ -31,6 +31,9 @@ POLL_INTERVAL = 0.02
 COMMAND_PERIOD_NS = 20_000_000
 """Commands are published at 50 Hz, often enough for any sensible `command_timeout`."""
 
+COMMAND_SUBSCRIBERS = 2
+"""Of `u`, to wait for: valve command and recorder."""
+
 RECORDED_ONLY = ('position', 'velocity')
 """Topics of the plant that only the recorder subscribes to."""
 
@@ -117,7 +120,6 @@ def hold_command(
     u: float,
     duration: float,
     progress: Callable[[float], None] = lambda _: None,
-    subscribers: int = 2,
     namespace: str = '',
 ) -> None:
     """
@@ -125,18 +127,17 @@ def hold_command(
 
     :param progress: called with the elapsed time [s] at every command, and with 0 while waiting
         for subscribers; an exception that it raises ends the command
-    :param subscribers: number of subscribers of `u` to wait for: valve command and recorder
     :param namespace: of the rig
     :raises RigError: when the subscribers are not found, or the namespace is not valid
     """
     with _client('constant_command', namespace) as node:
         publisher = create_publisher(node, 'u')
         deadline = time.monotonic() + DISCOVERY_TIMEOUT
-        while (present := publisher.get_subscription_count()) < subscribers:
+        while (present := publisher.get_subscription_count()) < COMMAND_SUBSCRIBERS:
             if time.monotonic() > deadline:
                 raise RigError(
-                    f'{publisher.topic_name}: {present} of {subscribers} subscribers after '
-                    f'{DISCOVERY_TIMEOUT:g} s; start valve_command and recorder'
+                    f'{publisher.topic_name}: {present} of {COMMAND_SUBSCRIBERS} subscribers '
+                    f'after {DISCOVERY_TIMEOUT:g} s; start valve_command and recorder'
                 )
             progress(0.0)
             time.sleep(POLL_INTERVAL)

@@ -2,8 +2,8 @@
 
 import os
 import time
+from collections import Counter
 from collections.abc import Sequence
-from itertools import accumulate
 from typing import Protocol
 
 from rclpy.context import Context
@@ -20,32 +20,29 @@ class LoopTimer(Protocol):
 
 
 class TickErrors:
-    """Lateness of the ticks: a histogram in steps of 1 us up to 10 ms, and the exact maximum."""
-
-    _STEP_NS = 1_000
-    _BINS = 10_000
+    """Lateness of the ticks: how often it was how many microseconds, and the exact maximum."""
 
     def __init__(self) -> None:
         self.count = 0
         self.late = 0
         self.max_ns = 0
-        self._histogram = [0] * (self._BINS + 1)
+        self._microseconds: Counter[int] = Counter()
 
     def add(self, error_ns: int, period_ns: int) -> None:
         """Count one tick that was `error_ns` after its deadline."""
         self.count += 1
-        self._histogram[min(max(error_ns, 0) // self._STEP_NS, self._BINS)] += 1
-        if error_ns > period_ns:
-            self.late += 1
+        self.late += error_ns > period_ns
         self.max_ns = max(self.max_ns, error_ns)
+        self._microseconds[max(error_ns, 0) // 1000] += 1
 
     def percentile_ms(self, percent: float) -> float:
         """Return the tick error [ms] that `percent` of the ticks did not exceed."""
-        wanted = self.count * percent / 100.0
-        for index, total in enumerate(accumulate(self._histogram)):
-            if total >= wanted and index < self._BINS:
-                return index * self._STEP_NS * 1e-6
-        return self.max_ns * 1e-6
+        ticks = 0
+        for microseconds, count in sorted(self._microseconds.items()):
+            ticks += count
+            if ticks >= self.count * percent / 100.0:
+                return microseconds * 1e-3
+        return 0.0
 
 
 class PeriodicTimer:

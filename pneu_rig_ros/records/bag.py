@@ -58,10 +58,9 @@ class Bag:
         self.directory = directory
         self.information = information
         self.files = files
-        counts: dict[tuple[str, str], int] = {}
+        counts = Counter[tuple[str, str]]()
         for file in files:
-            for key, count in file.counts().items():
-                counts[key] = counts.get(key, 0) + count
+            counts.update(file.counts())
         self.connections = [Connection(*key, count) for key, count in counts.items()]
         filled = [file.statistics for file in files if file.statistics.message_count]
         self.message_count = sum(statistics.message_count for statistics in filled)

@@ -113,14 +113,12 @@ class TableMapping:
         return any(source.topic for source in self.signals.values())
 
 
-def read_mapping(source: Path | str | Mapping[str, Any] | TableMapping) -> TableMapping:
+def read_mapping(source: Path | str | Mapping[str, Any]) -> TableMapping:
     """
     Return a mapping from a YAML file, or from what such a file would hold.
 
     :raises RigError: for a name or a key that is not known, or a value of a wrong kind
     """
-    if isinstance(source, TableMapping):
-        return source
     if isinstance(source, Mapping):
         origin, data = 'mapping', dict(source)
     else:

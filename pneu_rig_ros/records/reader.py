@@ -14,7 +14,7 @@ from pneu_rig_ros.records.conditions import conditions_beside, conditions_of, wi
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import Columns, to_grid
 from pneu_rig_ros.records.mapped_bag import read_mapped_bag
-from pneu_rig_ros.records.mapping import TableMapping, read_mapping
+from pneu_rig_ros.records.mapping import read_mapping
 from pneu_rig_ros.records.own_bag import read_own_bag
 from pneu_rig_ros.records.recording import NEVER, Recording
 from pneu_rig_ros.records.text_table import read_columns
@@ -25,7 +25,7 @@ UNPROTECTED = 'no checksums: changed bits would not be noticed'
 
 def read_recording(
     path: Path | str,
-    mapping: Path | str | Mapping[str, Any] | TableMapping | None = None,
+    mapping: Path | str | Mapping[str, Any] | None = None,
     atmospheric_pressure: float | None = None,
 ) -> Recording:
     """

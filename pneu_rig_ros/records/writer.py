@@ -90,10 +90,10 @@ class BagWriter:
             self._file = GrowingFile(self._storage)
             self._file.append(MAGIC + encode(Header(Profile.ROS2, 'pneu_rig_ros')))
 
-    def add_topic(self, topic: str, type_name: str) -> None:
-        """Announce a topic, so that the bag lists it even if no message comes."""
+    def add_topic(self, topic: str, type_name: str) -> int:
+        """Return the number of a topic, which the bag lists even if no message comes."""
         if topic in self._channel_ids:
-            return
+            return self._channel_ids[topic]
         if type_name not in typestore().fielddefs:
             raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
         metadata = {
@@ -110,6 +110,7 @@ class BagWriter:
         self._channels[channel.id] = channel
         self._channel_ids[topic] = channel.id
         self._content += encode(channel)
+        return channel.id
 
     def _schema_id(self, type_name: str) -> int:
         """Return the number of a type's schema, written with its first topic."""
@@ -137,10 +138,7 @@ class BagWriter:
         :param cdr: the serialised message, encapsulation header included
         :raises RigError: when the disk is full or the type unknown
         """
-        channel = self._channel_ids.get(topic)
-        if channel is None:
-            self.add_topic(topic, type_name)
-            channel = self._channel_ids[topic]
+        channel = self.add_topic(topic, type_name)
         start = len(self._content)
         # Packed here: a quarter of the time that mcap.records.Message takes.
         size = MESSAGE.size + len(cdr)
@@ -168,9 +166,7 @@ class BagWriter:
         rows = [row for row in rows if row.present.any()]
         if not rows:
             return
-        for row in rows:
-            self.add_topic(f'/{row.topic}', row.type)
-        channels = [self._channel_ids[f'/{row.topic}'] for row in rows]
+        channels = [self.add_topic(f'/{row.topic}', row.type) for row in rows]
         content, index = chunk_of(rows, channels, log_times, len(self._content))
         there = log_times[np.logical_or.reduce([row.present for row in rows])]
         with deferred_interrupts():

@@ -15,7 +15,6 @@ from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import cdr, read_recording
 from pneu_rig_ros.records.description import bag_metadata, describe
-from pneu_rig_ros.records.mapping import read_mapping
 from pneu_rig_ros.records.writer import BagWriter
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
@@ -139,7 +138,7 @@ def test_message_definitions_do_not_run(
         connection = made.add_connection('/x', kind, msgdef=definition, rihs01=HASH)
         for k in range(4):
             made.write(connection, k, cdr.pack_float64(0.1))
-    mapping = read_mapping({'topics': {'position': {'topic': '/x', 'field': 'data'}}})
+    mapping = {'topics': {'position': {'topic': '/x', 'field': 'data'}}}
     with pytest.raises(RigError) as told:
         read_recording(tmp_path / 'bag', mapping)
     assert str(told.value).isprintable()

@@ -100,7 +100,7 @@ def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path, bystander
     samples = bystander.hear('joint_states')
     until(samples.take)
     heard = []
-    hold_command(0.34, 1.0, heard.append, subscribers=2)
+    hold_command(0.34, 1.0, heard.append)
     for process in (plant, valves, estimator):
         stop(process, signal.SIGTERM)
     assert str(bag) in stop(recorder)
@@ -119,7 +119,7 @@ def test_one_process_holds_the_whole_rig(start, tmp_path, bystander):
     rig = start('rig', f'recorder:output:={bag}', 'plant:cylinder:=cylinder_1')
     samples = bystander.hear('joint_states')
     until(samples.take)
-    hold_command(0.3, 0.5, subscribers=2)
+    hold_command(0.3, 0.5)
     stop(rig)
     counts, stamps = contents(bag)
     assert len(stamps) > 0.5e9 / INTERVAL
@@ -195,7 +195,7 @@ def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
         watcher = Bystander(context, namespace=f'/{name}')
         until(watcher.hear('joint_states').take)
         watcher.destroy_node()
-    hold_command(0.4, 0.5, subscribers=2, namespace='left')
+    hold_command(0.4, 0.5, namespace='left')
     for process in processes:
         stop(process)
     for name, cylinder in rigs.items():
