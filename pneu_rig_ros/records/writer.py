@@ -68,12 +68,9 @@ class BagWriter:
 
     path: Path
     """The bag's directory."""
-    message_count: int
-    """Messages written so far."""
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self.message_count = 0
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self._channel_ids: dict[str, int] = {}
@@ -151,7 +148,6 @@ class BagWriter:
             if not entries or entries[-1][1] != start:
                 del self._content[start:]  # of a message without its entry in the index
             raise
-        self.message_count += 1
         if len(self._content) > CHUNK_SIZE or time.monotonic() - self._flushed > FLUSH_PERIOD:
             self.flush()
 
@@ -172,7 +168,6 @@ class BagWriter:
         with deferred_interrupts():
             schemas, self._content = bytes(self._content), bytearray()
             self._append(schemas + content, int(there[0]), int(there[-1]), index)
-        self.message_count += int(sum(row.present.sum() for row in rows))
 
     def flush(self) -> None:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""

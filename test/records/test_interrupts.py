@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.records import BagWriter
-from pneu_rig_ros.records.bag import check_bag
+from pneu_rig_ros.records.bag import check_bag, open_bag
 
 
 def test_interrupt_within_a_write_leaves_a_whole_bag(
@@ -29,4 +29,5 @@ def test_interrupt_within_a_write_leaves_a_whole_bag(
     writer.write('/u', 'std_msgs/msg/Float64', 1, bytes(12))
     writer.close({})
     check_bag(tmp_path / 'bag')
-    assert writer.message_count == 2
+    with open_bag(tmp_path / 'bag') as bag:
+        assert bag.message_count == 2
