@@ -36,13 +36,9 @@ def run_of(recording: Recording, system: System) -> Run:
     return prepare_run(recording, system, NAME)
 
 
-def with_signals(recording: Recording, **signals: np.ndarray) -> Recording:
-    return replace(recording, signals={**recording.signals, **signals})
-
-
 def exchanged(recording: Recording) -> Recording:
     p1, p2 = recording['pressure_1'], recording['pressure_2']
-    return with_signals(recording, pressure_1=p2, pressure_2=p1)
+    return recording.with_signals(pressure_1=p2, pressure_2=p1)
 
 
 def in_psi(recording: Recording) -> Recording:
@@ -50,7 +46,7 @@ def in_psi(recording: Recording) -> Recording:
         name: ATMOSPHERE + PSI_BY_BAR * (recording[name] - ATMOSPHERE)
         for name in ('pressure_1', 'pressure_2')
     }
-    return with_signals(recording, **pressures)
+    return recording.with_signals(**pressures)
 
 
 def found(recording: Recording, system: System) -> tuple[str, str] | None:
@@ -107,7 +103,7 @@ def test_zero_of_the_position_is_taken_from_the_readings(
     as_stated: Recording, system: System
 ) -> None:
     zero, reference = 3e-3, run_of(as_stated, system)
-    off = run_of(with_signals(as_stated, position=as_stated['position'] + zero), system)
+    off = run_of(as_stated.with_signals(position=as_stated['position'] + zero), system)
     given = system.hypothesis
     right = given.with_condition(POSITION_ZERO, zero)
     assert worst(off, right, reference) < 0.01 * worst(off, given, reference)
@@ -120,7 +116,7 @@ def test_clock_of_the_sensors_shifts_the_commands(
     reference, late = run_of(as_stated, system), {}
     for name in ('voltage_1', 'voltage_2'):
         late[name] = np.roll(as_stated[name], -samples)  # the sensors' stamps are later
-    off = run_of(with_signals(as_stated, **late), system)
+    off = run_of(as_stated.with_signals(**late), system)
     given = system.hypothesis
     right = given.with_condition(SENSOR_CLOCK, samples * off.interval)
     assert worst(off, right, reference) < 0.05 * worst(off, given, reference)

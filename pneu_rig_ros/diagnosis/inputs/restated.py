@@ -79,15 +79,14 @@ def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restat
 
 def _exchanged(recording: Recording) -> Recording:
     first, second = (recording[name] for name in PRESSURES)
-    signals = {**recording.signals, 'pressure_1': second, 'pressure_2': first}
-    return replace(recording, signals=signals)
+    return recording.with_signals(pressure_1=second, pressure_2=first)
 
 
 def _scaled(recording: Recording, factor: float, atmosphere: float) -> Recording:
     """Return a recording whose gauge pressures are multiplied."""
     zero = recording.conditions.get('atmospheric_pressure', atmosphere)
     signals = {name: zero + factor * (recording[name] - zero) for name in PRESSURES}
-    return replace(recording, signals={**recording.signals, **signals})
+    return recording.with_signals(**signals)
 
 
 def otherwise(
