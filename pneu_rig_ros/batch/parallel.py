@@ -113,12 +113,7 @@ def loop(
 
 
 def loop_over(plant: str, packed: PackedParameters) -> Loop:
-    """
-    Return the compiled loop.
-
-    :param plant: module of the compiled plant
-    :param packed: model and effects of one of the plants
-    """
+    """Return the compiled loop over plants of a module, whose parameters are packed alike."""
     imports = ''.join(
         f'from {module} import {name} as {alias(module, name)}\n'
         for module, name in sorted(packed.classes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -52,13 +53,7 @@ def to_dict(effect: Effect) -> dict[str, Any]:
     from pneu_rig_ros.model.quantity import Quantity, specifications
 
     parameters = {
-        name: {
-            'unit': spec.unit,
-            'low': spec.low,
-            'high': spec.high,
-            'null': getattr(effect.null, name),
-            'description': spec.description,
-        }
+        name: {**asdict(spec), 'null': getattr(effect.null, name)}
         for name, spec in specifications(effect.parameters).items()
         if isinstance(spec, Quantity)
     }

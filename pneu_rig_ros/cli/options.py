@@ -54,11 +54,7 @@ class Whole(click.IntRange):
 
 
 class NewFile(click.Path):
-    """
-    A file to write, as `new_file` demands.
-
-    :param suffix: with which its name must end
-    """
+    """A file to write, as `new_file` demands, whose name ends in a suffix."""
 
     def __init__(self, suffix: str = '') -> None:
         super().__init__(path_type=Path)

@@ -33,7 +33,6 @@ class NodeStatus(NamedTuple):
     Status of a node.
 
     :param state: what the node does, shown when there is no problem
-    :param values: key -> value
     :param warnings: problems, None for those that are absent
     :param errors: worse problems, None for those that are absent
     """
@@ -56,11 +55,7 @@ class NodeStatus(NamedTuple):
 
 
 class DiagnosticsPublisher:
-    """
-    Publishes the status of one node once a second.
-
-    :param status: returns the present status
-    """
+    """Publishes the status of one node once a second."""
 
     def __init__(self, node: Node, status: Callable[[], NodeStatus]) -> None:
         self._node = node

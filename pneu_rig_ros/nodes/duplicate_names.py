@@ -105,8 +105,6 @@ class HostLock:
     It is the address of a socket in Linux's abstract namespace (unix(7)): no file is left behind,
     the kernel releases it however the process ends, and containers with a network of their own,
     which DDS does not reach either, do not share it.
-
-    :param name: of any length
     """
 
     def __init__(self, name: str) -> None:

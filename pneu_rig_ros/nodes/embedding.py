@@ -50,9 +50,8 @@ for both nodes.
 @contextmanager
 def ros_context(namespace: str = '') -> Iterator[Context]:
     """
-    Initialise ROS for the block, without signal handlers.
+    Initialise ROS for the block, with its nodes in a namespace and without signal handlers.
 
-    :param namespace: of all nodes in the context
     :raises RigError: when the namespace is not valid
     """
     if not re.fullmatch(r'(/?[A-Za-z_]\w*)*', namespace):
@@ -73,7 +72,6 @@ def embedded(
     """
     Create a node inside another program; yield it and `Runner.run`, then close it.
 
-    :param namespace: of the node
     :raises RigError: when the namespace or a parameter of the node is not valid
     """
     with ros_context(namespace) as context:
@@ -127,7 +125,6 @@ def hold_command(
 
     :param progress: called with the elapsed time [s] at every command, and with 0 while waiting
         for subscribers; an exception that it raises ends the command
-    :param namespace: of the rig
     :raises RigError: when the subscribers are not found, or the namespace is not valid
     """
     with _client('constant_command', namespace) as node:

@@ -37,12 +37,7 @@ Row = Sequence[float | None]
 
 
 class History:
-    """
-    Keeps the last rows of a stream of values; one thread adds, others read.
-
-    :param names: names of the columns
-    :param length: number of rows kept
-    """
+    """Keeps the last rows of a stream of values; one thread adds, others read."""
 
     def __init__(self, names: Sequence[str], length: int) -> None:
         self._names = tuple(names)

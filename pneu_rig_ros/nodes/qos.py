@@ -39,8 +39,6 @@ class QosMonitor:
 
     The middleware reports such an endpoint when it is discovered. Only then is the graph queried
     whether it still exists, because a query takes about a millisecond.
-
-    :param node: owner of the monitored publishers and subscriptions
     """
 
     def __init__(self, node: Node) -> None:

@@ -132,8 +132,6 @@ def _keep_time_source(changes: list[RosParameter]) -> SetParametersResult:
 class RigNode(Node):
     """
     A node that polls its subscriptions: `Runner` calls `update` whenever its `loop_timer` returns.
-
-    :param context: of ROS; the global one when not given
     """
 
     NAME: ClassVar[str]

@@ -36,11 +36,7 @@ Factory = Callable[[Context], RigNode]
 
 
 class Runner:
-    """
-    The loop of a process around its nodes; the first node sets the rate.
-
-    :param nodes: all of one context
-    """
+    """The loop of a process around its nodes, all of one context; the first one sets the rate."""
 
     def __init__(self, nodes: Sequence[RigNode]) -> None:
         self.nodes = nodes

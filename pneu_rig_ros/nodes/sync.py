@@ -21,8 +21,6 @@ class TimeSynchronizer:
     Each queue holds (stamp [ns], value) in order of the stamps. A stamp that is missing in one
     queue is dropped from the others as soon as that queue has a later one. Where stamps jump back,
     as those of a restarted simulation do, what is before the jump is dropped.
-
-    :param size: number of queues
     """
 
     def __init__(self, size: int) -> None:
@@ -61,11 +59,7 @@ class Sample(NamedTuple):
 
 
 class SampleSubscription:
-    """
-    Takes whole samples of a rig; a reading that is not plausible is refused by the node.
-
-    :param node: gets the subscriptions
-    """
+    """Takes whole samples of a rig; a reading that is not plausible is refused by the node."""
 
     def __init__(self, node: RigNode) -> None:
         self._node = node

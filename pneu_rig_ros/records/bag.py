@@ -47,7 +47,6 @@ class Bag:
     """
     A bag that is open for reading; see `open_bag`.
 
-    :param directory: of the bag
     :param information: content of its metadata.yaml, {} if it has none yet
     :param files: its MCAP files, in the order of time
     """
@@ -213,11 +212,9 @@ def check_bag(directory: Path) -> bool:
 
 def custom_data(bag: Bag | AnyReader, information: Mapping[str, Any]) -> dict[str, str]:
     """
-    Return the custom data of an open bag, see `pneu_rig_ros.records.description`.
+    Return the custom data of an open bag with this metadata.yaml, see `records.description`.
 
     A bag of `ros2 bag record`, or one that is being recorded, has none: they follow from a topic.
-
-    :param information: content of its metadata.yaml
     """
     kept = information.get('custom_data')
     if kept:

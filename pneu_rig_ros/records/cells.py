@@ -95,11 +95,9 @@ class Cells:
     """
     The cells of a table.
 
-    :param path: of the file
     :param names: of the columns, () in a table without a header
     :param columns: cells of each column, all of the same length
     :param row_number: returns the number of a row of data in the file, counted from 1
-    :param decimal: sign
     """
 
     path: Path

@@ -51,7 +51,6 @@ def conditions_of(
 
     :param path: the bag's directory, a file in it, or a text table
     :param configuration: the rig, where the bag holds it
-    :param metadata: custom data of the bag
     :return: name of :data:`CONDITIONS` -> value
     :raises RigError: when a source holds anything else
     """

@@ -94,7 +94,6 @@ def write_bag(
     The bag is written atomically. Missing samples stay missing. Without `voltage_1`
     and `voltage_2` the valve voltages follow from `u` by Eq. 1, if it was recorded.
 
-    :param recording: the signals
     :param out: the bag's directory, must not exist
     :param conditions: written to ``conditions.yaml`` in the bag, with those of the recording and
         the atmospheric pressure that gauge pressures were converted with

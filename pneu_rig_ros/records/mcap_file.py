@@ -72,7 +72,6 @@ class McapFile:
     """
     An MCAP file that is open for reading; what is appended to it later is not seen.
 
-    :param path: of the file
     :raises RigError: when its index was changed, contradicts itself, or needs too much memory
     :raises Exception: any of the parsers' own for a file that is damaged
     """

@@ -71,7 +71,6 @@ def read_own_bag(path: Path, name: str) -> Recording | None:
     Read a complete bag of a rig, as the recorder of this project writes it.
 
     :param path: the bag's directory, or a file in it
-    :param name: of the recording
     :return: None where the bag lacks a topic that every rig has
     :raises RigError: when it is not a bag, is cut off, or lacks the samples of a rig
     """

@@ -43,7 +43,6 @@ class RepairReport:
     """
     Result of a repair.
 
-    :param path: the bag's directory
     :param repaired: False if the bag was healthy and nothing was changed
     :param messages: messages in the bag now
     :param duration: from the first to the last of them [s]

@@ -48,8 +48,6 @@ class GrowingFile:
     After each piece stands the end of an MCAP file without an index, and the next piece overwrites
     it in one call. A file that is still being recorded, or whose recorder was killed, is therefore
     read by every MCAP reader.
-
-    :param path: the file to create
     """
 
     def __init__(self, path: Path) -> None:

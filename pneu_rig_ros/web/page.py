@@ -19,7 +19,6 @@ def render(template: str, data: Mapping[str, Any], **variables: Any) -> str:
 
     :param template: file name in the folder of assets
     :param data: plain data that the scripts find in the element `data`; NaN is not allowed
-    :param variables: further variables of the template
     """
     # In a script element only '<' can end the data.
     text = json.dumps(data, allow_nan=False, separators=(',', ':')).replace('<', '\\u003c')

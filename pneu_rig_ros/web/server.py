@@ -102,9 +102,6 @@ class LivePage:
 
     A page of another site could otherwise command the rig through the user's browser. So a
     request with another Origin than this page, or another Host than this computer, is refused.
-
-    :param rig: the rig that is shown and commanded
-    :param port: on which the page is served
     """
 
     def __init__(self, rig: Rig, port: int) -> None:
