@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import Stamps
 
@@ -59,37 +59,16 @@ class Grid(NamedTuple):
 
     :param start_ns: stamp of sample 0 [ns]
     :param interval_ns: [ns]
-    :param sample: numbers of the recorded samples, shape (n,), increasing from 0
+    :param recorded: whether a sample was recorded, else it is interpolated, shape (n,)
     :param signals: name -> values, each of shape (n,)
     :param note: what was changed, '' if nothing
     """
 
     start_ns: int
     interval_ns: int
-    sample: Stamps
+    recorded: Flags
     signals: Mapping[str, Floats]
     note: str
-
-    @property
-    def size(self) -> int:
-        """Number of samples of the grid."""
-        return int(self.sample[-1]) + 1
-
-    @property
-    def missing(self) -> Stamps:
-        """Stamps of the grid without a recorded sample [ns]."""
-        absent = np.ones(self.size, dtype=np.bool_)
-        absent[self.sample] = False
-        return np.asarray(
-            self.start_ns + self.interval_ns * np.flatnonzero(absent), dtype=np.int64
-        )
-
-    def filled(self) -> dict[str, Floats]:
-        """Return the signals without gaps, shape (size,) each."""
-        if self.sample.size == self.size:
-            return dict(self.signals)
-        wanted, known = np.arange(self.size, dtype=np.float64), self.sample.astype(np.float64)
-        return {name: resample(wanted, known, v, name) for name, v in self.signals.items()}
 
 
 def check_gaps(wanted: int, recorded: int) -> None:
@@ -112,7 +91,7 @@ def to_grid(columns: Columns) -> Grid:
 
     :raises RigError: when the stamps are too uneven for such a grid, or too few
     """
-    time, signals = columns.time, columns.signals
+    time = columns.time
     if time.size < 2:
         raise RigError(f'{time.size} samples, at least 2 are needed')
     steps = np.diff(time)
@@ -122,31 +101,49 @@ def to_grid(columns: Columns) -> Grid:
         )
     index, interval, off = fit_grid(time, steps)
     rounding = _resolution(time)
-    notes = []
     if index is not None and off <= max(rounding, JITTER * interval):
-        check_gaps(int(index[-1]) + 1, index.size)
         interval_ns = round(shortest_decimal(interval, int(index[-1]), rounding) * 1e9)
-        kept = dict(signals)
-        if missing := int(index[-1]) + 1 - index.size:
-            notes.append(f'{missing} of {int(index[-1]) + 1} samples are missing')
+        recorded, signals, note = _filled(index, columns.signals)
     else:
         interval_ns = round(float(np.median(steps)) * 1e9)
-        if interval_ns < 1:
-            raise RigError('the time steps are so uneven that no sampling interval fits them')
-        last = (time[-1] - time[0]) / (interval_ns * 1e-9)
-        check_gaps(int(last) + 1, time.size)
-        index = np.arange(int(last + 1e-6) + 1, dtype=np.int64)
-        wanted = time[0] + interval_ns * 1e-9 * index
-        kept = {name: resample(wanted, time, v, name) for name, v in signals.items()}
-        notes.append(
-            f'time steps of {_ms(steps.min())} to {_ms(steps.max())} ms: interpolated onto '
-            f'steps of {_ms(interval_ns * 1e-9)} ms'
-        )
+        recorded, signals, note = _interpolated(time, interval_ns, columns.signals)
     start_ns = columns.epoch_ns + round(float(time[0]) * 1e9)
     if start_ns < 0:
-        notes.append(f'time starts at {time[0]:g} s; moved to 0 s')
-        start_ns = 0
-    return Grid(start_ns, interval_ns, index, kept, '; '.join(notes))
+        note += f'{"; " if note else ""}time starts at {time[0]:g} s; moved to 0 s'
+    return Grid(max(start_ns, 0), interval_ns, recorded, signals, note)
+
+
+def _filled(
+    index: Stamps, signals: Mapping[str, Floats]
+) -> tuple[Flags, Mapping[str, Floats], str]:
+    """Return which samples of the grid have these numbers, signals without gaps, and a note."""
+    size = int(index[-1]) + 1
+    check_gaps(size, index.size)
+    recorded = np.zeros(size, dtype=np.bool_)
+    recorded[index] = True
+    if size == index.size:
+        return recorded, signals, ''
+    wanted, known = np.arange(size, dtype=np.float64), index.astype(np.float64)
+    filled = {name: resample(wanted, known, v, name) for name, v in signals.items()}
+    return recorded, filled, f'{size - index.size} of {size} samples are missing'
+
+
+def _interpolated(
+    time: Floats, interval_ns: int, signals: Mapping[str, Floats]
+) -> tuple[Flags, Mapping[str, Floats], str]:
+    """Return the same for stamps that are not on the grid, as if all samples were recorded."""
+    if interval_ns < 1:
+        raise RigError('the time steps are so uneven that no sampling interval fits them')
+    interval, steps = interval_ns * 1e-9, np.diff(time)
+    last = (time[-1] - time[0]) / interval
+    check_gaps(int(last) + 1, time.size)
+    wanted = time[0] + interval * np.arange(int(last + 1e-6) + 1)
+    kept = {name: resample(wanted, time, v, name) for name, v in signals.items()}
+    note = (
+        f'time steps of {_ms(steps.min())} to {_ms(steps.max())} ms: interpolated onto '
+        f'steps of {_ms(interval)} ms'
+    )
+    return np.ones(wanted.size, dtype=np.bool_), kept, note
 
 
 def resample(wanted: Floats, known: Floats, values: Floats, name: str) -> Floats:

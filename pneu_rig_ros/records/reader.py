@@ -84,17 +84,15 @@ def _on_grid(path: Path, columns: Columns, zero: float) -> Recording:
         conditions = with_zero(known, surroundings)
     except RigError as error:
         raise RigError(f'{path}: {error}') from error
-    stamps = grid.start_ns + grid.interval_ns * np.arange(grid.size, dtype=np.int64)
-    arrival = np.full(grid.size, NEVER, dtype=np.int64)
-    arrival[grid.sample] = stamps[grid.sample]
+    stamps = grid.start_ns + grid.interval_ns * np.arange(grid.recorded.size, dtype=np.int64)
     notes = (*columns.notes, grid.note, '' if columns.protected else UNPROTECTED)
     return Recording(
         _run_name(path),
         grid.start_ns,
         grid.interval_ns,
-        grid.filled(),
-        missing=dict.fromkeys(grid.signals, grid.missing),
-        arrival_ns=arrival,
+        grid.signals,
+        missing=dict.fromkeys(grid.signals, stamps[~grid.recorded]),
+        arrival_ns=np.where(grid.recorded, stamps, NEVER),
         metadata={'source': printable(str(path)), **columns.metadata},
         configuration=configuration,
         protected=columns.protected,
