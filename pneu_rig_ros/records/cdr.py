@@ -318,34 +318,33 @@ def unpack_valve_voltages(reader: Reader) -> tuple[float, float]:
     return values[0], values[1]
 
 
-@_decoder
-def unpack_joint_state(reader: Reader) -> JointReading:
-    """Decode stamp and first joint of a JointState."""
-    stamp_ns = reader.stamp()
-    reader.skip_string()
-    for _ in range(reader.count()):
-        reader.skip_string()
-    fields = [reader.doubles(reader.count()) for _ in range(3)]
-    reader.end()
-    position, velocity, effort = (field[0] if field else math.nan for field in fields)
-    return JointReading(stamp_ns, position, velocity, effort)
-
-
-@_decoder
-def unpack_joint_command(reader: Reader) -> JointReading:
-    """Decode stamp and joint `piston` of a JointState of any joints. RigError without it."""
+def _joints(reader: Reader) -> tuple[int, list[str], list[tuple[float, ...]]]:
+    """Return stamp [ns], names, and positions, velocities and efforts of a JointState."""
     stamp_ns = reader.stamp()
     reader.skip_string()
     names = [reader.string() for _ in range(reader.count())]
     fields = [reader.doubles(reader.count()) for _ in range(3)]
     reader.end()
+    return stamp_ns, names, fields
+
+
+@_decoder
+def unpack_joint_state(reader: Reader) -> JointReading:
+    """Decode stamp and first joint of a JointState."""
+    stamp_ns, _, fields = _joints(reader)
+    return JointReading(stamp_ns, *(field[0] if field else math.nan for field in fields))
+
+
+@_decoder
+def unpack_joint_command(reader: Reader) -> JointReading:
+    """Decode stamp and joint `piston` of a JointState of any joints. RigError without it."""
+    stamp_ns, names, fields = _joints(reader)
     if PISTON not in names:
         raise RigError(f'no joint {PISTON!r} among {names[:3]}')
     if any(len(field) not in (0, len(names)) for field in fields):
         raise RigError(f'values of {[*map(len, fields)]} joints for {len(names)} names')
     index = names.index(PISTON)
-    position, velocity, effort = (field[index] if field else math.nan for field in fields)
-    return JointReading(stamp_ns, position, velocity, effort)
+    return JointReading(stamp_ns, *(field[index] if field else math.nan for field in fields))
 
 
 @_decoder

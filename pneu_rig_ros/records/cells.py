@@ -25,11 +25,11 @@ from pneu_rig_ros.records.mapping import Layout
 from pneu_rig_ros.records.table_form import (
     DECIMAL_COMMA,
     DETECTION_LINES,
-    as_number,
     detect,
     read_utf8,
     split,
 )
+from pneu_rig_ros.records.units import as_number
 
 if TYPE_CHECKING:
     from pyarrow import ChunkedArray

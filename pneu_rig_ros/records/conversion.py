@@ -27,12 +27,7 @@ from pneu_rig_ros.records.conditions import (
     format_conditions,
     with_zero,
 )
-from pneu_rig_ros.records.description import (
-    bag_metadata,
-    describe,
-    git_revision,
-    package_version,
-)
+from pneu_rig_ros.records.description import bag_metadata, describe, git_revision, package_version
 from pneu_rig_ros.records.reader import read_recording
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
 from pneu_rig_ros.records.rows import TopicRows, fill_rows

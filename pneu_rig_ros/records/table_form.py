@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.mapping import Layout
+from pneu_rig_ros.records.units import as_number
 
 DETECTION_LINES = 50
 """Lines of data from which the separator is detected."""
@@ -163,11 +164,3 @@ def split(text: str, separator: str) -> list[str]:
         return next(csv.reader([text], delimiter=separator))
     except csv.Error as error:
         raise RigError(f'{error}, in a row that begins with {text[:40]!r}') from None
-
-
-def as_number(text: str) -> float:
-    """Return a number, NaN if a text is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan

@@ -96,10 +96,7 @@ def convert(text: object, si_unit: str, where: str, atmosphere: float | None = N
     if match is None:
         raise RigError(f'{where}: {text!r} is not a number and its unit, such as 1.5 {si_unit}')
     unit = parse_unit(match['unit'], si_unit, where)
-    try:
-        number = float(match['number'])
-    except ValueError:
-        number = math.nan
+    number = as_number(match['number'])
     if not math.isfinite(number):
         raise RigError(f'{where}: {match["number"]!r} is not a finite number')
     value = number * unit.factor + unit.offset
@@ -108,6 +105,14 @@ def convert(text: object, si_unit: str, where: str, atmosphere: float | None = N
     if atmosphere is None:
         raise RigError(f'{where}: {text!r} is a gauge pressure, allowed are absolute ones')
     return value + atmosphere
+
+
+def as_number(text: str) -> float:
+    """Return a number, NaN if a text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def scaled(values: NDArray[np.float64], unit: Unit) -> NDArray[np.float64]:

@@ -23,15 +23,7 @@ from zlib import crc32
 import numpy as np
 import yaml
 from mcap.opcode import Opcode
-from mcap.records import (
-    Channel,
-    Chunk,
-    Header,
-    MessageIndex,
-    Metadata,
-    MetadataIndex,
-    Schema,
-)
+from mcap.records import Channel, Chunk, Header, MessageIndex, Metadata, MetadataIndex, Schema
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 
 from pneu_rig_ros.errors import RigError
