@@ -260,6 +260,6 @@ def replay(
 
             run(unfinished)
         if as_json:
-            output.print_json({'elapsed': node.elapsed, 'messages': node.published})
+            output.print_json({'elapsed': node.elapsed, 'messages': node.rate.count})
         elif not quiet:
-            output.print_values({'played': f'{node.elapsed:.2f} s', 'messages': node.published})
+            output.print_values({'played': f'{node.elapsed:.2f} s', 'messages': node.rate.count})

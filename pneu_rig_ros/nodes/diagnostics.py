@@ -23,11 +23,6 @@ def process_id() -> str:
     return f'{os.getpid()}@{socket.gethostname()}'
 
 
-def hardware_id(namespace: str) -> str:
-    """Return the name of the rig, one for all nodes in a namespace: 'pneu_rig/left'."""
-    return f'pneu_rig{namespace.rstrip("/")}'
-
-
 class NodeStatus(NamedTuple):
     """
     Status of a node.
@@ -76,7 +71,8 @@ class DiagnosticsPublisher:
         status = DiagnosticStatus(
             level=present.level,
             name=self._node.get_fully_qualified_name(),
-            hardware_id=hardware_id(self._node.get_namespace()),
+            # the rig, one for all nodes in a namespace: pneu_rig/left
+            hardware_id=f'pneu_rig{self._node.get_namespace().rstrip("/")}',
             message=present.message,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )

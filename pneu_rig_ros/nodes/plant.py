@@ -150,11 +150,6 @@ class PlantNode(ManagedNode):
         self.period_ns = round(self.interval_ns / speed) if speed else 0
         return speed
 
-    @property
-    def samples(self) -> int:
-        """Number of published samples."""
-        return self.rate.count
-
     def loop_timer(self) -> LoopTimer:
         """Return the timer of the sampling interval; in lock step wait for voltages."""
         return self._timer or MessageWaitSet(self.polled_subscriptions, self.context)

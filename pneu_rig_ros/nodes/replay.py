@@ -78,11 +78,6 @@ class ReplayNode(RigNode):
         """Length of the bag [s]."""
         return self._playback.duration
 
-    @property
-    def published(self) -> int:
-        """Number of published messages."""
-        return self.rate.count
-
     def loop_timer(self) -> LoopTimer:
         """Return itself: it sleeps until the next message is due."""
         return self

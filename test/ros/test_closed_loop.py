@@ -54,7 +54,7 @@ def lock_step(context, *others, cylinder='cylinder_1') -> Runner:
 
 
 def run(runner: Runner, samples: int) -> None:
-    runner.run(lambda: runner.nodes[0].samples < samples)
+    runner.run(lambda: runner.nodes[0].rate.count < samples)
 
 
 def control(

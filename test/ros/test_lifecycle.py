@@ -141,12 +141,12 @@ def test_recorder_active_first_loses_nothing_and_makes_a_bag_each_time(
     rig = managed(plant, recorder)
     rig.change('recorder', 'configure', 'activate')
     rig.change('plant', 'configure', 'activate')
-    rig.runner.run(lambda: plant.samples < 500)
+    rig.runner.run(lambda: plant.rate.count < 500)
     rig.change('plant', 'deactivate')
     rig.change('recorder', 'deactivate', 'cleanup')
     (bag,) = (tmp_path / 'runs').iterdir()
     recording = read_recording(bag)
-    assert recording.size == plant.samples
+    assert recording.size == plant.rate.count
     assert not any(stamps.size for stamps in recording.missing.values())
 
 

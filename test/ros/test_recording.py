@@ -51,7 +51,7 @@ def record(context: Context, path: Path, **plant: object) -> None:
     runner = Runner(nodes)
     controller = Bystander(context)
     controller.speak('u', subscribers=2)(pack_float64(U))
-    runner.run(lambda: nodes[0].samples < SAMPLES)
+    runner.run(lambda: nodes[0].rate.count < SAMPLES)
     runner.close()
     controller.destroy_node()
 
