@@ -17,7 +17,8 @@ from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS, Sample, SampleSubscription
-from pneu_rig_ros.records.cdr import SampleMessages, unpack_float64, unpack_valve_voltages
+from pneu_rig_ros.records.cdr import template, unpack_float64, unpack_valve_voltages
+from pneu_rig_ros.records.topics import DERIVED
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
@@ -49,15 +50,9 @@ class ShadowNode(ManagedNode):
 
     def set_up(self) -> None:
         """Create publishers and subscriptions; load the model, or compile one."""
-        self._messages = [
-            SampleMessages(f'{prefix}/', effort, self.frame_prefix)
-            for prefix, effort in (('predicted', True), ('residual', False))
-        ]
-        self._publish = {
-            topic: self.advertise(topic).publish
-            for prefix in ('predicted', 'residual')
-            for topic in (f'{prefix}/{name}' for name in SAMPLE_TOPICS)
-        }
+        topics = [f'{prefix}{name}' for prefix in DERIVED for name in SAMPLE_TOPICS]
+        self._messages = {topic: template(topic, self.frame_prefix) for topic in topics}
+        self._publish = {topic: self.advertise(topic).publish for topic in topics}
         self._descriptions = self.subscribe('rig_description')
         self._inputs = self.subscribe(self.text('input'))
         self._samples = SampleSubscription(self)
@@ -119,16 +114,17 @@ class ShadowNode(ManagedNode):
         error = self._residual = residual(measured, predicted)
         x, _, p1, p2 = observer.origin
         self._alarm.note(self._band.outside(error, measured, Measured(x, p1, p2)))
-        joint = predicted.position, predicted.velocity, predicted.friction_force
-        pressures = predicted.pressure_1, predicted.pressure_2
-        motion_error = error.position, sample.velocity - predicted.velocity
-        model, residuals = self._messages
-        messages = {
-            **model.pack(sample.stamp_ns, joint, pressures),
-            **residuals.pack(sample.stamp_ns, motion_error, error[1:]),
+        motion = predicted.position, predicted.velocity, predicted.friction_force
+        numbers = {
+            'predicted/joint_states': motion,
+            'predicted/chamber_1/pressure': (predicted.pressure_1,),
+            'predicted/chamber_2/pressure': (predicted.pressure_2,),
+            'residual/joint_states': (error.position, sample.velocity - predicted.velocity),
+            'residual/chamber_1/pressure': (error.pressure_1,),
+            'residual/chamber_2/pressure': (error.pressure_2,),
         }
-        for topic, cdr in messages.items():
-            self._publish[topic](cdr)
+        for topic, values in numbers.items():
+            self._publish[topic](self._messages[topic].at(sample.stamp_ns, *values))
         self.rate.count += 1
 
     def _use_description(self, description: RigConfiguration) -> None:

@@ -37,6 +37,13 @@ _MOST_PADDING = 3
 # a search for them finds the offsets at which the numbers are patched.
 _MARKS = (1.2345678e-101, 2.3456789e-102, 3.4567891e-103)
 
+_JOINT_FIELDS = {
+    'joint_states': ('position', 'velocity'),
+    'predicted/joint_states': ('position', 'velocity', 'effort'),
+    'residual/joint_states': ('position', 'velocity'),
+}
+"""Topic of JointStates -> what its numbers are; an effort on all others."""
+
 
 class JointReading(NamedTuple):
     """A JointState's stamp [ns] and its first joint's values (SI), NaN where absent."""
@@ -126,7 +133,7 @@ def _voltages() -> Template:
 
 def template(topic: str, frame_prefix: str = '') -> Template:
     """
-    Return the message of a topic of the rig or of a measured `force`, for its numbers.
+    Return the message of a topic of the rig, its shadow or a measured `force`, for its numbers.
 
     :param frame_prefix: of the frame in the header, as robot_state_publisher gives it to it
     """
@@ -137,9 +144,7 @@ def template(topic: str, frame_prefix: str = '') -> Template:
     if topic.endswith('/pressure'):
         # a variance of 0 is not known, as sensor_msgs says
         return _fluid_pressure(frame_prefix, 0.0)
-    if topic == 'joint_states':
-        return _joint_state(frame_prefix, 'position', 'velocity')
-    return _joint_state(frame_prefix, 'effort')
+    return _joint_state(frame_prefix, *_JOINT_FIELDS.get(topic, ('effort',)))
 
 
 class PlantMessages:
@@ -171,34 +176,6 @@ class PlantMessages:
         if self._has_clock:
             messages[CLOCK] = _CLOCK.pack(_LITTLE_ENDIAN, *divmod(stamp_ns, NANOSECONDS))
         return messages
-
-
-class SampleMessages:
-    """
-    Position, velocity and pressures of one instant, predicted ones or residuals, by topic.
-
-    :param prefix: of the topics, 'predicted/' or 'residual/'
-    :param effort: whether they include the friction force
-    :param frame_prefix: of the frames in the headers
-    """
-
-    def __init__(self, prefix: str, effort: bool, frame_prefix: str = '') -> None:
-        force = ('effort',) if effort else ()
-        self._joint = _joint_state(frame_prefix, 'position', 'velocity', *force)
-        self._pressure = _fluid_pressure(frame_prefix, 0.0)
-        self._prefix = prefix
-
-    def pack(
-        self, stamp_ns: int, joint: tuple[float, ...], pressures: tuple[float, float]
-    ) -> dict[str, bytes]:
-        """Return topic -> message for position, velocity and maybe friction, and p1, p2 (SI)."""
-        return {
-            f'{self._prefix}joint_states': self._joint.at(stamp_ns, *joint),
-            **{
-                f'{self._prefix}chamber_{chamber}/pressure': self._pressure.at(stamp_ns, pressure)
-                for chamber, pressure in enumerate(pressures, start=1)
-            },
-        }
 
 
 def pack_float64(value: float) -> bytes:

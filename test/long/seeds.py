@@ -185,12 +185,11 @@ def _pressure(k: int) -> dict[str, Any]:
 @cache
 def messages() -> tuple[bytes, ...]:
     """Return messages on the wire, each behind the number of its decoder."""
-    sample = cdr.SampleMessages('', True).pack(10**9 + 5, (0.1, 0.2, 3.0), (2e5, 3e5))
     made = [
         cdr.pack_float64(0.34),
         cdr.pack_string('name: rig'),
         cdr.pack_valve_voltages(2.8, 2.2),
-        sample['joint_states'],
-        sample['chamber_1/pressure'],
+        cdr.template('predicted/joint_states').at(10**9 + 5, 0.1, 0.2, 3.0),
+        cdr.template('chamber_1/pressure').at(10**9 + 5, 2e5),
     ]
     return tuple(bytes([number]) + cdr for number, cdr in enumerate(made))

@@ -20,13 +20,15 @@ from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr import (
-    SampleMessages,
+    PlantMessages,
     pack_float64,
     pack_string,
     pack_valve_voltages,
+    template,
     unpack_joint_state,
     unpack_valve_voltages,
 )
+from pneu_rig_ros.rig import Sample
 from pneu_rig_ros.rig.valve_drive import LARGEST_COMMAND, valve_voltages
 
 from .bystander import until
@@ -50,18 +52,14 @@ BAD_BYTES = (b'', b'\0', b'\0\1\0\0', b'\0\1\0\0' + b'\xff' * 60, b'\0\0\0\0' + 
 
 def bad_messages(topic: str) -> list[bytes]:
     """Return messages of a topic that nobody should act upon."""
-    samples = SampleMessages('', True)
+    joint, pressure = template('predicted/joint_states'), template('chamber_1/pressure')
     made = {
         'u': lambda value, k: pack_float64(value),
         'reference': lambda value, k: pack_float64(value),
         'valve_voltages': lambda value, k: pack_valve_voltages(value, value),
         'rig_description': lambda value, k: pack_string(f'name: {value}\n\udc80'[:-1]),
-        'joint_states': lambda value, k: samples.pack(
-            10**9 + k * 1_160_000, (value, value, value), (value, value)
-        )['joint_states'],
-        'chamber_1/pressure': lambda value, k: samples.pack(
-            10**9 + k * 1_160_000, (value, value, value), (value, value)
-        )['chamber_1/pressure'],
+        'joint_states': lambda value, k: joint.at(10**9 + k * 1_160_000, value, value, value),
+        'chamber_1/pressure': lambda value, k: pressure.at(10**9 + k * 1_160_000, value),
     }
     made['joint_commands'] = made['joint_states']
     wild = [made[topic](value, k) for k, value in enumerate(WILD)]
@@ -132,10 +130,10 @@ def test_estimator_tells_no_force_of_positions_that_are_none(context: Any, bysta
     topics = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
     say = {topic: bystander.speak(topic) for topic in topics}
     until(lambda: runner.nodes[0].count_subscribers('friction'))
-    samples, heard = SampleMessages('', True), []
+    samples, heard = PlantMessages(0.0), []
     for k in range(400):
         position = {100: math.nan, 101: 1e308}.get(k, 0.1)
-        packed = samples.pack(10**9 + k * 1_160_000, (position, 0.0, 0.0), (2e5, 2e5))
+        packed = samples.pack(Sample(k, position, 0.0, 2e5, 2e5), 10**9 + k * 1_160_000)
         for topic in topics:
             say[topic](packed[topic])
         runner.spin_once()

@@ -11,7 +11,7 @@ from pneu_rig_ros.nodes.clock import SampleClock, WallClock
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.records.cdr import SampleMessages, unpack_float64
+from pneu_rig_ros.records.cdr import template, unpack_float64
 
 from .bystander import Bystander, gather
 
@@ -102,12 +102,12 @@ def test_time_of_samples_starts_again_where_stamps_jump_back() -> None:
 def test_profile_starts_again_where_stamps_jump_back(
     kind: Any, profile: str, context: Context, bystander: Bystander
 ) -> None:
-    excitation, message = load_excitation(profile), SampleMessages('', effort=False)
+    excitation, message = load_excitation(profile), template('joint_states')
     levels, commands = bystander.hear(excitation.drives), bystander.hear('u')
     runner = Runner([kind(context, {'profile': profile, 'wait_for_subscribers': 1})])
     publish = bystander.speak('joint_states')
     for seconds in (5, 8, 2, 3):
-        publish(message.pack(seconds * 10**9, (0.1, 0.0), (0.0, 0.0))['joint_states'])
+        publish(message.at(seconds * 10**9, 0.1, 0.0))
     heard, _ = gather(runner, [levels, commands], 4)
     runner.close()
     assert [unpack_float64(cdr) for cdr in heard] == [excitation.level(t) for t in (0, 3, 0, 1)]

@@ -18,12 +18,13 @@ from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS
 from pneu_rig_ros.nodes.topics import message_class
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr import (
-    SampleMessages,
+    PlantMessages,
     pack_float64,
     unpack_float64,
     unpack_valve_voltages,
 )
 from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.rig import Sample
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import Bystander, until
@@ -84,9 +85,9 @@ def test_friction_of_sensors_that_are_best_effort(context: Any, bystander: Bysta
     runner = Runner([FrictionEstimatorNode(context, {'cylinder': 'cylinder_1'})])
     forces = bystander.hear('friction')
     say = {topic: mutter(bystander, runner, topic) for topic in SAMPLE_TOPICS}
-    samples, heard = SampleMessages('', True), []
+    samples, heard = PlantMessages(0.0), []
     for k in range(COUNT):
-        packed = samples.pack(10**9 + k * 1_160_000, (0.1, 0.0, 0.0), (2e5, 2e5))
+        packed = samples.pack(Sample(k, 0.1, 0.0, 2e5, 2e5), 10**9 + k * 1_160_000)
         for topic in SAMPLE_TOPICS:
             say[topic](packed[topic])
         runner.spin_once()
