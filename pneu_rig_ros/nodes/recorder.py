@@ -19,15 +19,11 @@ from pneu_rig_ros.records.bag import storage_files
 from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.repair import CUT_SUFFIX
-from pneu_rig_ros.records.topics import CLOCK, RECORDER_DEPTH, TOPICS
+from pneu_rig_ros.records.topics import CLOCK, JOINT, PRESSURE, RECORDER_DEPTH, TOPICS
 
 SAMPLES = 'joint_states'
 DESCRIPTION = 'rig_description'
-STAMPED = {CLOCK} | {
-    topic.name
-    for topic in TOPICS.values()
-    if topic.type in ('sensor_msgs/msg/JointState', 'sensor_msgs/msg/FluidPressure')
-}
+STAMPED = {CLOCK} | {t.name for t in TOPICS.values() if t.type in (JOINT, PRESSURE)}
 
 
 class RecorderNode(ManagedNode):

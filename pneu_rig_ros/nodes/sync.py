@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.records.cdr import unpack_fluid_pressure, unpack_joint_state
-
-SAMPLE_TOPICS = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
+from pneu_rig_ros.records.topics import SAMPLE_TOPICS
 
 LARGEST_VALUE = 1e9
 """Largest plausible magnitude of a sensor reading [m, Pa]."""

@@ -86,13 +86,13 @@ class Template:
     A serialised message whose stamp (if any) and marked doubles are patched in place.
 
     :param message: with the first of ``_MARKS`` in the place of its numbers
-    :param values: how many numbers
     """
 
-    def __init__(self, message: Any, values: int) -> None:
+    def __init__(self, message: Any) -> None:
         self.stamped = hasattr(message, 'header')
         self.buffer = bytearray(_serialize(message))
-        self.offsets = [self.buffer.index(_DOUBLE.pack(mark)) for mark in _MARKS[:values]]
+        found = (self.buffer.find(_DOUBLE.pack(mark)) for mark in _MARKS)
+        self.offsets = [offset for offset in found if offset >= 0]
 
     def fill(self, *values: float) -> bytes:
         """Return the message with these numbers."""
@@ -113,13 +113,13 @@ def _joint_state(frame_prefix: str, *given: str) -> Template:
     arrays = {name: np.array([marks[name]] if name in marks else [], float) for name in fields}
     type_name = TOPICS['joint_states'].type
     header = _header(frame_prefix + BASE)
-    return Template(_message(type_name, header=header, name=[PISTON], **arrays), len(given))
+    return Template(_message(type_name, header=header, name=[PISTON], **arrays))
 
 
 def _fluid_pressure(frame_prefix: str, variance: float) -> Template:
     type_name, header = TOPICS['chamber_1/pressure'].type, _header(frame_prefix + TUBE)
     message = _message(type_name, header=header, fluid_pressure=_MARKS[0], variance=variance)
-    return Template(message, 1)
+    return Template(message)
 
 
 @cache
@@ -128,7 +128,7 @@ def _voltages() -> Template:
     dimension = _message('std_msgs/msg/MultiArrayDimension', label=label, size=2, stride=2)
     layout = _message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
     data = np.array(_MARKS[:2])
-    return Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data), 2)
+    return Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data))
 
 
 def template(topic: str, frame_prefix: str = '') -> Template:
@@ -140,7 +140,7 @@ def template(topic: str, frame_prefix: str = '') -> Template:
     if topic == 'valve_voltages':
         return _voltages()
     if topic in ('u', 'position', 'velocity'):
-        return Template(_message(TOPICS[topic].type, data=_MARKS[0]), 1)
+        return Template(_message(TOPICS[topic].type, data=_MARKS[0]))
     if topic.endswith('/pressure'):
         # a variance of 0 is not known, as sensor_msgs says
         return _fluid_pressure(frame_prefix, 0.0)
@@ -200,12 +200,8 @@ class Reader:
         if len(cdr) < _ENCAPSULATION or bytes(cdr[:2]) != _LITTLE_ENDIAN[:2]:
             raise RigError(f'message of {len(cdr)} bytes: not little-endian CDR')
         self._cdr = cdr
+        self.size = len(cdr)
         self._at = _ENCAPSULATION
-
-    @property
-    def size(self) -> int:
-        """Bytes of the message."""
-        return len(self._cdr)
 
     def count(self) -> int:
         """Return the next number of elements."""
@@ -225,8 +221,8 @@ class Reader:
     def skip_string(self) -> None:
         """Go beyond a text."""
         end = self.count() + self._at
-        if not self._at < end <= len(self._cdr) or self._cdr[end - 1]:
-            raise RigError(f'message of {len(self._cdr)} bytes: a text in it does not end')
+        if not self._at < end <= self.size or self._cdr[end - 1]:
+            raise RigError(f'message of {self.size} bytes: a text in it does not end')
         self._at = end
 
     def string(self) -> str:
@@ -246,8 +242,8 @@ class Reader:
 
     def end(self) -> None:
         """Raise RigError unless all but the padding was read: it would be another type."""
-        if not 0 <= (left := len(self._cdr) - self._at) <= _MOST_PADDING:
-            raise RigError(f'message of {len(self._cdr)} bytes: {left} bytes too many')
+        if not 0 <= (left := self.size - self._at) <= _MOST_PADDING:
+            raise RigError(f'message of {self.size} bytes: {left} bytes too many')
 
 
 def _decoder(read: Callable[[Reader], _Value]) -> Callable[[bytes | Reader], _Value]:

@@ -21,14 +21,11 @@ from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps, fit_grid, shortest_decimal
 from pneu_rig_ros.records.recording import NEVER, Recording, Stamps, check_stamps
-from pneu_rig_ros.records.topics import TOPICS, absolute_names
+from pneu_rig_ros.records.topics import SAMPLE_TOPICS, TOPICS, absolute_names
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
-SAMPLED = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
-"""Topics that every rig has."""
-
-STAMPED = (*SAMPLED, 'friction', 'force')
+STAMPED = (*SAMPLE_TOPICS, 'friction', 'force')
 """Topics whose messages have the stamp of their sample."""
 
 MOST_JITTER = 0.25
@@ -79,7 +76,7 @@ def read_own_bag(path: Path, name: str) -> Recording | None:
         if not any(topic.endswith('/joint_states') for topic in present):
             return None
         namespace = find_namespace(present)
-        if not all(f'{namespace}/{topic}' in present for topic in SAMPLED):
+        if not all(f'{namespace}/{topic}' in present for topic in SAMPLE_TOPICS):
             return None
         names = absolute_names(namespace).items()
         counts = {topic: present[full] for topic, full in names if full in present}
@@ -183,7 +180,7 @@ def _sampling_grid(
 
     The interval is the configured one, else the shortest step between two stamps.
     """
-    for topic in SAMPLED:
+    for topic in SAMPLE_TOPICS:
         if streams[topic].stamps.size == 0:
             raise RigError(
                 f'no message on {topic}: was the plant running and unpaused, '
@@ -196,8 +193,8 @@ def _sampling_grid(
         interval = max(1, int(np.diff(stamps).min()))
     else:
         raise RigError('one sample and no configuration: the sampling interval is unknown')
-    start = min(int(streams[topic].stamps.min()) for topic in SAMPLED)
-    end = max(int(streams[topic].stamps.max()) for topic in SAMPLED)
+    start = min(int(streams[topic].stamps.min()) for topic in SAMPLE_TOPICS)
+    end = max(int(streams[topic].stamps.max()) for topic in SAMPLE_TOPICS)
     for topic in STAMPED:
         check_stamps(streams[topic].stamps, start, interval, topic)
     check_gaps((end - start) // interval + 1, stamps.size)

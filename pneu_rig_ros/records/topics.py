@@ -54,6 +54,9 @@ FLOAT64, STRING = 'std_msgs/msg/Float64', 'std_msgs/msg/String'
 VOLTAGES = 'std_msgs/msg/Float64MultiArray'
 JOINT, PRESSURE = 'sensor_msgs/msg/JointState', 'sensor_msgs/msg/FluidPressure'
 
+SAMPLE_TOPICS = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
+"""Topics that every rig has; together they are a sample."""
+
 DERIVED = ('predicted/', 'residual/')
 """Prefixes of topics that repeat the topics of the rig."""
 

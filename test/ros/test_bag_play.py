@@ -13,8 +13,8 @@ from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS
 from pneu_rig_ros.nodes.topics import message_class
+from pneu_rig_ros.records.topics import SAMPLE_TOPICS
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 

@@ -14,7 +14,6 @@ from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
 from pneu_rig_ros.nodes.qos import qos_profile
 from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.nodes.sync import SAMPLE_TOPICS
 from pneu_rig_ros.nodes.topics import message_class
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr import (
@@ -23,7 +22,7 @@ from pneu_rig_ros.records.cdr import (
     unpack_float64,
     unpack_valve_voltages,
 )
-from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.topics import SAMPLE_TOPICS, TOPICS
 from pneu_rig_ros.rig import Sample
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
