@@ -143,13 +143,18 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
     :raises RigError: when it is not a bag, or is cut off or damaged
     """
     directory = bag_directory(path)
+    with reading(directory), contextlib.ExitStack() as stack:
+        yield _opened(directory, read_metadata(directory), stack)
+
+
+@contextlib.contextmanager
+def reading(directory: Path) -> Iterator[None]:
+    """Make a RigError of whatever parsers and decompressors raise on damaged data."""
     try:
-        with contextlib.ExitStack() as stack:
-            yield _opened(directory, read_metadata(directory), stack)
+        yield
     except RigError:
         raise
     except Exception as error:
-        # Parsers and decompressors raise any exception on damaged data.
         raise unreadable(directory, error) from error
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bag import Bag, Connection, find_namespace, open_bag
+from pneu_rig_ros.records.bag import Bag, Connection, find_namespace, open_bag, reading
 from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS, absolute_names
 
 COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith(DERIVED)}
@@ -74,14 +74,19 @@ class Playback:
         return list(self._connections)
 
     def messages(self) -> Iterator[Message]:
-        """Yield the messages; of those logged at the same time, the sample comes first."""
+        """
+        Yield the messages; of those logged at the same time, the sample comes first.
+
+        :raises RigError: when the bag is damaged
+        """
         names = {connection: topic for topic, connection in self._connections.items()}
         found = (
             Message(time_ns, names[connection], cdr)
             for connection, time_ns, cdr in self._reader.messages(self._connections.values())
         )
-        for _, together in groupby(found, key=lambda message: message.time_ns):
-            yield from sorted(together, key=lambda message: ORDER.index(message.topic))
+        with reading(self._reader.directory):
+            for _, together in groupby(found, key=lambda message: message.time_ns):
+                yield from sorted(together, key=lambda message: ORDER.index(message.topic))
 
     def _choose(self, reader: Bag) -> dict[str, Connection]:
         namespace = find_namespace(c.topic for c in reader.connections)

@@ -1,5 +1,6 @@
 """Bags for playing: order of the messages, choice of topics, and what `ros2 bag play` reads."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,17 @@ def test_topics_are_chosen(bag: Path) -> None:
 def test_a_wrong_choice_is_refused(bag: Path, only: list[str], without: list[str], told: str):
     with pytest.raises(RigError, match=told), Playback(bag, only, without):
         pass
+
+
+def test_damage_is_told_with_its_repair(bag: Path, tmp_path: Path) -> None:
+    damaged = tmp_path / bag.name
+    shutil.copytree(bag, damaged)
+    (file,) = damaged.glob('*.mcap')
+    data = bytearray(file.read_bytes())
+    data[len(data) // 3] ^= 1
+    file.write_bytes(data)
+    with Playback(damaged) as playback, pytest.raises(RigError, match='pneu-rig repair'):
+        list(playback.messages())
 
 
 def test_metadata_are_those_that_rosbag2_writes(bag: Path) -> None:
