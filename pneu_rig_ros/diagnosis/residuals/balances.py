@@ -189,7 +189,8 @@ class Comparison:
     def _force(self, run: Run, rates: Floats) -> Floats:
         inertia = self.motion.averages(rates[:, along.INERTIA])
         missing = inertia * self.motion.accelerations(run.position)
-        missing = missing - self.motion.means(rates[:, along.FORCE])
+        with np.errstate(invalid='ignore'):  # a trial value may let a force grow without bounds
+            missing = missing - self.motion.means(rates[:, along.FORCE])
         if run.force is not None:
             missing -= self.motion.means(0.5 * (run.force[1:] + run.force[:-1]))
         return missing
