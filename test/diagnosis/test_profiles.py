@@ -39,9 +39,8 @@ def test_friction_in_waves_along_the_stroke_is_named_with_its_profile(tmp_path: 
     true = WAVE * np.sin(2.0 * np.pi * inside / 0.04)
     assert np.array(shape['y']) - np.mean(shape['y']) == pytest.approx(true, abs=0.35)
     assert data['gap']['cut'] > 0.8
-    assert (
-        'in another form than the library has it: -1.9 to 1.2 N over position' in data['sentence']
-    )
+    span = f'{min(shape["y"]):.2g} to {max(shape["y"]):.2g} N over position'
+    assert f'in another form than the library has it: {span}' in data['sentence']
     assert data['effects'][0]['parameters'] == {}
     assert data['indistinguishable'] == []
     written = tmp_path / 'improved.yaml'
