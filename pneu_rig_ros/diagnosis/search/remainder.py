@@ -42,7 +42,8 @@ are as likely as a single cause. Nuisances are defined to be that weak in the bl
 LEAST_EFFECT = 0.5
 """
 RMS of the change of a residual, relative to its noise, by the weakest cause that is named where
-sensors and supply are known to their class only [-]: as weak as the weakest of these effects.
+sensors and supply are known to their class only [-]. In trials for building it was up to 0.43 of
+what several weak effects looked like, and 0.73 or more of single causes.
 """
 
 WEAK_CYCLES = 2.0
