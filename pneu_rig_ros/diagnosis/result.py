@@ -74,6 +74,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'effects': effects,
         'unknown': unknown and unknown.to_dict(),
         'each_recording': list(_nuisances(diagnosis)),
+        'differing_recordings': [each.to_dict() for each in diagnosis.differing],
         'gap': _gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and diagnosis.next_experiment.to_dict(),
     }

@@ -9,6 +9,8 @@ import numpy as np
 
 from pneu_rig_ros.diagnosis.answer import condition_rows
 from pneu_rig_ros.diagnosis.answer.intervals import HALF_WIDTH
+from pneu_rig_ros.diagnosis.answer.run_differences import RunDifference
+from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS as CONDITIONS_PREFIX
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
 from pneu_rig_ros.diagnosis.workflow import (
     CONDITIONS,
@@ -25,10 +27,23 @@ ENDS = 20
 
 
 def sentence(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:
-    """Return the verdict in one sentence, from rows of the answer; how, if there was one run."""
+    """Return the verdict in one sentence, from rows of the answer; what else there is to say."""
     verdict = _verdict(diagnosis, parameters, effects, conditions)
     judged = ' There is one recording: its last part was held out.' if diagnosis.single else ''
-    return verdict + judged
+    return verdict + judged + ''.join(f' {_differs(each)}.' for each in diagnosis.differing)
+
+
+def _differs(difference: RunDifference) -> str:
+    """Return by how much a recording differs from the others, with half its interval."""
+    factor, unit = 1.0, difference.unit
+    if unit == '-':
+        factor, unit = 100.0, '% of the stated value'
+    low, high = difference.interval
+    size, half = factor * abs(difference.difference), 0.5 * factor * (high - low)
+    name = difference.quantity.name.removeprefix(CONDITIONS_PREFIX)
+    place = 'above' if difference.difference > 0.0 else 'below'
+    by = f'{size:.3g} +- {half:.2g} {unit} {place} theirs'
+    return f'{difference.recording} differs from the others: its {name} is {by}'
 
 
 def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:

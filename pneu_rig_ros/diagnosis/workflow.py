@@ -21,8 +21,13 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
 from pneu_rig_ros.diagnosis.answer.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.answer.next_experiment import NextExperiment, next_experiment
+from pneu_rig_ros.diagnosis.answer.run_differences import (
+    RunDifference,
+    run_differences,
+    sufficient_differences,
+)
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
-from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.inputs.read_inputs import Inputs, read_inputs
 from pneu_rig_ros.diagnosis.inputs.repeatability import repeatability
 from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
@@ -61,6 +66,7 @@ class Diagnosis:
     :param where: its significant residuals
     :param best: the accepted explanation, None where nothing is missing
     :param unknown: empirical terms for what no cause explains
+    :param differing: recordings that differ from the others
     :param errors: of fits of the best explanation to replicates, shape (replicates, coordinates)
     :param single: whether training and held-out data are parts of one recording
     :param seconds: duration of the diagnosis [s]
@@ -75,6 +81,7 @@ class Diagnosis:
     where: Sequence[SignificantResidual]
     best: ScoredFit | None
     unknown: Description | None
+    differing: Sequence[RunDifference]
     errors: Floats
     next_experiment: NextExperiment | None
     seed: int
@@ -172,7 +179,8 @@ def diagnose(
         inputs = replace(inputs, system=restated.system, runs=restated.runs)
         data = _datasets(inputs, rng)
     search = _search(inputs, data, rng, without, workers, progress)
-    found = search.run() is not None or restated is not None
+    differing = _sufficient_differences(search) if where and restated is None else []
+    found = not differing and (search.run() is not None or restated is not None)
     progress('testing what is left', 0.85)
     remaining, unknown = search.strong(), None
     if not search.reproduced():
@@ -184,6 +192,8 @@ def diagnose(
     if best is not None:
         progress('finding the errors of the fitted values', 0.93)
         errors = replicate_errors(best.explanation, search.given, search.training, rng, workers)
+    if not (differing or inputs.single or unknown):
+        differing = list(run_differences(*_single_runs(search)).values())
     progress('designing the next experiment', 0.97)
     experiment = next_experiment(rivals(search), data[0], inputs.system)
     return Diagnosis(
@@ -195,6 +205,7 @@ def diagnose(
         where,
         best,
         unknown,
+        differing,
         errors,
         experiment,
         seed,
@@ -211,6 +222,20 @@ def _datasets(inputs: Inputs, rng: Generator) -> tuple[Dataset, Dataset]:
         for part in parts
     )
     return training, held_out
+
+
+def _sufficient_differences(search: Search) -> list[RunDifference]:
+    """Return how runs differ where that is all that is wrong; of a model that needs no fit."""
+    return [] if search.base.parts else sufficient_differences(*_single_runs(search))
+
+
+def _single_runs(
+    search: Search,
+) -> tuple[Hypothesis, list[Dataset], Sequence[Candidate], Executor]:
+    """Return the best hypothesis, each run as a dataset, and in what they may differ."""
+    runs = [*search.training.single_runs, *search.held_out.single_runs]
+    candidates = [*search.base.parts, *search.pool]
+    return search.hypothesis, runs, candidates, search.executor
 
 
 def _restated(inputs: Inputs, data: tuple[Dataset, Dataset]) -> Restated | None:

@@ -92,6 +92,14 @@ class Dataset:
         """The dataset without simulation."""
         return replace(self, cycles=None)
 
+    @property
+    def single_runs(self) -> list[Dataset]:
+        """A dataset of each run, without simulation."""
+        return [
+            replace(self, comparisons=(run,), noises=(noise,), clocks=(clock,), cycles=None)
+            for run, noise, clock in zip(self.comparisons, self.noises, self.clocks, strict=True)
+        ]
+
     def with_discrepancy(self, other: Dataset, hypothesis: Hypothesis) -> Dataset:
         """
         Return the dataset with a noise as wide as the residuals of a hypothesis.

@@ -1,0 +1,97 @@
+"""A recording that differs from the others is told apart from a model that lacks something."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.answer.run_differences import (
+    RunDifference,
+    spread_between,
+    sufficient_differences,
+)
+from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.workflow import diagnose
+from pneu_rig_ros.executor import SerialExecutor
+from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.simulate import simulate
+
+from .runs import configured, measured, system_of
+
+SCHEMA = Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.schema.json'
+RUNS = 5
+WORN = 1.15
+"""Ratio of the forces of a worn seal to those of the model."""
+
+
+def rubbing(rig: RigConfiguration, factor: float) -> RigConfiguration:
+    """Return a rig whose friction is larger by a factor."""
+    law = rig.model.friction
+    law = law._replace(
+        coulomb_force=factor * law.coulomb_force, breakaway_force=factor * law.breakaway_force
+    )
+    return replace(rig, model=rig.model._replace(friction=law))
+
+
+def differences(folder: Path, factors: tuple[float, ...]) -> list[RunDifference]:
+    """Return what is found in runs of cylinder 1, each with its level of friction."""
+    system, rng = system_of(folder, configured('cylinder_1')), np.random.default_rng(0)
+    runs = [
+        measured(system, f'run_{seed}', rubbing(configured('cylinder_1', seed=seed), factor))
+        for seed, factor in enumerate(factors)
+    ]
+    data = Dataset.of(system.hypothesis, [Comparison(run) for run in runs], rng)
+    candidates, _ = pool(system, runs)
+    return sufficient_differences(
+        system.hypothesis, data.single_runs, candidates, SerialExecutor()
+    )
+
+
+def test_seal_that_is_worn_in_one_recording_is_a_difference_of_that_recording(
+    tmp_path: Path,
+) -> None:
+    (found,) = differences(tmp_path, (1.0, 1.0, 1.0, WORN, 1.0))
+    assert found.recording == 'run_3'
+    assert found.quantity.name == 'conditions.friction_level'
+    low, high = found.interval
+    assert low < WORN - 1.0 < high
+    assert high - low < 0.1
+
+
+def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_path: Path) -> None:
+    bags = []
+    for i in range(RUNS + 1):
+        rig = configured('cylinder_1', seed=i, supply_pressure=(5.0 + 0.3 * i) * 1e5)
+        factor = WORN if i == 2 else 1.0
+        bags.append(simulate(rubbing(rig, factor), 0.34, 6.0, tmp_path / f'run_{i}'))
+    system_of(tmp_path, configured('cylinder_1'))
+    data = answer(diagnose(bags[:4], tmp_path / 'model.yaml', bags[4:]))
+    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+    assert data['verdict'] == 'consistent'
+    (row,) = data['differing_recordings']
+    assert row['recording'] == 'run_2'
+    assert f'its friction_level is {100.0 * row["difference"]:.3g} +- ' in data['sentence']
+
+
+@pytest.mark.parametrize('factors', [(1.0,) * RUNS, (WORN,) * RUNS, (1.0, 1.0, WORN)])
+def test_recordings_that_are_alike_or_few_do_not_differ(
+    tmp_path: Path, factors: tuple[float, ...]
+) -> None:
+    assert differences(tmp_path, factors) == []
+
+
+def test_spread_of_values_of_one_variance_is_that_of_the_sample_beyond_it() -> None:
+    values = np.array([1.0, 4.0, -2.0, 0.5, 3.0])
+    for variance in (0.0, 1.0, 3.0):
+        expected = np.sqrt(values.var(ddof=1) - variance)
+        found = spread_between(values, np.full(values.size, variance + 1e-12))
+        assert found == pytest.approx(expected, rel=1e-3)
+    assert spread_between(values, np.full(values.size, 20.0)) == 0.0
