@@ -17,7 +17,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.noise import FORGOTTEN, bristle_is_known
 from pneu_rig_ros.diagnosis.residuals.replicates import shrunk_mean
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.search.fitting import UNIFORM, Fit, fit
+from pneu_rig_ros.diagnosis.search.fitting import Fit, fit
 from pneu_rig_ros.diagnosis.search.multi_start import scattered
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.model import along
@@ -97,7 +97,7 @@ def test_number_that_the_data_do_not_show_may_be_anywhere_in_its_range(tmp_path:
     start = Explanation().with_part(unused, (unused.model_value,))
     (low, high) = unused.coordinates[0].bounds
     assert fit(start, given, dataset, 3).covariance[0, 0] == pytest.approx(
-        (high - low) ** 2 / UNIFORM
+        (high - low) ** 2 / 12.0
     )
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.reading import positive_mean, unclipped
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, pseudo_huber
@@ -18,7 +21,7 @@ from pneu_rig_ros.diagnosis.residuals.replicates import (
 )
 from pneu_rig_ros.diagnosis.residuals.whitening import Source, whitener
 
-from .parts import BENCH, bench_run, mapping, system_file, table
+from .parts import BENCH, LEAKING, bench_run, mapping, system_file, table
 from .runs import configured, measured, read_runs, system_of
 
 REPLICATES = 4
@@ -62,6 +65,33 @@ def test_force_residuals_of_a_true_model_are_noise(whitened: tuple[str, Residual
     if name == 'cylinder_2':
         pytest.xfail('0.5 N of friction: at 10 to 30 mm/s errors of the speed make some 1.3')
     assert 0.8 < z.std() < 1.15
+
+
+@pytest.mark.parametrize(
+    'other',
+    [
+        lambda given: given.with_parameter('gas', 'supply_temperature', 400.0),
+        lambda given: given.with_parameter('cylinder', 'cap_dead_volume', 2e-3),
+        lambda given: replace(given, gains=(1.0, 1.3, 1.0)),
+    ],
+    ids=['temperature', 'volume', 'gain'],
+)
+def test_noise_alone_prefers_no_hypothesis(
+    tmp_path: Path, other: Callable[[Hypothesis], Hypothesis]
+) -> None:
+    """A tight vessel shows noise alone, whatever converts its pressure to a gas source."""
+    noise = 500.0 * np.random.default_rng(0).standard_normal(4000)
+    path = table(tmp_path / 'run.csv', 0.01, {'pressure_1': 5e5 + noise})
+    system = load_system(system_file(tmp_path, LEAKING + 'repeatability: {gas_1: 0 kg/s}\n'))
+    (run,) = read_runs([path], system, mapping(tmp_path / 'map.yaml', 'pressure_1'))
+    given = system.hypothesis
+    data = Dataset.of(given, [Comparison(run)], np.random.default_rng(0))
+    (expected,), (found,) = (data.residuals_by_run(each) for each in (given, other(given)))
+    as_given, otherwise = (Comparison(run).residuals(each) for each in (given, other(given)))
+    ratio = otherwise.gas_1 / as_given.gas_1
+    assert abs(ratio.mean() - 1.0) > 0.2
+    # a part of the variance is found by copies, and not scaled
+    assert found.gas_1.std() == pytest.approx(expected.gas_1.std(), rel=0.06)
 
 
 @pytest.mark.parametrize(('way', 'speed'), [(2e-4, 4.7e-4), (3e-4, 1.9e-3), (2e-2, 1.3e-2)])

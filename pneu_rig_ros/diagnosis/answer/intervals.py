@@ -96,9 +96,10 @@ def contribution_intervals(given: Hypothesis, improved: Hypothesis, dataset: Dat
     spans: Spans = []
     for comparison, noise in zip(dataset.comparisons, dataset.noises, strict=True):
         run, motion = comparison.run, comparison.motion
-        pair = comparison.residuals(given), comparison.residuals(improved)
+        after, inertia = comparison.evaluate(improved)
+        pair = comparison.residuals(given), after
         gas_1, gas_2, force, breakaway = (np.abs(b - a) for a, b in zip(*pair, strict=True))
-        of_force = sum(source.variance for source in force_noise(improved, comparison))
+        of_force = sum(source.variance for source in force_noise(improved, comparison, inertia))
         rows = (
             ('gas_1', comparison.gas, gas_1, gas_variance(improved, comparison, 1)),
             ('gas_2', comparison.gas, gas_2, gas_variance(improved, comparison, 2)),

@@ -72,6 +72,12 @@ class Coordinate:
         """The range in internal representation."""
         return self.to_internal(self.low), self.to_internal(self.high)
 
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of a value that is anywhere in the range, internal [-]."""
+        low, high = self.bounds
+        return (high - low) / math.sqrt(12.0)
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -118,8 +124,18 @@ class Candidate:
         return GAS if balance in GAS_BALANCES else FORCE
 
     def negative_log_prior(self, values: Sequence[float]) -> float:
-        """Return the negative log density of values before the data, 0 where it is uniform [-]."""
-        return 0.0
+        """
+        Return the negative log density of values before the data, 0 where it is uniform [-].
+
+        Errors within a class are normal: where the data do not determine them, they are none.
+        """
+        if self.name != CALIBRATION:
+            return 0.0
+        errors = [
+            (c.to_internal(value) - c.to_internal(c.null)) / c.deviation
+            for c, value in zip(self.coordinates, values, strict=True)
+        ]
+        return 0.5 * sum(error**2 for error in errors)
 
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
         """Return the hypothesis with this explanation [SI]."""
@@ -224,6 +240,14 @@ class Explanation:
     def calibrates(self) -> list[bool]:
         """Whether each coordinate is one of the calibration."""
         return [part.name == CALIBRATION for part in self.parts for _ in part.coordinates]
+
+    @property
+    def errors(self) -> Floats:
+        """Values of the calibration before the data [standard deviations], shape (k,)."""
+        pairs = zip(self.coordinates, self.theta, self.calibrates, strict=True)
+        return np.array(
+            [(t - c.to_internal(c.null)) / c.deviation for c, t, known in pairs if known]
+        )
 
     @property
     def theta(self) -> Floats:

@@ -17,9 +17,9 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
 from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
-from pneu_rig_ros.diagnosis.residuals.noise import force_noise, gas_variance
+from pneu_rig_ros.diagnosis.residuals.noise import white_variances
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import PRESSURES, Recording
 from pneu_rig_ros.rig.configuration import shipped
@@ -117,14 +117,10 @@ def _standardised(system: System, runs: Sequence[Run]) -> list[Floats]:
     rows = []
     for comparison in map(Comparison, runs):
         given = system.hypothesis
-        by_position, by_force = force_noise(given, comparison)
-        variances = (
-            *(gas_variance(given, comparison, i) for i in (1, 2)),
-            (by_position.variance + by_force.variance),
-        )
-        residuals = comparison.residuals(given)[: len(BALANCES)]
+        residuals, inertia = comparison.evaluate(given)
+        variances = white_variances(given, comparison, inertia)
         with np.errstate(divide='ignore', invalid='ignore'):  # a closed balance has no noise
-            rows.append([r / np.sqrt(v) for r, v in zip(residuals, variances, strict=True)])
+            rows.append([r / np.sqrt(v) for r, v in zip(residuals, variances, strict=False)])
     return [np.concatenate(column) for column in zip(*rows, strict=True)]
 
 

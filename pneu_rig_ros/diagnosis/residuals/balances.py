@@ -111,23 +111,24 @@ class Comparison:
 
     def residuals(self, hypothesis: Hypothesis) -> Residuals:
         """Return the residuals of all windows, NaN where a balance cannot be evaluated."""
+        return self.evaluate(hypothesis)[0]
+
+    def evaluate(self, hypothesis: Hypothesis) -> tuple[Residuals, Floats]:
+        """Return the residuals, and the accelerated mass in each window of the motion [kg]."""
         run, velocity = self._corrected(hypothesis)
         rates, _ = self._along(hypothesis, run, velocity)
-        return Residuals(
+        inertia = self.motion.averages(rates[:, along.INERTIA])
+        residuals = Residuals(
             self._gas(hypothesis, run, rates, 1),
             self._gas(hypothesis, run, rates, 2),
-            self._force(run, rates),
+            self._force(run, rates, inertia),
             self._breakaway(hypothesis, run, rates),
         )
+        return residuals, inertia
 
     def rates(self, hypothesis: Hypothesis) -> Floats:
         """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
         return self._along(hypothesis, *self._corrected(hypothesis))[0]
-
-    def inertia(self, hypothesis: Hypothesis) -> Floats:
-        """Return the accelerated mass in each window of the motion [kg], NaN at rest."""
-        rates, _ = self._along(hypothesis, self.run, self.run.velocity)
-        return self.motion.averages(rates[:, along.INERTIA])
 
     def corrected(self, hypothesis: Hypothesis) -> Run:
         """Return the run without the errors that the sensors have under a hypothesis."""
@@ -186,8 +187,7 @@ class Comparison:
             source = self.gas.means(rates[:, along.SOURCE_1 + chamber - 1] * middle_k)
             return (stored / enthalpy - source) / typical
 
-    def _force(self, run: Run, rates: Floats) -> Floats:
-        inertia = self.motion.averages(rates[:, along.INERTIA])
+    def _force(self, run: Run, rates: Floats, inertia: Floats) -> Floats:
         missing = inertia * self.motion.accelerations(run.position)
         with np.errstate(invalid='ignore'):  # a trial value may let a force grow without bounds
             missing = missing - self.motion.means(rates[:, along.FORCE])

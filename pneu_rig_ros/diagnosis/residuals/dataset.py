@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from numpy.random import Generator
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
+from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model, white_variances
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     RunNuisances,
     clock_column,
@@ -34,6 +34,10 @@ STRETCHES = 12
 """Parts of a run and balance whose losses are taken to be independent."""
 
 
+Variances = tuple[Floats, Floats, Floats]
+"""Of gas and force residuals in each window of a run [unit^2]."""
+
+
 class Evaluation(NamedTuple):
     """Residuals of one run under a hypothesis, their noise, and both as whitened residuals."""
 
@@ -47,6 +51,7 @@ class Dataset:
     """
     Runs with the noise of their residuals under one hypothesis.
 
+    :param reference: that hypothesis
     :param comparisons: the runs
     :param noises: of each
     :param inflation: of the noise, by replicates
@@ -55,6 +60,7 @@ class Dataset:
     :param cycles: the simulated cycles, None where simulation is not used
     """
 
+    reference: Hypothesis
     comparisons: tuple[Comparison, ...]
     noises: tuple[NoiseModel, ...]
     inflation: Inflation
@@ -81,7 +87,7 @@ class Dataset:
         noises = map_runs(partial(noise_model, hypothesis), runs, rng.spawn(count))
         biased = tuple(with_bias(*pair, inflation.bias) for pair in zip(noises, runs, strict=True))
         clocks = map_runs(partial(clock_column, hypothesis), runs)
-        return cls(runs, biased, inflation, tuple(clocks))
+        return cls(hypothesis, runs, biased, inflation, tuple(clocks))
 
     def with_cycles(self, hypothesis: Hypothesis, rng: Generator) -> Dataset:
         """Return the dataset with simulated cycles, spread as if the hypothesis were true."""
@@ -139,13 +145,22 @@ class Dataset:
         return [self.inflation.factors(*pair) for pair in pairs]
 
     @cached_property
+    def white(self) -> list[Variances]:
+        """Variances of the residuals of each run by noise of the readings."""
+        return [
+            white_variances(self.reference, run, run.evaluate(self.reference)[1])
+            for run in self.comparisons
+        ]
+
+    @cached_property
     def biases(self) -> list[Floats]:
         """Mean force residual of a true model in each window of each run [N]."""
         return [self.inflation.force_bias(comparison) for comparison in self.comparisons]
 
     def evaluate(self, hypothesis: Hypothesis) -> list[Evaluation]:
         """Return the residuals of each run with their noise, nuisance parameters marginalised."""
-        arguments = self.comparisons, self.noises, self.clocks, self.factors, self.biases
+        sources = self.noises, self.clocks, self.factors, self.biases, self.white
+        arguments = self.comparisons, *sources
         return map_runs(partial(_evaluate, hypothesis), *arguments)
 
     def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
@@ -183,14 +198,32 @@ def _evaluate(
     clock: Residuals,
     factors: Residuals,
     bias: Floats,
+    white: Variances,
 ) -> Evaluation:
-    residuals = comparison.residuals(hypothesis)
+    residuals, inertia = comparison.evaluate(hypothesis)
     residuals = residuals._replace(force=residuals.force - bias)
     if comparison.run.has_nuisances:
         noise = noise.with_shared(clock)
         noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))
-    pairs = zip(noise.whiten(residuals), factors, strict=True)
-    return Evaluation(residuals, noise, Residuals(*(z / factor for z, factor in pairs)))
+    wider = _wider(noise, white, white_variances(hypothesis, comparison, inertia))
+    triples = zip(noise.whiten(residuals), factors, wider, strict=True)
+    return Evaluation(residuals, noise, Residuals(*(z / (f * w) for z, f, w in triples)))
+
+
+def _wider(noise: NoiseModel, white: Variances, other: Variances) -> Iterator[float]:
+    """
+    Yield by how much the noise is wider than under the hypothesis for which it was computed [-].
+
+    Without it a hypothesis gains by what makes residuals of the same readings small: a sensor of
+    larger gain, less mass, warmer gas.
+
+    :param white, other: variances by noise of the readings, under that hypothesis and another
+    """
+    for whiten, before, after in zip(noise, white, other, strict=False):
+        total = float(np.sum(whiten.deviation**2))
+        change = float(np.sum((after - before)[whiten.kept]))
+        yield float(np.sqrt(1.0 + change / total)) if total > 0.0 else 1.0
+    yield 1.0
 
 
 def rms(values: Floats) -> float:

@@ -80,7 +80,7 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
     """
     errors = reading_errors(hypothesis, comparison, rng)
     run, gas, motion = comparison.run, comparison.gas, comparison.motion
-    residuals = comparison.residuals(hypothesis)
+    residuals, inertia = comparison.evaluate(hypothesis)
     chambers = []
     for chamber in (1, 2):
         kept = gas.inside(run.pressure_valid(chamber) & run.position_valid)
@@ -98,7 +98,7 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
         kept &= np.abs(comparison.window_velocity) > SLOWEST_SLIDE
     else:
         kept &= motion.inside(bristle_is_known(hypothesis, comparison))
-    sources = force_noise(hypothesis, comparison)
+    sources = force_noise(hypothesis, comparison, inertia)
     variance = sources[0].variance + sources[1].variance
     excess = np.where(kept, excess_variance(errors.force, variance), 0.0)
     offset = np.full((motion.starts.size, 1), run.force_offset)
@@ -132,25 +132,44 @@ def gas_variance(hypothesis: Hypothesis, comparison: Comparison, chamber: int) -
     x, pressure = (0.5 * (run.smooth[1:, i] + run.smooth[:-1, i]) for i in (0, chamber))
     volume = chamber_volume(hypothesis, x, chamber)
     k = gas.heat_capacity_ratio
-    by_pressure = volume * run.noise.pressures[chamber - 1]
-    by_position = k * pressure * area * run.noise.position
+    by_pressure = volume * run.noise.pressures[chamber - 1] / hypothesis.gains[chamber]
+    by_position = k * pressure * area * run.noise.position / hypothesis.gains[0]
     energy = windows.averages(by_pressure**2 + by_position**2)
     enthalpy = k * gas.gas_constant * gas.supply_temperature
     variance: Floats = energy * float(windows.slope @ windows.slope) / enthalpy**2
     return variance
 
 
-def force_noise(hypothesis: Hypothesis, comparison: Comparison) -> tuple[Source, Source]:
-    """Return the noise of the force residuals by that of x, and by that of p and the bench."""
+def force_noise(
+    hypothesis: Hypothesis, comparison: Comparison, inertia: Floats
+) -> tuple[Source, Source]:
+    """
+    Return the noise of the force residuals by that of x, and by that of p and the bench.
+
+    :param inertia: accelerated mass in each window [kg], shape (m,)
+    """
     run, windows, cylinder = comparison.run, comparison.motion, hypothesis.model.cylinder
-    inertia = np.nan_to_num(comparison.inertia(hypothesis)) * run.noise.position
-    by_position = inertia**2 * float(windows.curvature @ windows.curvature)
-    white = (cylinder.cap_area * run.noise.pressure_1) ** 2
-    white += (cylinder.rod_area * run.noise.pressure_2) ** 2 + run.noise.force**2
+    x, p1, p2 = hypothesis.gains
+    impulse = np.nan_to_num(inertia) * run.noise.position / x
+    by_position = impulse**2 * float(windows.curvature @ windows.curvature)
+    white = (cylinder.cap_area * run.noise.pressure_1 / p1) ** 2
+    white += (cylinder.rod_area * run.noise.pressure_2 / p2) ** 2 + run.noise.force**2
     by_force = np.full(windows.starts.size, white * float(windows.weights @ windows.weights))
     return (
         Source(by_position, windows.correlation(windows.curvature)),
         Source(by_force, windows.correlation(windows.weights)),
+    )
+
+
+def white_variances(
+    hypothesis: Hypothesis, comparison: Comparison, inertia: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return the variances of gas and force residuals by noise of the readings, (m,) each."""
+    by_position, by_force = force_noise(hypothesis, comparison, inertia)
+    return (
+        gas_variance(hypothesis, comparison, 1),
+        gas_variance(hypothesis, comparison, 2),
+        by_position.variance + by_force.variance,
     )
 
 

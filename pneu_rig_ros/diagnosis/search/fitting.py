@@ -24,8 +24,6 @@ ROUNDS, FINAL_ROUNDS = 15, 40
 """Evaluations of the least-squares solver, in the comparison and of the accepted fit."""
 VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
 """Steps along the direction that the residuals determine least [standard deviations]."""
-UNIFORM = 12.0
-"""Square of a range by the variance of a number that is anywhere in it [-]."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
     def residual(theta: Floats) -> Floats:
         key = theta.tobytes()
         if latest[0][0] != key:  # the solver asks for the Jacobian where it was last
-            latest[0] = key, dataset.residual(start.with_theta(theta).apply(given))
+            latest[0] = key, _residual(start.with_theta(theta), given, dataset)
         return latest[0][1].copy()  # the solver scales it in place
 
     columns: dict[int, Floats] = {}
@@ -86,7 +84,7 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
                 continue  # errors of a percent act in proportion: one column serves all steps
             shifted = theta.copy()
             shifted[index] += delta if theta[index] + delta < high[index] else -delta
-            changed = dataset.residual(start.with_theta(shifted).apply(given))
+            changed = _residual(start.with_theta(shifted), given, dataset)
             columns[index] = (changed - base) / (shifted[index] - theta[index])
         return np.column_stack([columns[index] for index in range(theta.size)])
 
@@ -101,7 +99,14 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
         xtol=1e-5,
         ftol=1e-5,
     )
-    # before the data, a value is anywhere in its range
-    curvature = solution.jac.T @ solution.jac + np.diag(UNIFORM / (high - low) ** 2)
+    # before the data, a value is anywhere in its range; those of the calibration are residuals
+    known = np.array([c.deviation for c in start.coordinates]) ** -2.0
+    known[np.array(start.calibrates, dtype=np.bool_)] = 0.0
+    curvature = solution.jac.T @ solution.jac + np.diag(known)
     covariance: Floats = np.linalg.inv(curvature)
     return Fit(start.with_theta(solution.x), float(solution.cost), covariance)
+
+
+def _residual(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:
+    """Return the residuals with the errors of calibration, as far as these are unlikely."""
+    return np.concatenate([dataset.residual(explanation.apply(given)), explanation.errors])
