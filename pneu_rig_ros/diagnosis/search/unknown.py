@@ -13,6 +13,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.search.empirical import Description, describe
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.profiles import adopt_profile
+from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT,
     MOST_LEFT_ALONE,
@@ -51,7 +52,8 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
         allowed = MOST_LEFT_OF_ALL
     elif reported > MOST_LEFT_REPORTED:
         return description
-    if share > allowed or description.gap_left < MUCH_BETTER * share:
+    much_better = share > NEGLIGIBLE and description.gap_left < MUCH_BETTER * share
+    if share > allowed or much_better:
         return description
     hypotheses = search.hypothesis, search.given
     if not discrepant and _simpler_and_better(description.explanation, named, *hypotheses, data):
