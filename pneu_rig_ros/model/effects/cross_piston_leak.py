@@ -2,9 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
@@ -20,11 +18,7 @@ class Parameters(NamedTuple):
 
 @compiled
 def contribution(
-    signals: Signals,
-    model: CompiledModel,
-    parameters: Parameters,
-    state: NDArray[np.float64],
-    rate: NDArray[np.float64],
+    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] into chamber 1 and 2, equal and opposite: Eq. 3."""
     if parameters.area <= 0.0:

@@ -2,9 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
@@ -39,11 +37,7 @@ def push(depth: float, speed: float, parameters: Parameters) -> float:
 
 @compiled
 def contribution(
-    signals: Signals,
-    model: CompiledModel,
-    parameters: Parameters,
-    state: NDArray[np.float64],
-    rate: NDArray[np.float64],
+    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the force of both cushions along the outstroke [N] and no added mass."""
     if parameters.stiffness <= 0.0 and parameters.damping <= 0.0:

@@ -3,9 +3,7 @@
 import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
@@ -42,11 +40,7 @@ def bend(voltage: float, exponent: float, model: CompiledModel) -> float:
 
 @compiled
 def contribution(
-    signals: Signals,
-    model: CompiledModel,
-    parameters: Parameters,
-    state: NDArray[np.float64],
-    rate: NDArray[np.float64],
+    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the voltages [V] to add to u1 and u2, so that Eq. 3 gives the bent opening."""
     if parameters.exponent == 1.0:

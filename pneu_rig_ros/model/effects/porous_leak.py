@@ -3,9 +3,7 @@
 import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
@@ -46,11 +44,7 @@ def leak(pressure: float, flow: float, exponent: float, outside: float) -> float
 
 @compiled
 def contribution(
-    signals: Signals,
-    model: CompiledModel,
-    parameters: Parameters,
-    state: NDArray[np.float64],
-    rate: NDArray[np.float64],
+    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] into chamber 1 and 2."""
     if parameters.flow_1 <= 0.0 and parameters.flow_2 <= 0.0:

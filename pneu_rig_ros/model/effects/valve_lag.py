@@ -2,9 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals, integrated_lag
@@ -20,11 +18,7 @@ class Parameters(NamedTuple):
 
 @compiled
 def contribution(
-    signals: Signals,
-    model: CompiledModel,
-    parameters: Parameters,
-    state: NDArray[np.float64],
-    rate: NDArray[np.float64],
+    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """
     Return what the spools lack of the commanded voltages u1, u2 [V].
