@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.batch.parallel import run_parallel
 from pneu_rig_ros.model.plant import Plant, Trajectory
 
@@ -18,7 +18,7 @@ END_SHARE = 0.98
 
 def strokes(
     plants: Sequence[Plant],
-    voltages: NDArray[np.float64],
+    voltages: Floats,
     interval: float,
     longest: float,
     threads: int | None = None,
@@ -46,13 +46,13 @@ def strokes(
     return [_to_end(*each) for each in zip(plants, voltages, runs, strict=True)]
 
 
-def at_end(plant: Plant, voltages: NDArray[np.float64], run: Trajectory) -> NDArray[np.bool_]:
+def at_end(plant: Plant, voltages: Floats, run: Trajectory) -> Flags:
     """Return at which samples the piston is at the end that it moves to, shape (m,)."""
     share = run.position / plant.model.cylinder.stroke
     return np.asarray((share if voltages[0] >= voltages[1] else 1.0 - share) >= END_SHARE)
 
 
-def _to_end(plant: Plant, voltages: NDArray[np.float64], parts: list[Trajectory]) -> Trajectory:
+def _to_end(plant: Plant, voltages: Floats, parts: list[Trajectory]) -> Trajectory:
     """Return the parts of a run put together, up to the end."""
     run = Trajectory(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     done = at_end(plant, voltages, run)

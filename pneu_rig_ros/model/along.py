@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model import chambers, events
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
@@ -31,9 +32,8 @@ from pneu_rig_ros.model.dynamics import (
     V_Z,
     VELOCITY,
     Z_Z,
-    Array,
 )
-from pneu_rig_ros.model.imposed import BALANCING_ROUNDS, LEAST_STIFFNESS, Actions
+from pneu_rig_ros.model.imposed import BALANCING_ROUNDS, LEAST_STIFFNESS
 from pneu_rig_ros.model.integrator import IntegratorState, copy
 
 SOURCE_1, SOURCE_2, FORCE, INERTIA, LOADING = range(5)
@@ -56,7 +56,7 @@ FASTEST_CREEP = 1e-3
 
 
 @compiled
-def set_measured(state: Array, before: Array, after: Array, velocity: float) -> None:
+def set_measured(state: Floats, before: Floats, after: Floats, velocity: float) -> None:
     """Set position, velocity and pressures to those between two samples; changes ``state``."""
     state[POSITION] = 0.5 * (before[0] + after[0])
     state[VELOCITY] = velocity
@@ -81,7 +81,7 @@ def gas_source(
 
 @compiled
 def switch(
-    time: float, contact: int, state: Array, memory: Array, grown: float, model: CompiledModel
+    time: float, contact: int, state: Floats, memory: Floats, grown: float, model: CompiledModel
 ) -> None:
     """Let the piston break away or come to rest at ``time`` [s]; changes ``memory``."""
     law, speed = model.friction, 0.0
@@ -100,7 +100,12 @@ def switch(
 
 @compiled
 def slide(
-    interval: float, state: Array, rate: Array, arrow: Array, memory: Array, model: CompiledModel
+    interval: float,
+    state: Floats,
+    rate: Floats,
+    arrow: Floats,
+    memory: Floats,
+    model: CompiledModel,
 ) -> float:
     """Carry the bristle on by the implicit midpoint rule; return its change to the middle [m]."""
     change = float(0.5 * interval * rate[DEFLECTION] / (1.0 - 0.5 * interval * arrow[Z_Z]))
@@ -111,7 +116,7 @@ def slide(
 
 @compiled
 def measured_gains(
-    before: Array, after: Array, state: Array, model: CompiledModel
+    before: Floats, after: Floats, state: Floats, model: CompiledModel
 ) -> tuple[float, float]:
     """
     Return what the gas of both chambers gained between two samples [kg]: mass, and heat as mass.
@@ -138,7 +143,7 @@ def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
         time: float,
         interval: float,
         carry: IntegratorState,
-        voltages: Array,
+        voltages: Floats,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> float:
@@ -189,12 +194,12 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
     @inner
     def along(
         interval: float,
-        measured: Array,
-        velocity: Array,
-        contacts: Actions,
-        voltages: Array,
-        out: Array,
-        states: Array,
+        measured: Floats,
+        velocity: Floats,
+        contacts: Integers,
+        voltages: Floats,
+        out: Floats,
+        states: Floats,
         carry: IntegratorState,
         model: CompiledModel,
         effects: tuple[object, ...],

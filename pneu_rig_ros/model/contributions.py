@@ -5,18 +5,15 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Signals, behind_levels, behind_spools
 from pneu_rig_ros.model.shape import COUNT, factors
 
-Array = NDArray[np.float64]
 CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}
 """Balance -> what the later stages see of the earlier ones."""
-Contribution = Callable[[Signals, CompiledModel, Any, Array, Array], tuple[float, float]]
+Contribution = Callable[[Signals, CompiledModel, Any, Floats, Floats], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
 
 @compiled
 def _nothing(
-    signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+    signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     return 0.0, 0.0
 
@@ -69,7 +66,7 @@ def _own(effect: Effect, index: int, start: int, end: int) -> Contribution:
 
     @inner
     def own(
-        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         return contribution(signals, model, effects[index], state[start:end], rate[start:end])
 
@@ -81,7 +78,7 @@ def _acting(always: Contribution, index: int, acting: int) -> Contribution:
 
     @inner
     def own(
-        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         if effects[acting][index]:
             return always(signals, model, effects, state, rate)
@@ -95,7 +92,7 @@ def _shaped(unshaped: Contribution, index: int, shapes: int) -> Contribution:
 
     @inner
     def own(
-        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         a, b = unshaped(signals, model, effects, state, rate)
         row = effects[shapes][index]
@@ -110,7 +107,7 @@ def _shaped(unshaped: Contribution, index: int, shapes: int) -> Contribution:
 def _parallel(others: Contribution, own: Contribution) -> Contribution:
     @inner
     def total(
-        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         a, b = others(signals, model, effects, state, rate)
         c, d = own(signals, model, effects, state, rate)
@@ -126,7 +123,7 @@ def _series(
 
     @inner
     def total(
-        signals: Signals, model: CompiledModel, effects: Any, state: Array, rate: Array
+        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         a, b = others(signals, model, effects, state, rate)
         seen = behind(signals, a, b)

@@ -9,9 +9,7 @@ changed only by ``transitions``.
 
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
@@ -25,7 +23,6 @@ from pneu_rig_ros.model.parameters import (
     Friction,
 )
 
-Array = NDArray[np.float64]
 RightHandSide = Callable[..., None]
 
 POSITION, VELOCITY, PRESSURE_1, PRESSURE_2, DEFLECTION, FILM, GAS_MASS_1, GAS_MASS_2 = range(8)
@@ -54,7 +51,7 @@ LEAST_SHARE = 0.01
 
 @compiled
 def signals_of(
-    time: float, state: Array, ports: Ports, seal: Seal, model: CompiledModel
+    time: float, state: Floats, ports: Ports, seal: Seal, model: CompiledModel
 ) -> Signals:
     """Return the signals of the contributions in a state at ``time`` [s]."""
     volume_1, volume_2 = chambers.volumes(state[POSITION], model.cylinder)
@@ -64,7 +61,7 @@ def signals_of(
 
 
 @compiled
-def clock(time: float, memory: Array, law: Friction) -> float:
+def clock(time: float, memory: Floats, law: Friction) -> float:
     """
     Return the dwell [s] at which the clock of Eq. 16 stands at ``time`` [s].
 
@@ -80,7 +77,7 @@ def clock(time: float, memory: Array, law: Friction) -> float:
 
 @compiled
 def static_forces(
-    time: float, memory: Array, breakaway: float, coulomb: float, law: Friction
+    time: float, memory: Floats, breakaway: float, coulomb: float, law: Friction
 ) -> tuple[float, float]:
     """
     Return F_s [N] under the chosen reading of Eq. 16, and Eq. 16 itself for the dwell so far.
@@ -100,7 +97,7 @@ def static_forces(
 
 
 @compiled
-def counted_dwell(time: float, memory: Array, law: Friction) -> float:
+def counted_dwell(time: float, memory: Floats, law: Friction) -> float:
     """Return the dwell [s] that F_s stands for at ``time`` [s], under the reading of Eq. 16."""
     if law.static_friction_reading == HELD_TO_NEXT_BREAKAWAY:
         return float(memory[HELD_DWELL])
@@ -138,9 +135,9 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
     @inner
     def gas_rates(
         s: Signals,
-        state: Array,
-        rate: Array,
-        arrow: Array,
+        state: Floats,
+        rate: Floats,
+        arrow: Floats,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
@@ -181,10 +178,10 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
     def seal_rates(
         s: Signals,
         stiffness: float,
-        state: Array,
-        rate: Array,
-        arrow: Array,
-        memory: Array,
+        state: Floats,
+        rate: Floats,
+        arrow: Floats,
+        memory: Floats,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
@@ -222,10 +219,10 @@ def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
     def piston_rates(
         s: Signals,
         stiffness: float,
-        state: Array,
-        rate: Array,
-        arrow: Array,
-        memory: Array,
+        state: Floats,
+        rate: Floats,
+        arrow: Floats,
+        memory: Floats,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
@@ -272,11 +269,11 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
     @inner
     def right_hand_side(
         time: float,
-        state: Array,
-        rate: Array,
-        arrow: Array,
-        memory: Array,
-        voltages: Array,
+        state: Floats,
+        rate: Floats,
+        arrow: Floats,
+        memory: Floats,
+        voltages: Floats,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:

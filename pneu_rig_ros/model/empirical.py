@@ -16,15 +16,13 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
-
-Array = NDArray[np.float64]
 
 PRESSURE, SPEED = 5e5, 0.1
 """Units of pressures [Pa] and speeds [m/s]."""
@@ -244,7 +242,7 @@ def terms(output: str) -> tuple[str, ...]:
     return OUTPUTS[output].terms
 
 
-def values(output: str, signals: Signals, model: CompiledModel) -> Array:
+def values(output: str, signals: Signals, model: CompiledModel) -> Floats:
     """
     Return the terms of an output along a recording, shape (n, terms).
 

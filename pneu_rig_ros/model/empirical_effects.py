@@ -9,8 +9,8 @@ from types import new_class
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Motion, Regime, Signals
@@ -18,8 +18,7 @@ from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Term
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import DRIVERS
 
-Array = NDArray[np.float64]
-Sum = Callable[[Signals, CompiledModel, Any, Array, Array], float]
+Sum = Callable[[Signals, CompiledModel, Any, Floats, Floats], float]
 Guard = Callable[[float, float, Signals, CompiledModel], tuple[float, float]]
 
 
@@ -36,7 +35,7 @@ def described(coefficients: Mapping[tuple[str, str], float]) -> dict[str, Any]:
     return {effect: EFFECTS[effect].null._replace(**own) for effect, own in changes.items()}
 
 
-def coefficients(parameters: Any) -> Array:
+def coefficients(parameters: Any) -> Floats:
     """
     Return the parameters of such an effect as compiled code takes them; none if all are zero.
 
@@ -47,7 +46,7 @@ def coefficients(parameters: Any) -> Array:
 
 
 @compiled
-def _nothing(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+def _nothing(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
     return 0.0
 
 
@@ -56,7 +55,7 @@ def _one(term: Term, place: int) -> Sum:
     signal = compiled(term.signal)
 
     @compiled
-    def one(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+    def one(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
         return float(c[place] * signal(s, model)) if c[place] != 0.0 else 0.0
 
     return one
@@ -67,7 +66,7 @@ def _one_total(term: Term, place: int, slot: int) -> Sum:
     signal = compiled(term.signal)
 
     @compiled
-    def one(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+    def one(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
         rate[slot] = signal(s, model) if c[place] != 0.0 else 0.0
         return float(c[place] * state[slot])
 
@@ -76,7 +75,7 @@ def _one_total(term: Term, place: int, slot: int) -> Sum:
 
 def _both(first: Sum, second: Sum) -> Sum:
     @compiled
-    def both(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+    def both(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
         a = first(s, model, c, state, rate)
         return a + second(s, model, c, state, rate)
 
@@ -137,7 +136,7 @@ def _static_on_top(
 def _pair(first: Sum, second: Sum, guard: Guard) -> Callable[..., tuple[float, float]]:
     @called
     def act(
-        s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array
+        s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         a = first(s, model, c, state, rate)
         b = second(s, model, c, state, rate)
@@ -145,7 +144,7 @@ def _pair(first: Sum, second: Sum, guard: Guard) -> Callable[..., tuple[float, f
 
     @compiled
     def contribution(
-        signals: Signals, model: CompiledModel, parameters: Any, state: Array, rate: Array
+        signals: Signals, model: CompiledModel, parameters: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         if len(parameters) == 0:
             rate[:] = 0.0
@@ -167,7 +166,7 @@ def _rate_of(total: Sum) -> Sum:
     """
 
     @compiled
-    def rate_of(s: Signals, model: CompiledModel, c: Any, state: Array, rate: Array) -> float:
+    def rate_of(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
         step = STEP * model.cylinder.stroke
         ahead = total(_moved(s, step), model, c, state, rate)
         behind = total(_moved(s, -step), model, c, state, rate)

@@ -6,6 +6,7 @@ release from it, and the reversals that F(z) remembers. The end stops are rigid 
 perfectly plastic: the piston stays at the stop until the net force points inwards.
 """
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import hysteresis
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
@@ -24,7 +25,6 @@ from pneu_rig_ros.model.dynamics import (
     SLIDE_START,
     STICKING,
     VELOCITY,
-    Array,
     clock,
 )
 from pneu_rig_ros.model.parameters import Friction
@@ -71,7 +71,7 @@ def crossing(c0: float, d0: float, c1: float, d1: float, level: float) -> float:
 
 
 @compiled
-def release(before: Array, arrow: Array, contact: float) -> tuple[int, float, bool]:
+def release(before: Floats, arrow: Floats, contact: float) -> tuple[int, float, bool]:
     """
     Return whether the piston leaves an end stop within a step, as :func:`locate_event` does.
 
@@ -95,13 +95,13 @@ def breakaway_velocity(law: Friction) -> float:
 @compiled
 def locate_event(
     step: float,
-    y0: Array,
-    f0: Array,
-    y1: Array,
-    f1: Array,
-    before: Array,
-    arrow: Array,
-    memory: Array,
+    y0: Floats,
+    f0: Floats,
+    y1: Floats,
+    f1: Floats,
+    before: Floats,
+    arrow: Floats,
+    memory: Floats,
     backlash: float,
     model: CompiledModel,
 ) -> tuple[int, float, bool]:
@@ -158,14 +158,14 @@ def locate_event(
 
 
 @compiled
-def update_anchors(state: Array, memory: Array, model: CompiledModel) -> None:
+def update_anchors(state: Floats, memory: Floats, model: CompiledModel) -> None:
     """Let F(z) remember the deflection at the end of an accepted step; changes ``memory``."""
     hysteresis.drag_anchors(state[DEFLECTION], memory[ANCHORS:], model.friction)
 
 
 @compiled
 def apply_event(
-    code: int, time: float, state: Array, memory: Array, arrow: Array, model: CompiledModel
+    code: int, time: float, state: Floats, memory: Floats, arrow: Floats, model: CompiledModel
 ) -> None:
     """Carry out an event: changes ``state`` and ``memory``."""
     if code == BREAKAWAY:
@@ -184,14 +184,14 @@ def apply_event(
 
 
 @compiled
-def break_away(time: float, memory: Array, grown: float, law: Friction) -> None:
+def break_away(time: float, memory: Floats, grown: float, law: Friction) -> None:
     """Begin to slide at ``time`` [s], with Eq. 16 ``grown`` [N]; changes ``memory``."""
     memory[HELD_STATIC], memory[HELD_DWELL] = grown, clock(time, memory, law)
     memory[SLIDE_START], memory[STICKING] = time, 0.0
 
 
 @compiled
-def enter_rest(time: float, memory: Array, law: Friction) -> None:
+def enter_rest(time: float, memory: Floats, law: Friction) -> None:
     """Let the dwell clock of Eq. 16 run from ``time`` [s] on; changes ``memory``."""
     memory[REST_AGE] = clock(time, memory, law)
     memory[REST_START], memory[STICKING] = time, 1.0

@@ -7,8 +7,8 @@ Reference: F. Al-Bender, V. Lampaert, J. Swevers, IEEE Trans. Autom. Control 50 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.parameters import Friction
 
@@ -34,9 +34,7 @@ def element_force(
 
 
 @compiled
-def bristle_force(
-    deflection: float, anchors: NDArray[np.float64], friction: Friction
-) -> tuple[float, float]:
+def bristle_force(deflection: float, anchors: Floats, friction: Friction) -> tuple[float, float]:
     """
     Return F(z) [N] and its tangent stiffness [N/m], valid until z reverses.
 
@@ -52,7 +50,7 @@ def bristle_force(
 
 
 @compiled
-def drag_anchors(deflection: float, anchors: NDArray[np.float64], friction: Friction) -> None:
+def drag_anchors(deflection: float, anchors: Floats, friction: Friction) -> None:
     """
     Let the elements that slip drag their anchors along, in place: the memory of F(z).
 

@@ -9,9 +9,7 @@ that cannot be measured - film, dwell clock, states of the effects - is carried 
 from collections.abc import Callable
 from enum import IntFlag, auto
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers, events, piston
 from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
@@ -28,7 +26,6 @@ from pneu_rig_ros.model.dynamics import (
     STICKING,
     V_Z,
     VELOCITY,
-    Array,
 )
 from pneu_rig_ros.model.integrator import END, IntegratorState
 from pneu_rig_ros.model.parameters import Friction
@@ -67,11 +64,9 @@ AT_STOP = 3e-4
 LEAST_STIFFNESS = 1e-3
 """Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
 
-Actions = NDArray[np.int64]
-
 
 @compiled
-def set_pressures(state: Array, p1: float, p2: float, model: CompiledModel) -> None:
+def set_pressures(state: Floats, p1: float, p2: float, model: CompiledModel) -> None:
     """
     Set the absolute pressures [Pa] at unchanged gas temperatures; changes ``state``.
 
@@ -86,7 +81,7 @@ def set_pressures(state: Array, p1: float, p2: float, model: CompiledModel) -> N
 
 
 @compiled
-def set_position(state: Array, position: float, model: CompiledModel) -> None:
+def set_position(state: Floats, position: float, model: CompiledModel) -> None:
     """Move the piston to a position [m] at unchanged pressures; changes ``state``."""
     inside = min(max(position, 0.0), model.cylinder.stroke)
     old_1, old_2 = chambers.volumes(state[POSITION], model.cylinder)
@@ -97,7 +92,7 @@ def set_position(state: Array, position: float, model: CompiledModel) -> None:
 
 
 @compiled
-def touched_stop(position: float, state: Array, contact: float, model: CompiledModel) -> float:
+def touched_stop(position: float, state: Floats, contact: float, model: CompiledModel) -> float:
     """
     Return the end stop, -1 or +1, that holds the piston at a measured position [m], else 0.
 
@@ -115,7 +110,7 @@ def touched_stop(position: float, state: Array, contact: float, model: CompiledM
 
 @compiled
 def switch(
-    time: float, memory: Array, action: int, grown: float, rest: float, law: Friction
+    time: float, memory: Floats, action: int, grown: float, rest: float, law: Friction
 ) -> None:
     """
     Let the piston break away or come to rest; changes ``memory``.
@@ -150,7 +145,7 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
     @compiled
     def restart(
         carry: IntegratorState,
-        measured: Array,
+        measured: Floats,
         rest: float,
         model: CompiledModel,
         effects: tuple[object, ...],
@@ -185,7 +180,7 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
     def act(
         carry: IntegratorState,
         action: int,
-        measured: Array,
+        measured: Floats,
         rest: float,
         model: CompiledModel,
         effects: tuple[object, ...],

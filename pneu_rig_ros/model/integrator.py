@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import events
 from pneu_rig_ros.model.compiled import called, compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
@@ -21,7 +22,6 @@ from pneu_rig_ros.model.dynamics import (
     REST_START,
     STICKING,
     VELOCITY,
-    Array,
     RightHandSide,
 )
 from pneu_rig_ros.model.rosenbrock import ORDER, build_step
@@ -61,29 +61,29 @@ class IntegratorState(NamedTuple):
     :param work: scratch, shape (5, n), and for the arrow
     """
 
-    clock: Array
+    clock: Floats
     counts: np.ndarray[tuple[int], np.dtype[np.int64]]
-    y0: Array
-    f0: Array
-    y1: Array
-    f1: Array
-    arrow: Array
-    memory: Array
-    voltages: Array
-    scale: Array
-    work: Array
-    work_arrow: Array
+    y0: Floats
+    f0: Floats
+    y1: Floats
+    f1: Floats
+    arrow: Floats
+    memory: Floats
+    voltages: Floats
+    scale: Floats
+    work: Floats
+    work_arrow: Floats
 
 
 @compiled
-def copy(source: Array, target: Array) -> None:
+def copy(source: Floats, target: Floats) -> None:
     """Write one array into another of the same length."""
     for i in range(len(source)):
         target[i] = source[i]
 
 
 @compiled
-def interpolate(carry: IntegratorState, time: float, out: Array) -> None:
+def interpolate(carry: IntegratorState, time: float, out: Floats) -> None:
     """Write the state at ``time`` [s] within the present step into ``out``, shape (n,)."""
     start, end = carry.clock[START], carry.clock[END]
     if time >= end:
@@ -109,7 +109,7 @@ def interpolate_acceleration(carry: IntegratorState, time: float) -> float:
 
 
 @compiled
-def error_norm(error: Array, scale: Array, tolerance: float) -> float:
+def error_norm(error: Floats, scale: Floats, tolerance: float) -> float:
     """Return the largest local error in multiples of the tolerance [-]."""
     largest = 0.0
     for i in range(len(error)):
@@ -235,7 +235,7 @@ def build_advance(
 
 
 @compiled
-def sample(carry: IntegratorState, time: float, state: Array, extra: Array) -> None:
+def sample(carry: IntegratorState, time: float, state: Floats, extra: Floats) -> None:
     """Write the state and its extras at ``time`` [s] within the present step."""
     interpolate(carry, time, state)
     extra[0] = interpolate_acceleration(carry, time)

@@ -5,17 +5,15 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Flags, Floats, Integers
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import along, chambers, dynamics, friction, integrator, piston
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
-from pneu_rig_ros.model.dynamics import Array
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
-from pneu_rig_ros.model.imposed import Actions
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.shape import rows, without_shape
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
@@ -26,7 +24,7 @@ LONGEST_STEP = 0.05
 """Default longest step [s]."""
 
 FREE = (np.empty(0, dtype=np.int64), np.empty((0, 4)), np.empty(0))
-"""Actions, measured states and rests of a run that nothing is imposed on."""
+"""Integers, measured states and rests of a run that nothing is imposed on."""
 
 
 class PlantState(NamedTuple):
@@ -60,24 +58,24 @@ class PlantState(NamedTuple):
 class Trajectory(NamedTuple):
     """States at the sampling instants, fields of ``PlantState`` as arrays of shape (m,)."""
 
-    time: Array
-    position: Array
-    velocity: Array
-    acceleration: Array
-    pressure_1: Array
-    pressure_2: Array
-    friction_force: Array
-    deflection: Array
-    film: Array
-    gas_mass_1: Array
-    gas_mass_2: Array
-    sticking: NDArray[np.bool_]
-    contact: NDArray[np.int64]
-    dwell_time: Array
-    position_reading: Array
-    velocity_reading: Array
-    pressure_1_reading: Array
-    pressure_2_reading: Array
+    time: Floats
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    pressure_1: Floats
+    pressure_2: Floats
+    friction_force: Floats
+    deflection: Floats
+    film: Floats
+    gas_mass_1: Floats
+    gas_mass_2: Floats
+    sticking: Flags
+    contact: Integers
+    dwell_time: Floats
+    position_reading: Floats
+    velocity_reading: Floats
+    pressure_1_reading: Floats
+    pressure_2_reading: Floats
 
 
 class RunState(NamedTuple):
@@ -181,7 +179,7 @@ class Plant:
         self._arguments = self._compiled_model()
         self._carry.voltages[:] = np.nan  # the next run cuts the step under way
 
-    def run(self, voltages: Array, interval: float) -> Trajectory:
+    def run(self, voltages: Floats, interval: float) -> Trajectory:
         """
         Hold each row of voltages for one interval; return the states after each.
 
@@ -190,7 +188,7 @@ class Plant:
         """
         return self.run_imposed(voltages, interval, *FREE)
 
-    def advanced(self, states: Array, extras: Array, interval: float) -> Trajectory:
+    def advanced(self, states: Floats, extras: Floats, interval: float) -> Trajectory:
         """
         Return the trajectory of what has been run, from which the plant continues.
 
@@ -217,7 +215,7 @@ class Plant:
         return self.state
 
     def run_imposed(
-        self, voltages: Array, interval: float, actions: Actions, measured: Array, rests: Array
+        self, voltages: Floats, interval: float, actions: Integers, measured: Floats, rests: Floats
     ) -> Trajectory:
         """
         Run on along a measured run; return the states after each interval.
@@ -238,10 +236,10 @@ class Plant:
     def _call_run(
         self,
         interval: float,
-        voltages: Array,
-        imposed: tuple[Actions, Array, Array],
-        states: Array,
-        extras: Array,
+        voltages: Floats,
+        imposed: tuple[Integers, Floats, Floats],
+        states: Floats,
+        extras: Floats,
     ) -> None:
         accuracy, given = (self.tolerance, self.longest_step), (self._arguments, self.effects)
         begin = self._carry, interval, self._index
@@ -249,12 +247,12 @@ class Plant:
 
     def along(
         self,
-        measured: Array,
-        velocity: Array,
-        contacts: Actions,
-        voltages: Array,
+        measured: Floats,
+        velocity: Floats,
+        contacts: Integers,
+        voltages: Floats,
         interval: float,
-    ) -> tuple[Array, Array]:
+    ) -> tuple[Floats, Floats]:
         """
         Return the modelled rates along a measured run, and by how much the sensors are off.
 
@@ -320,7 +318,7 @@ class Plant:
         )
         return drive - self.model.total_mass * acceleration
 
-    def _readings(self, states: Array) -> Array:
+    def _readings(self, states: Floats) -> Floats:
         """Return the readings of states, shape (m, n), as rows of x, v, p1, p2."""
         if not self._sensed:
             return states[:, :4]
@@ -328,7 +326,7 @@ class Plant:
         self._read(states, readings, scratch, self._arguments, self.effects)
         return readings
 
-    def _trajectory(self, time: Array, states: Array, extras: Array) -> Trajectory:
+    def _trajectory(self, time: Floats, states: Floats, extras: Floats) -> Trajectory:
         x, v, p1, p2, *inner = states.T[: dynamics.STATE_SIZE]
         acceleration, sticking, contact, rest_start = extras.T
         force = self._friction(p1, p2, acceleration)
@@ -377,7 +375,7 @@ def _at_rest(
     )
 
 
-def full_scale(model: Model, size: int) -> Array:
+def full_scale(model: Model, size: int) -> Floats:
     """Return the full scale of each state, the unit of the local error, shape (size,)."""
     pressure = model.operation.supply_pressure
     stiffness = sum(model.friction.element_stiffness)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
@@ -17,7 +18,6 @@ from pneu_rig_ros.model.dynamics import (
     PRESSURE_1,
     PRESSURE_2,
     VELOCITY,
-    Array,
     signals_of,
 )
 from pneu_rig_ros.model.effect import Ports, Seal, Signals
@@ -26,7 +26,7 @@ Readings = Callable[..., None]
 
 
 @compiled
-def visible(state: Array, model: CompiledModel) -> Signals:
+def visible(state: Floats, model: CompiledModel) -> Signals:
     """Return the signals that follow from a state alone; the others are NaN."""
     supply = model.operation.supply_pressure
     ports = Ports(np.nan, np.nan, supply, supply)
@@ -46,9 +46,9 @@ def build_readings(contributions: Contributions) -> Readings:
 
     @inner
     def readings(
-        states: Array,
-        out: Array,
-        scratch: Array,
+        states: Floats,
+        out: Floats,
+        scratch: Floats,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:

@@ -8,6 +8,7 @@ Reference: J. Rang, L. Angermann, BIT Numerical Mathematics 45 (2005) 761.
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
@@ -25,7 +26,6 @@ from pneu_rig_ros.model.dynamics import (
     VELOCITY,
     Z_V,
     Z_Z,
-    Array,
     RightHandSide,
 )
 
@@ -59,7 +59,7 @@ _TIMES = np.append(_ALPHA.sum(axis=1), 1.0)
 
 
 @compiled
-def solve(diagonal: float, arrow: Array, right: Array) -> None:
+def solve(diagonal: float, arrow: Floats, right: Floats) -> None:
     """
     Solve (diagonal I - J) u = right in place for the arrow-shaped J.
 
@@ -98,16 +98,16 @@ def build_step(right_hand_side: RightHandSide) -> RightHandSide:
     def step(
         t: float,
         h: float,
-        y0: Array,
-        f0: Array,
-        arrow: Array,
-        y1: Array,
-        f1: Array,
-        arrow_1: Array,
-        error: Array,
-        u: Array,
-        memory: Array,
-        voltages: Array,
+        y0: Floats,
+        f0: Floats,
+        arrow: Floats,
+        y1: Floats,
+        f1: Floats,
+        arrow_1: Floats,
+        error: Floats,
+        u: Floats,
+        memory: Floats,
+        voltages: Floats,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:

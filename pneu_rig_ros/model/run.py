@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 
+from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model.compiled import inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.dynamics import CONTACT, FREE_ACCELERATION, HELD, Array, RightHandSide
-from pneu_rig_ros.model.imposed import Actions, build_act
+from pneu_rig_ros.model.dynamics import CONTACT, FREE_ACCELERATION, HELD, RightHandSide
+from pneu_rig_ros.model.imposed import build_act
 from pneu_rig_ros.model.integrator import (
     ACCELERATION,
     END,
@@ -42,12 +43,12 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
         carry: IntegratorState,
         interval: float,
         first: int,
-        voltages: Array,
-        actions: Actions,
-        measured: Array,
-        rests: Array,
-        states: Array,
-        extras: Array,
+        voltages: Floats,
+        actions: Integers,
+        measured: Floats,
+        rests: Floats,
+        states: Floats,
+        extras: Floats,
         tolerance: float,
         longest: float,
         model: CompiledModel,

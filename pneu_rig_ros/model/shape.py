@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
@@ -23,8 +23,6 @@ from pneu_rig_ros.model.quantity import (
     write_section,
 )
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
-
-Array = NDArray[np.float64]
 
 KNOTS = 8
 """Knots of a shape, at most."""
@@ -137,7 +135,7 @@ COUNT, OVER, FIRST = range(3)
 """A shape in compiled code: number of knots, none for no shape; driver; knots, then factors."""
 
 
-def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Array | None:
+def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Floats | None:
     """
     Return the shapes for compiled code, one row an effect; None where no effect has any.
 
@@ -155,7 +153,7 @@ def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Array | None:
     return table
 
 
-def _fill(row: Array, over: str, at: Sequence[float], times: Sequence[float]) -> None:
+def _fill(row: Floats, over: str, at: Sequence[float], times: Sequence[float]) -> None:
     row[COUNT], row[OVER] = len(at), list(DRIVERS).index(over)
     row[FIRST : FIRST + len(at)] = at
     row[FIRST + KNOTS : FIRST + KNOTS + len(at)] = times
@@ -197,7 +195,7 @@ def _own(
 
 
 @compiled
-def _factor(row: Array, value: float) -> float:
+def _factor(row: Floats, value: float) -> float:
     count = int(row[COUNT])
     at, times = row[FIRST : FIRST + count], row[FIRST + KNOTS : FIRST + KNOTS + count]
     if value <= at[0]:
@@ -210,7 +208,7 @@ def _factor(row: Array, value: float) -> float:
 
 
 @called
-def factors(row: Array, s: Signals, model: CompiledModel) -> tuple[float, float]:
+def factors(row: Floats, s: Signals, model: CompiledModel) -> tuple[float, float]:
     """Return the factors of both contributions of an effect with the shape of a row."""
     driver = int(row[OVER])
     if driver < 8:

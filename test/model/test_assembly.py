@@ -10,10 +10,10 @@ import numba
 import numpy as np
 import pytest
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import assembly
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.dynamics import Array
 
 
 def test_module_is_written_once_and_named_after_sources_and_effects(
@@ -61,14 +61,14 @@ def test_blocks_do_not_count_references_to_arrays() -> None:
     """Counting took six sevenths of the time of a plant; no other test would see it come back."""
 
     @compiled
-    def total(rows: tuple[Array, ...], first: int) -> float:
+    def total(rows: tuple[Floats, ...], first: int) -> float:
         value = 0.0
         for i in range(len(rows)):
             value += rows[i][first:][0]
         return value
 
     @numba.njit(error_model='numpy', nogil=True, _nrt=False)  # type: ignore[untyped-decorator]
-    def whole(rows: tuple[Array, ...], first: int) -> float:
+    def whole(rows: tuple[Floats, ...], first: int) -> float:
         return total(rows, first)
 
     assert whole((np.ones(3), np.ones(3)), 1) == 2.0
