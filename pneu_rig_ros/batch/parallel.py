@@ -16,7 +16,8 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.assembly import kept_module
 from pneu_rig_ros.model.integrator import EXTRA_NAMES
-from pneu_rig_ros.model.plant import FREE, Plant, RunState, Trajectory
+from pneu_rig_ros.model.plant import FREE, Plant, Trajectory
+from pneu_rig_ros.model.run import RunState
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
 

@@ -1,22 +1,24 @@
 """The plant: the model of one rig, started from rest and driven by two valve voltages."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pneu_rig_ros.arrays import Flags, Floats, Integers
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import along, chambers, dynamics, friction, integrator, piston
+from pneu_rig_ros.model import along, dynamics, integrator, piston
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
-from pneu_rig_ros.model.compiled_model import CompiledModel, air, compiled_model
+from pneu_rig_ros.model.at_rest import at_rest
+from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
+from pneu_rig_ros.model.run import RunState
 from pneu_rig_ros.model.shape import rows, without_shape
-from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
+from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
 TOLERANCE = 1e-6
 """Default local error, as a share of full scale [-]."""
@@ -78,27 +80,6 @@ class Trajectory(NamedTuple):
     pressure_2_reading: Floats
 
 
-class RunState(NamedTuple):
-    """
-    Everything that the compiled run of a plant continues from.
-
-    :param run: the compiled run, see ``run.build_run``
-    :param carry: the integration
-    :param intervals: sampled since the reset
-    :param model, effects: parameters
-    :param tolerance: local error as a share of full scale [-]
-    :param longest_step: [s]
-    """
-
-    run: Callable[..., None]
-    carry: integrator.IntegratorState
-    intervals: int
-    model: CompiledModel
-    effects: tuple[Any, ...]
-    tolerance: float
-    longest_step: float
-
-
 class Plant:
     """
     Eq. 3-16 with optional effects, integrated in time.
@@ -124,11 +105,11 @@ class Plant:
         chosen = dict(sorted((effects or {}).items()))
         self._chosen = tuple(without_shape(own) for own in chosen.values())
         self._library = loaded = [library.load(name) for name in chosen]
+        acting = [own != one.null for own, one in zip(self._chosen, loaded, strict=True)]
         self.effects = tuple(
             coefficients(own) if name in EFFECTS else own
             for name, own in zip(chosen, self._chosen, strict=True)
         )
-        acting = [own != one.null for own, one in zip(self._chosen, loaded, strict=True)]
         self.effects += (np.array(acting, dtype=np.bool_),)
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         sensing = [effect.balance in READING_BALANCES for effect in loaded]
@@ -137,28 +118,22 @@ class Plant:
         shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
         if shapes is not None:
             self.effects += (shapes,)
-        self.right_hand_side, self._compiled_run, self._read, self._along = assemble(
-            tuple(chosen), shapes is not None
-        )
+        assembled = assemble(tuple(chosen), shapes is not None)
+        self.right_hand_side, self._compiled_run, self._read, self._along = assembled
         self.reset()
 
     def reset(self) -> PlantState:
         """Go back to rest at the initial position; return the state there."""
         self._arguments = self._compiled_model()
-        self._carry = self.initial_integrator_state()
-        self._evaluate_rates()
+        self._carry = carry = self.initial_integrator_state()
+        rates = carry.f1, carry.arrow, carry.memory, carry.voltages
+        self.right_hand_side(0.0, carry.y1, *rates, self._arguments, self.effects)
+        carry.counts[integrator.EVALUATIONS] += 1
         self._index = 0
         self._one_voltage = np.empty((1, 2))
-        self._one_state = self._carry.y1[np.newaxis].copy()
-        acceleration = self._carry.f1[dynamics.VELOCITY]
-        self._one_extra = np.array([[acceleration, *self._carry.memory[:3]]])
+        self._one_state = carry.y1[np.newaxis].copy()
+        self._one_extra = np.array([[carry.f1[dynamics.VELOCITY], *carry.memory[:3]]])
         return self.state
-
-    def _evaluate_rates(self) -> None:
-        carry, given = self._carry, (self._arguments, self.effects)
-        signals = carry.y1, carry.f1, carry.arrow, carry.memory, carry.voltages
-        self.right_hand_side(0.0, *signals, *given)
-        carry.counts[integrator.EVALUATIONS] += 1
 
     def _compiled_model(self) -> CompiledModel:
         """Return the model; the dwell clock is that of an effect which the law is completed by."""
@@ -170,7 +145,7 @@ class Plant:
 
     def initial_integrator_state(self) -> integrator.IntegratorState:
         """Return the integration of the model at rest, before its first step."""
-        return _at_rest(self.model, self._arguments, self.state_size, self._temperatures)
+        return at_rest(self.model, self._arguments, self.state_size, self._temperatures)
 
     def change_operation(self, **changes: float) -> None:
         """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""
@@ -224,8 +199,7 @@ class Plant:
         :param interval: [s]
         :param actions: what to do before each interval, flags of ``Impose``, shape (m,)
         :param measured: x, v, p1, p2 [SI] that the actions use, shape (m, 4)
-        :param rests: when the rest, or a slide that was missed, began [s since the reset],
-            shape (m,)
+        :param rests: when the rest, or a missed slide, began [s since the reset], shape (m,)
         """
         states = np.empty((len(voltages), self.state_size))
         extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
@@ -241,9 +215,8 @@ class Plant:
         states: Floats,
         extras: Floats,
     ) -> None:
-        accuracy, given = (self.tolerance, self.longest_step), (self._arguments, self.effects)
-        begin = self._carry, interval, self._index
-        self._compiled_run(*begin, voltages, *imposed, states, extras, *accuracy, *given)
+        run, carry, first, *given, tolerance, longest = self.run_state
+        run(carry, interval, first, voltages, *imposed, states, extras, tolerance, longest, *given)
 
     def along(
         self,
@@ -264,12 +237,11 @@ class Plant:
         :return: rates in the middle of each interval, see ``along.SOURCE_1``, shape (n - 1, 5),
             and readings less true x, p1, p2 there, shape (n - 1, 3)
         """
-        count = len(contacts)
+        count, carry = len(contacts), self.initial_integrator_state()
         rates, bias = np.empty((count, along.COLUMNS)), np.zeros((count, 3))
         states = np.empty((count if self._sensed else 0, self.state_size))
-        clipped, given = np.clip(voltages, 0.0, FULL_VOLTAGE), (self._arguments, self.effects)
-        runs = measured, velocity, contacts, clipped
-        self._along(interval, *runs, rates, states, self.initial_integrator_state(), *given)
+        runs = measured, velocity, contacts, np.clip(voltages, 0.0, FULL_VOLTAGE)
+        self._along(interval, *runs, rates, states, carry, self._arguments, self.effects)
         if self._sensed:
             bias = (self._readings(states) - states[:, :4])[:, [0, 2, 3]]
         return rates, bias
@@ -277,21 +249,13 @@ class Plant:
     def _check(self) -> None:
         start, end = self._carry.clock[: integrator.END + 1].tolist()
         if math.isinf(end):
-            when = f'at t = {start:.6g} s'
-            raise RigError(f'simulation failed {when}: non-finite state')
+            raise RigError(f'simulation failed at t = {start:.6g} s: non-finite state')
 
     @property
     def run_state(self) -> RunState:
         """What the compiled run continues from."""
-        return RunState(
-            self._compiled_run,
-            self._carry,
-            self._index,
-            self._arguments,
-            self.effects,
-            self.tolerance,
-            self.longest_step,
-        )
+        given, accuracy = (self._arguments, self.effects), (self.tolerance, self.longest_step)
+        return RunState(self._compiled_run, self._carry, self._index, *given, *accuracy)
 
     @property
     def state(self) -> PlantState:
@@ -313,9 +277,8 @@ class Plant:
 
     def _friction(self, pressure_1: Any, pressure_2: Any, acceleration: Any) -> Any:
         """Return F_r [N] by Eq. 8 from numbers or arrays."""
-        drive = piston.driving_force(
-            pressure_1, pressure_2, self.model.cylinder, self._arguments.gas
-        )
+        cylinder, gas = self.model.cylinder, self._arguments.gas
+        drive = piston.driving_force(pressure_1, pressure_2, cylinder, gas)
         return drive - self.model.total_mass * acceleration
 
     def _readings(self, states: Floats) -> Floats:
@@ -335,54 +298,3 @@ class Plant:
         readings = self._readings(states).T
         values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
         return Trajectory._make(values)
-
-
-def _at_rest(
-    model: Model, arguments: CompiledModel, size: int, temperatures: tuple[float, float]
-) -> integrator.IntegratorState:
-    """
-    Return the carry of a piston that has rested for ``rest_time`` at its initial position.
-
-    :param temperatures: of the gas in both chambers [K]
-    """
-    operation, law = model.operation, model.friction
-    volumes = chambers.volumes(operation.initial_position, model.cylinder)
-    pressures = operation.initial_pressure_1, operation.initial_pressure_2
-    y1 = np.zeros(size)
-    y1[dynamics.POSITION] = operation.initial_position
-    for i in range(2):
-        mass = chambers.gas_mass(pressures[i], volumes[i], temperatures[i], arguments.gas)
-        y1[dynamics.PRESSURE_1 + i], y1[dynamics.GAS_MASS_1 + i] = pressures[i], mass
-    memory = np.zeros(dynamics.ANCHORS + len(law.element_stiffness))
-    memory[dynamics.STICKING], memory[dynamics.REST_START] = 1.0, -operation.rest_time
-    memory[dynamics.HELD_DWELL] = operation.rest_time
-    memory[dynamics.HELD_STATIC] = friction.static_friction(
-        operation.rest_time, law.breakaway_force, law.coulomb_force, arguments.friction
-    )
-    return integrator.IntegratorState(
-        clock=np.array([0.0, 0.0, integrator.AFTER_EVENT, 0.0]),
-        counts=np.zeros(5, dtype=np.int64),
-        y0=y1.copy(),
-        f0=np.zeros(size),
-        y1=y1,
-        f1=np.zeros(size),
-        arrow=np.zeros(dynamics.ARROW_SIZE),
-        memory=memory,
-        voltages=np.full(2, CENTRE_VOLTAGE),
-        scale=full_scale(model, size),
-        work=np.zeros((5, size)),
-        work_arrow=np.zeros(dynamics.ARROW_SIZE),
-    )
-
-
-def full_scale(model: Model, size: int) -> Floats:
-    """Return the full scale of each state, the unit of the local error, shape (size,)."""
-    pressure = model.operation.supply_pressure
-    stiffness = sum(model.friction.element_stiffness)
-    level = max(model.friction.breakaway_force, model.friction.coulomb_force)
-    cylinder = model.cylinder
-    volume = cylinder.cap_dead_volume + cylinder.cap_area * cylinder.stroke
-    mass = chambers.gas_mass(pressure, volume, model.gas.supply_temperature, air(model.gas))
-    scale = np.ones(size)
-    scale[:8] = cylinder.stroke, 1.0, pressure, pressure, level / stiffness, 1.0, mass, mass
-    return scale
