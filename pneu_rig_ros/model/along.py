@@ -71,6 +71,8 @@ def gas_source(
     """
     Return the gas source (V dp/dt + k p V')/(k R T_s) [kg/s]: flow, and heat as if it were one.
 
+    Of changes in place of the rates it returns the gain [kg].
+
     :param rate: dp/dt [Pa/s]
     :param swept: dV/dt [m^3/s]
     """
@@ -84,9 +86,7 @@ def switch(
     time: float, contact: int, state: Floats, memory: Floats, grown: float, model: CompiledModel
 ) -> None:
     """Let the piston break away or come to rest at ``time`` [s]; changes ``memory``."""
-    law, speed = model.friction, 0.0
-    if contact == MOVES:
-        speed = abs(state[VELOCITY])
+    law, speed = model.friction, abs(state[VELOCITY]) if contact == MOVES else 0.0
     if memory[STICKING] != 0.0 and speed > events.breakaway_velocity(law):
         events.break_away(time, memory, grown, law)
     elif memory[STICKING] == 0.0 and speed < law.stop_velocity:
@@ -100,15 +100,14 @@ def switch(
 
 @compiled
 def slide(
-    interval: float,
-    state: Floats,
-    rate: Floats,
-    arrow: Floats,
-    memory: Floats,
-    model: CompiledModel,
+    half: float, state: Floats, rate: Floats, arrow: Floats, memory: Floats, model: CompiledModel
 ) -> float:
-    """Carry the bristle on by the implicit midpoint rule; return its change to the middle [m]."""
-    change = float(0.5 * interval * rate[DEFLECTION] / (1.0 - 0.5 * interval * arrow[Z_Z]))
+    """
+    Carry the bristle on by the implicit midpoint rule; return its change to the middle [m].
+
+    :param half: time to the middle [s]
+    """
+    change = float(half * rate[DEFLECTION] / (1.0 - half * arrow[Z_Z]))
     state[DEFLECTION] += 2.0 * change
     events.update_anchors(state, memory, model)
     return change
@@ -123,16 +122,12 @@ def measured_gains(
 
     :param state: at the middle
     """
-    gas, cylinder = model.gas, model.cylinder
-    k = gas.heat_capacity_ratio
-    enthalpy = k * gas.gas_constant * gas.supply_temperature
-    middle = chambers.volumes(state[POSITION], cylinder)
-    first, last = chambers.volumes(before[0], cylinder), chambers.volumes(after[0], cylinder)
-    swept_1 = k * state[PRESSURE_1] * (last[0] - first[0])
-    swept_2 = k * state[PRESSURE_2] * (last[1] - first[1])
-    gained_1 = float((middle[0] * (after[1] - before[1]) + swept_1) / enthalpy)
-    gained_2 = float((middle[1] * (after[2] - before[2]) + swept_2) / enthalpy)
-    return gained_1, gained_2
+    v1, v2 = chambers.volumes(state[POSITION], model.cylinder)
+    first_1, first_2 = chambers.volumes(before[0], model.cylinder)
+    last_1, last_2 = chambers.volumes(after[0], model.cylinder)
+    rise_1, rise_2 = after[1] - before[1], after[2] - before[2]
+    gain_1 = gas_source(rise_1, last_1 - first_1, state[PRESSURE_1], v1, model)
+    return gain_1, gas_source(rise_2, last_2 - first_2, state[PRESSURE_2], v2, model)
 
 
 def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
@@ -205,7 +200,7 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
         effects: tuple[object, ...],
     ) -> None:
         start, state, rate, arrow, memory = carry.y0, carry.y1, carry.f1, carry.arrow, carry.memory
-        cylinder, grown = model.cylinder, 0.0
+        cylinder, grown, half = model.cylinder, 0.0, 0.5 * interval
         heats = carry.f0  # at GAS_MASS_1 and _2: that of the walls in an interval, as mass [kg]
         heats[GAS_MASS_1] = heats[GAS_MASS_2] = 0.0
         for i in range(len(contacts)):
@@ -217,9 +212,9 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
             gains = measured_gains(before, after, state, model)
             for j in range(2):  # to the middle, by what was measured and the heat before it
                 state[GAS_MASS_1 + j] += 0.5 * (gains[j] - heats[GAS_MASS_1 + j])
-            state[FILM] += 0.5 * interval * rate[FILM]
+            state[FILM] += half * rate[FILM]
             for j in range(STATE_SIZE, len(state)):
-                state[j] += 0.5 * interval * rate[j]
+                state[j] += half * rate[j]
             out[i, FORCE] = out[i, INERTIA] = out[i, LOADING] = np.nan
             if contact == RESTS:
                 out[i, LOADING] = rest(time, interval, carry, voltages[i], model, effects)
@@ -228,7 +223,7 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
             if i < len(states):
                 copy(state, states[i])
             if contact == MOVES:
-                change = slide(interval, state, rate, arrow, memory, model)
+                change = slide(half, state, rate, arrow, memory, model)
                 bent = arrow[FREE_ACCELERATION] + arrow[V_Z] * change
                 out[i, INERTIA] = cylinder.cap_area / arrow[V_P1]
                 out[i, FORCE] = out[i, INERTIA] * bent

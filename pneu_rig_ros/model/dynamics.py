@@ -14,7 +14,16 @@ from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
-from pneu_rig_ros.model.effect import ChamberGas, Motion, Ports, Seal, Signals, at_ports, with_seal
+from pneu_rig_ros.model.effect import (
+    ChamberGas,
+    Motion,
+    Ports,
+    Seal,
+    Signals,
+    behind_bristles,
+    behind_spools,
+    behind_supply,
+)
 from pneu_rig_ros.model.parameters import (
     FADES_WHILE_SLIDING,
     HELD_TO_NEXT_BREAKAWAY,
@@ -76,6 +85,14 @@ def clock(time: float, memory: Floats, law: Friction) -> float:
 
 
 @compiled
+def held_static(memory: Floats, law: Friction) -> bool:
+    """Return whether F_s is that of the last breakaway, under the chosen reading of Eq. 16."""
+    if law.static_friction_reading == LATCHED_AT_BREAKAWAY:
+        return bool(memory[STICKING] == 0.0)
+    return law.static_friction_reading == HELD_TO_NEXT_BREAKAWAY
+
+
+@compiled
 def static_forces(
     time: float, memory: Floats, breakaway: float, coulomb: float, law: Friction
 ) -> tuple[float, float]:
@@ -89,21 +106,13 @@ def static_forces(
     if law.model != REVISED_LUGRE_DWELL:
         return breakaway, breakaway
     grown = friction.static_friction(clock(time, memory, law), breakaway, coulomb, law)
-    if law.static_friction_reading == HELD_TO_NEXT_BREAKAWAY:
-        return memory[HELD_STATIC], grown
-    if law.static_friction_reading == LATCHED_AT_BREAKAWAY and memory[STICKING] == 0.0:
-        return memory[HELD_STATIC], grown
-    return grown, grown
+    return (memory[HELD_STATIC] if held_static(memory, law) else grown), grown
 
 
 @compiled
 def counted_dwell(time: float, memory: Floats, law: Friction) -> float:
     """Return the dwell [s] that F_s stands for at ``time`` [s], under the reading of Eq. 16."""
-    if law.static_friction_reading == HELD_TO_NEXT_BREAKAWAY:
-        return float(memory[HELD_DWELL])
-    if memory[STICKING] == 0.0 and law.static_friction_reading == LATCHED_AT_BREAKAWAY:
-        return float(memory[HELD_DWELL])
-    return clock(time, memory, law)
+    return float(memory[HELD_DWELL]) if held_static(memory, law) else clock(time, memory, law)
 
 
 @compiled
@@ -143,15 +152,13 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
     ) -> None:
         gas, a1, a2 = model.gas, model.cylinder.cap_area, model.cylinder.rod_area
         spool_1, spool_2 = add_spool(s, model, effects, state, rate)
-        ports, v1, v2 = s.ports, s.gas.volume_1, s.gas.volume_2
-        u1, u2 = ports.voltage_1 + spool_1, ports.voltage_2 + spool_2
-        at_spools = at_ports(s, Ports(u1, u2, ports.supply_1, ports.supply_2))
+        at_spools = behind_spools(s, spool_1, spool_2)
         supply_1, supply_2 = add_supply(at_spools, model, effects, state, rate)
-        ps1, ps2 = ports.supply_1 + supply_1, ports.supply_2 + supply_2
-        at_chambers = at_ports(s, Ports(u1, u2, ps1, ps2))
-        leak_1, leak_2 = add_mass(at_chambers, model, effects, state, rate)
+        at_ports = behind_supply(at_spools, supply_1, supply_2)
+        leak_1, leak_2 = add_mass(at_ports, model, effects, state, rate)
         heat_1, heat_2 = add_heat(s, model, effects, state, rate)
-        p1, p2 = s.gas.pressure_1, s.gas.pressure_2
+        u1, u2, ps1, ps2 = at_ports.ports
+        p1, p2, v1, v2 = s.gas.pressure_1, s.gas.pressure_2, s.gas.volume_1, s.gas.volume_2
         flow_1 = valve.mass_flow(u1, p1, ps1, model.valve, gas)
         flow_2 = valve.mass_flow(u2, p2, ps2, model.valve, gas)
         total_1, total_2 = flow_1 + leak_1, flow_2 + leak_2
@@ -202,9 +209,9 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         rate[FILM] = friction.film_rate(film, steady, resting, law)
 
         # near rest the slope of |v| is taken as zero: between its two sides, a stiff step settles
-        share = bristles / level * v / (abs(v) + REST_SPEED)
+        slope = bristles / level * v / (abs(v) + REST_SPEED)
         bend = law.stribeck_exponent * power * (level - coulomb) / level
-        arrow[Z_V] = 1.0 - share - share * bend
+        arrow[Z_V] = 1.0 - slope - slope * bend
         arrow[Z_Z] = -abs(v) * stiffness / level
         arrow[GROWN_STATIC] = grown
 
@@ -285,7 +292,7 @@ def build_right_hand_side(contributions: Contributions) -> RightHandSide:
         elastic = signals_of(time, state, ports, seal, model)
         more_force, more_stiffness = add_bristle(elastic, model, effects, state, rate)
         stiffness += more_stiffness
-        signals = with_seal(elastic, bristles + more_force, law.coulomb_force, law.breakaway_force)
+        signals = behind_bristles(elastic, more_force)
         gas_rates(signals, state, rate, arrow, model, effects)
         seal_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
         piston_rates(signals, stiffness, state, rate, arrow, memory, model, effects)

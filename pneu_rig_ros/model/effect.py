@@ -164,38 +164,35 @@ def integrated_lag(time_constant: float) -> tuple[float, float]:
 
 
 @compiled
-def at_ports(signals: Signals, ports: Ports) -> Signals:
-    """Return the signals with other voltages and supply pressures."""
-    return Signals(signals.time, signals.motion, signals.gas, ports, signals.seal)
-
-
-@compiled
-def with_seal(
-    signals: Signals, bristle_force: float, coulomb_force: float, static_force: float
-) -> Signals:
-    """Return the signals with another bristle force F(z), F_c and F_smax [N]."""
-    old = signals.seal
-    seal = Seal(
-        old.deflection, bristle_force, old.sticking, old.dwell_time, coulomb_force, static_force
-    )
-    return Signals(signals.time, signals.motion, signals.gas, signals.ports, seal)
-
-
-@compiled
 def behind_spools(signals: Signals, first: float, second: float) -> Signals:
     """Return the signals with the voltages that stages of ``SPOOL`` leave that add so much [V]."""
-    old = signals.ports
+    s, old = signals, signals.ports
     ports = Ports(old.voltage_1 + first, old.voltage_2 + second, old.supply_1, old.supply_2)
-    return at_ports(signals, ports)
+    return Signals(s.time, s.motion, s.gas, ports, s.seal)
 
 
 @compiled
-def behind_levels(signals: Signals, coulomb: float, static: float) -> Signals:
+def behind_supply(signals: Signals, first: float, second: float) -> Signals:
+    """Return the signals with the supply pressures to which ``SUPPLY`` adds so much [Pa]."""
+    s, old = signals, signals.ports
+    ports = Ports(old.voltage_1, old.voltage_2, old.supply_1 + first, old.supply_2 + second)
+    return Signals(s.time, s.motion, s.gas, ports, s.seal)
+
+
+@compiled
+def behind_bristles(signals: Signals, force: float) -> Signals:
+    """Return the signals with the F(z) to which ``BRISTLE`` adds so much [N]."""
+    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
+    seal = Seal(z, bristles + force, sticking, dwell, coulomb, static)
+    return Signals(s.time, s.motion, s.gas, s.ports, seal)
+
+
+@compiled
+def behind_levels(signals: Signals, first: float, second: float) -> Signals:
     """Return the signals with the forces that stages of ``LEVEL`` leave that add so much [N]."""
-    old = signals.seal
-    return with_seal(
-        signals, old.bristle_force, old.coulomb_force + coulomb, old.static_force + static
-    )
+    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
+    seal = Seal(z, bristles, sticking, dwell, coulomb + first, static + second)
+    return Signals(s.time, s.motion, s.gas, s.ports, seal)
 
 
 @dataclass(frozen=True)

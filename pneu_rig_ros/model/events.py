@@ -42,8 +42,6 @@ VELOCITY_TOLERANCE = 1e-10
 """How far beyond its threshold a velocity may be when the event is taken [m/s]."""
 POSITION_TOLERANCE = 1e-12
 """How far beyond an end stop the piston may be when the contact is taken [m]."""
-
-
 PULL_TOLERANCE = 1e-4
 """How far inwards the forces may accelerate a piston when it leaves an end stop [m/s^2]."""
 
@@ -122,22 +120,18 @@ def locate_event(
     if memory[CONTACT] != 0.0:
         return release(before, arrow, memory[CONTACT])
 
-    code, share, met = NONE, 1.0, False
     if memory[STICKING] != 0.0:
-        side = 1.0 if v1 > 0.0 else -1.0
-        threshold = breakaway_velocity(law)
+        side, threshold, change = 1.0 if v1 > 0.0 else -1.0, breakaway_velocity(law), BREAKAWAY
         excess = side * v1 - threshold
-        if excess > 0.0:
-            level = side * (threshold + 0.5 * VELOCITY_TOLERANCE)
-            code, share = BREAKAWAY, crossing(v0, a0, v1, a1, level)
-            met = excess <= VELOCITY_TOLERANCE
+        level = side * (threshold + 0.5 * VELOCITY_TOLERANCE)
     else:
-        side = 1.0 if v0 > 0.0 else -1.0
-        excess = law.stop_velocity - side * v1
-        if excess > 0.0:
-            level = side * (law.stop_velocity - 0.5 * VELOCITY_TOLERANCE)
-            code, share = ARREST, crossing(v0, a0, v1, a1, level)
-            met = excess <= VELOCITY_TOLERANCE
+        side, threshold, change = 1.0 if v0 > 0.0 else -1.0, law.stop_velocity, ARREST
+        excess = threshold - side * v1
+        level = side * (threshold - 0.5 * VELOCITY_TOLERANCE)
+    code, share, met = NONE, 1.0, False
+    if excess > 0.0:
+        code, share = change, crossing(v0, a0, v1, a1, level)
+        met = excess <= VELOCITY_TOLERANCE
 
     x1, stroke = y1[POSITION], model.cylinder.stroke
     beyond = max(-x1, x1 - stroke)

@@ -66,7 +66,7 @@ LEAST_STIFFNESS = 1e-3
 
 
 @compiled
-def set_pressures(state: Floats, p1: float, p2: float, model: CompiledModel) -> None:
+def set_pressures(state: Floats, p1: float, p2: float) -> None:
     """
     Set the absolute pressures [Pa] at unchanged gas temperatures; changes ``state``.
 
@@ -152,7 +152,7 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
     ) -> None:
         memory = carry.memory
         slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
-        set_pressures(carry.y1, measured[2], measured[3], model)
+        set_pressures(carry.y1, measured[2], measured[3])
         stop = touched_stop(measured[0], carry.y1, memory[CONTACT], model)
         # at a stop the position goes beyond it, and is clipped to the stop itself
         set_position(carry.y1, measured[0] + stop * AT_STOP, model)
@@ -191,7 +191,7 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
             restart(carry, measured, rest, model, effects)
         if action & Impose.HOLD.value:
             set_position(state, measured[0], model)
-            set_pressures(state, measured[2], measured[3], model)
+            set_pressures(state, measured[2], measured[3])
             state[VELOCITY], memory[CONTACT] = measured[1], 0.0
             balance(carry, model, effects)
         if action & Impose.MOTION.value:
@@ -200,7 +200,7 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
         elif memory[CONTACT] == HELD:
             memory[CONTACT] = 0.0
         if action & Impose.PRESSURES.value:
-            set_pressures(state, measured[2], measured[3], model)
+            set_pressures(state, measured[2], measured[3])
         evaluate(carry, model, effects)
 
     return act

@@ -135,10 +135,8 @@ def build_evaluate(right_hand_side: RightHandSide) -> Callable[..., None]:
     def evaluate(
         carry: IntegratorState, model: CompiledModel, effects: tuple[object, ...]
     ) -> None:
-        time, state, rate = carry.clock[END], carry.y1, carry.f1
-        right_hand_side(
-            time, state, rate, carry.arrow, carry.memory, carry.voltages, model, effects
-        )
+        y1, f1, arrow, memory = carry.y1, carry.f1, carry.arrow, carry.memory
+        right_hand_side(carry.clock[END], y1, f1, arrow, memory, carry.voltages, model, effects)
         carry.counts[EVALUATIONS] += 1
 
     return evaluate
@@ -170,14 +168,9 @@ def build_advance(
         effects: tuple[object, ...],
     ) -> None:
         clock, counts, memory, error = carry.clock, carry.counts, carry.memory, carry.work[4]
-        y0, f0, y1, f1, before, arrow = (
-            carry.y0,
-            carry.f0,
-            carry.y1,
-            carry.f1,
-            carry.work_arrow,
-            carry.arrow,
-        )
+        y0, f0, before = carry.y0, carry.f0, carry.work_arrow
+        y1, f1, arrow = carry.y1, carry.f1, carry.arrow
+        work, held = carry.work, carry.voltages
         if counts[PENDING] != events.NONE:
             events.apply_event(counts[PENDING], clock[END], y1, memory, arrow, model)
             counts[PENDING] = events.NONE
@@ -191,20 +184,7 @@ def build_advance(
         backlash = BACKLASH * tolerance * carry.scale[DEFLECTION]
         while True:
             try_step(
-                time,
-                h,
-                y0,
-                f0,
-                before,
-                y1,
-                f1,
-                arrow,
-                error,
-                carry.work,
-                memory,
-                carry.voltages,
-                model,
-                effects,
+                time, h, y0, f0, before, y1, f1, arrow, error, work, memory, held, model, effects
             )
             counts[EVALUATIONS] += 4
             ratio = error_norm(error, carry.scale, tolerance)
