@@ -30,7 +30,6 @@ EFFECT = Effect(
     balance=Balance.FORCE,
     regimes=(Regime.SLIDING,),
     source='F. M. White, Fluid Mechanics, section 7.6',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(100.0), Parameters(1000.0), Parameters(5000.0)),

@@ -1,5 +1,6 @@
 """What an optional physical effect declares about itself."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
@@ -78,6 +79,8 @@ class Need(Enum):
 
 LEAST_TIME = 1e-3
 """Shortest lag that is integrated [s], or steps would have no lower end."""
+LEAST_LEVEL = 0.1
+"""Share of the level of friction that a drift leaves at least [-]."""
 
 GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
 """What acts on the gas whatever the forces do."""
@@ -164,6 +167,22 @@ def integrated_lag(time_constant: float) -> tuple[float, float]:
 
 
 @compiled
+def drift(rate: float, limit: float, gone: float) -> float:
+    """
+    Return the share [-] by which a level of friction has drifted.
+
+    It is ``+- limit (1 - exp(-|rate| gone / limit))``, of the sign of the rate, but never takes
+    more of the level away than leaves ``LEAST_LEVEL`` of it.
+
+    :param rate: share that is added at first, for each second or metre [1/s or 1/m]
+    :param limit: share at most [-]
+    :param gone: time or way so far [s or m]
+    """
+    done = -math.expm1(-abs(rate) * max(gone, 0.0) / limit)
+    return max(math.copysign(limit, rate) * done, LEAST_LEVEL - 1.0)
+
+
+@compiled
 def behind_spools(signals: Signals, first: float, second: float) -> Signals:
     """Return the signals with the voltages that stages of ``SPOOL`` leave that add so much [V]."""
     s, old = signals, signals.ports
@@ -204,8 +223,8 @@ class Effect:
     :param balance: where the contribution enters
     :param regimes: where it must show
     :param source: literature
-    :param parameters: ``NamedTuple`` class, each field ``Annotated`` with its ``Quantity``
-    :param null: the parameters with which the effect vanishes exactly
+    :param null: the parameters with which the effect vanishes exactly, a ``NamedTuple`` with each
+        field ``Annotated`` with its ``Quantity``
     :param probes: a few plausible strengths, weak to strong, from which a fit starts
     :param laws: names of the friction laws that lack it; none named: it adds to any law
     :param clock: names of parameters that replace those of the dwell clock of the law
@@ -225,7 +244,6 @@ class Effect:
     balance: Balance
     regimes: tuple[Regime, ...]
     source: str
-    parameters: type[Any]
     null: Any
     contribution: Callable[..., tuple[float, float]]
     probes: tuple[Any, ...]
@@ -246,3 +264,8 @@ class Effect:
                 f'effect "{self.title}": regimes {self.regimes!r}, must be some of '
                 f'{allowed}, each once'
             )
+
+    @property
+    def parameters(self) -> type[Any]:
+        """The class of the parameters."""
+        return type(self.null)

@@ -220,7 +220,6 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
         balance=balance,
         regimes=REGIMES.get(balance, tuple(Regime)),
         source='a fit to data: a description, not a cause',
-        parameters=parameters,
         null=parameters(),
         contribution=_pair(sums[0], sums[1] if len(sums) > 1 else _nothing, guard),
         probes=tuple(parameters(*([value] * len(parameters._fields))) for value in probes),

@@ -38,7 +38,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='ISO 286-1:2010 and ISO 1101:2017 (tolerances of diameter and cylindricity of bores); '
     'force of Eq. 8 with the area at the seal',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.03), Parameters(-0.01), Parameters(0.01), Parameters(0.03)),

@@ -22,8 +22,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] into chamber 1 and 2: Eq. 3 with a fixed opening."""
-    if parameters.area_1 <= 0.0 and parameters.area_2 <= 0.0:
-        return 0.0, 0.0
     outside = model.gas.atmospheric_pressure
     leak_1 = port_flow(signals.gas.pressure_1, outside, parameters.area_1, model.valve, model.gas)
     leak_2 = port_flow(signals.gas.pressure_2, outside, parameters.area_2, model.valve, model.gas)
@@ -35,7 +33,6 @@ EFFECT = Effect(
     balance=Balance.MASS,
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='ISO 6358-1:2013 with the effective area as the parameter',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     probes=(

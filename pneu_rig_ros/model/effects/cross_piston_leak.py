@@ -21,8 +21,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] into chamber 1 and 2, equal and opposite: Eq. 3."""
-    if parameters.area <= 0.0:
-        return 0.0, 0.0
     p1, p2 = signals.gas.pressure_1, signals.gas.pressure_2
     leak = port_flow(p1, p2, parameters.area, model.valve, model.gas)
     return -leak, leak
@@ -34,7 +32,6 @@ EFFECT = Effect(
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000)',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(5e-10), Parameters(2e-9), Parameters(1e-8), Parameters(2e-8)),

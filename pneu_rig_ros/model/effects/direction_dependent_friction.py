@@ -27,8 +27,6 @@ def contribution(
     At rest the direction is that in which the bristles are bent; it turns within half of F_c,
     so that the level has no jump.
     """
-    if parameters.asymmetry == 0.0:
-        return 0.0, 0.0
     law = model.friction
     if signals.seal.sticking:
         direction = min(max(2.0 * signals.seal.bristle_force / law.coulomb_force, -1.0), 1.0)
@@ -45,7 +43,6 @@ EFFECT = Effect(
     source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
     'tools and compensation methods for the control of machines with friction, Automatica 30 '
     '(1994)',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.2), Parameters(-0.05), Parameters(0.05), Parameters(0.2)),

@@ -50,7 +50,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 16 of the paper; S. Kato, N. Sato, T. Matsubayashi, Some Considerations on '
     'Characteristics of Static Friction of Machine Tool Slideway, J. Lubr. Technol. 94 (1972)',
-    parameters=Parameters,
     null=Parameters(0.0, 1.0, 0.5),
     contribution=contribution,
     probes=(

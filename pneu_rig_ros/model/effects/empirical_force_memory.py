@@ -42,7 +42,6 @@ EFFECT = Effect(
     balance=Balance.FORCE,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='a fit to data: a description, not a cause',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0, 0.1),
     contribution=contribution,
     probes=tuple(Parameters(0.5, 0.5, lag) for lag in (0.03, 0.2, 1.0, 5.0)),

@@ -33,7 +33,6 @@ EFFECT = Effect(
     balance=Balance.FORCE,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='a fit to data: a description, not a cause',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0, 0.02),
     contribution=contribution,
     probes=(Parameters(0.5, 0.5, 0.02), Parameters(0.5, 0.5, 0.05)),

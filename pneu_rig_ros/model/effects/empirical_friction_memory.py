@@ -47,7 +47,6 @@ EFFECT = Effect(
     balance=Balance.LEVEL,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='a fit to data: a description, not a cause',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0, 0.0, 0.0, 0.1),
     contribution=contribution,
     probes=tuple(Parameters(0.3, 0.3, 0.3, 0.3, lag) for lag in (0.03, 0.2, 1.0, 5.0)),

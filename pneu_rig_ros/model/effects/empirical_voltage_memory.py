@@ -57,7 +57,6 @@ EFFECT = Effect(
     balance=Balance.SPOOL,
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='a fit to data: a description, not a cause',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0, 0.0, 0.0, 0.1),
     contribution=contribution,
     probes=tuple(Parameters(0.05, 0.05, 0.02, 0.02, lag) for lag in (0.02, 0.1, 0.5, 4.0)),

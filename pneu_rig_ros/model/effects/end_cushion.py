@@ -40,8 +40,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the force of both cushions along the outstroke [N] and no added mass."""
-    if parameters.stiffness <= 0.0 and parameters.damping <= 0.0:
-        return 0.0, 0.0
     x, v, length = signals.motion.position, signals.motion.velocity, parameters.length
     outer = push(x - (model.cylinder.stroke - length), v, parameters)
     return push(length - x, -v, parameters) - outer, 0.0
@@ -53,7 +51,6 @@ EFFECT = Effect(
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='K. H. Hunt, F. R. E. Crossley, Coefficient of Restitution Interpreted as Damping in '
     'Vibroimpact, J. Appl. Mech. 42 (1975), with a linear spring',
-    parameters=Parameters,
     null=Parameters(0.01, 0.0, 0.0),
     contribution=contribution,
     probes=(

@@ -32,9 +32,6 @@ def contribution(
 
     The state is the film as a share of its largest thickness, 1 - F_c / F_s.
     """
-    if parameters.growth <= 0.0:
-        rate[:] = 0.0
-        return 0.0, 0.0
     film, ratio = state[0], min(abs(signals.motion.velocity) * parameters.growth, 1.0)
     steady = np.cbrt(ratio * ratio)
     if film_rests(signals.motion.velocity, signals.seal.sticking, model.friction):
@@ -53,7 +50,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 12-15 of the paper; H. Yanada, Y. Sekikawa, Modeling of Dynamic Behaviors of '
     'Friction, Mechatronics 18 (2008)',
-    parameters=Parameters,
     null=Parameters(0.0, 0.1, 0.1, 10.0),
     contribution=contribution,
     probes=(

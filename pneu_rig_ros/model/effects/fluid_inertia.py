@@ -31,7 +31,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 9 of the paper; X. B. Tran, N. Hafizah, H. Yanada, Modeling of Dynamic '
     'Friction Behaviors of Hydraulic Cylinders, Mechatronics 22 (2012)',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(0.003), Parameters(0.01), Parameters(0.05), Parameters(0.2)),

@@ -46,7 +46,6 @@ EFFECT = Effect(
     source='A. C. Bittencourt, E. Wernholt, S. Sander-Tavallaey, T. Brogårdh, An Extended '
     'Friction Model to capture Load and Temperature effects in Robot Joints, IROS 2010; here '
     'exponential in the work',
-    parameters=Parameters,
     null=Parameters(0.0, 1.0),
     contribution=contribution,
     probes=(

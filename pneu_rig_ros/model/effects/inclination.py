@@ -24,8 +24,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the weight along the outstroke [N] and no added mass."""
-    if parameters.angle == 0.0:
-        return 0.0, 0.0
     mass = model.cylinder.moving_mass + model.operation.load_mass
     return -mass * STANDARD_GRAVITY * math.sin(parameters.angle), 0.0
 
@@ -35,7 +33,6 @@ EFFECT = Effect(
     balance=Balance.FORCE,
     regimes=tuple(Regime),
     source='Newton, weight along the axis',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.3), Parameters(-0.05), Parameters(0.05), Parameters(0.3)),

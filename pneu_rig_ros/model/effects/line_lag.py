@@ -56,7 +56,6 @@ EFFECT = Effect(
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000) (delay in the lines), here of first order',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(0.005), Parameters(0.02), Parameters(0.06)),

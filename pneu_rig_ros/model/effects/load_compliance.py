@@ -49,7 +49,6 @@ EFFECT = Effect(
     balance=Balance.FORCE,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='Newton, two masses joined by a linear spring and damper',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     # a load that rings at another frequency is no start at all, unless it is well damped

@@ -29,7 +29,6 @@ EFFECT = Effect(
     balance=Balance.FORCE,
     regimes=tuple(Regime),
     source='R. Hooke, De Potentia Restitutiva 1678 (linear spring)',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     probes=(Parameters(20.0, 0.0), Parameters(60.0, 0.02), Parameters(150.0, 0.05)),

@@ -49,8 +49,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the heat flows [W] into the gas of chamber 1 and 2."""
-    if parameters.conductance_1 <= 0.0 and parameters.conductance_2 <= 0.0:
-        return 0.0, 0.0
     gas, power = signals.gas, parameters.exponent
     wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
     colder_1 = wall - gas.pressure_1 * gas.volume_1 / (gas.gas_mass_1 * gas_constant)
@@ -66,7 +64,6 @@ EFFECT = Effect(
     source='W. H. McAdams, Heat Transmission, McGraw-Hill 1954; S. W. Churchill, H. H. S. Chu, '
     'Correlating Equations for Laminar and Turbulent Free Convection From a Vertical Plate, Int. '
     'J. Heat Mass Transfer 18 (1975)',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0, 0.25),
     contribution=contribution,
     probes=(

@@ -43,8 +43,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the voltages [V] to add to u1 and u2, so that Eq. 3 gives the bent opening."""
-    if parameters.exponent == 1.0:
-        return 0.0, 0.0
     bend_1 = bend(signals.ports.voltage_1, parameters.exponent, model)
     bend_2 = bend(signals.ports.voltage_2, parameters.exponent, model)
     return bend_1, bend_2
@@ -56,7 +54,6 @@ EFFECT = Effect(
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law',
-    parameters=Parameters,
     null=Parameters(1.0),
     contribution=contribution,
     probes=(Parameters(0.85), Parameters(0.95), Parameters(1.05), Parameters(1.2)),

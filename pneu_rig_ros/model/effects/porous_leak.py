@@ -47,8 +47,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] into chamber 1 and 2."""
-    if parameters.flow_1 <= 0.0 and parameters.flow_2 <= 0.0:
-        return 0.0, 0.0
     outside, power = model.gas.atmospheric_pressure, parameters.exponent
     leak_1 = leak(signals.gas.pressure_1, parameters.flow_1, power, outside)
     leak_2 = leak(signals.gas.pressure_2, parameters.flow_2, power, outside)
@@ -62,7 +60,6 @@ EFFECT = Effect(
     source='P. Forchheimer, Wasserbewegung durch Boden, Z. VDI 45 (1901); G. S. Beavers, '
     'E. M. Sparrow, Non-Darcy Flow Through Fibrous Porous Media, J. Appl. Mech. 36 (1969); as a '
     'power law in ISO 9972:2015',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0, 1.0),
     contribution=contribution,
     probes=(

@@ -40,7 +40,6 @@ EFFECT = Effect(
     source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
     'tools and compensation methods for the control of machines with friction, Automatica 30 '
     '(1994)',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(

@@ -30,7 +30,6 @@ EFFECT = Effect(
     balance=Balance.MOTION_READING,
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='JCGM 200:2012 (VIM), sensitivity of a measuring system',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(-0.03), Parameters(-0.01), Parameters(0.01), Parameters(0.03)),

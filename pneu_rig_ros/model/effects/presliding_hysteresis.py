@@ -47,7 +47,6 @@ EFFECT = Effect(
     regimes=(Regime.PRESLIDING, Regime.BREAKAWAY),
     source='F. Al-Bender, V. Lampaert, J. Swevers, The Generalized Maxwell-Slip Model: A '
     'Novel Model for Friction Simulation and Compensation, IEEE Trans. Autom. Control 50 (2005)',
-    parameters=Parameters,
     null=Parameters(0.0, 1.0),
     contribution=contribution,
     probes=(

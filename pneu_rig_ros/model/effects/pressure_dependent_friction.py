@@ -31,7 +31,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='G. Belforte, T. Raparelli, M. Velardocchia, Study of the Behavior of Lip Seals in '
     'Pneumatic Actuators, Lubrication Engineering 49 (1993)',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(3e-6), Parameters(1e-5), Parameters(3e-5)),

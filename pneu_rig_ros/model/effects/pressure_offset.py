@@ -29,7 +29,6 @@ EFFECT = Effect(
     balance=Balance.PRESSURE_READING,
     regimes=tuple(Regime),
     source='JCGM 200:2012 (VIM), zero error',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     probes=(

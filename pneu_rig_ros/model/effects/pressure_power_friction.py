@@ -39,8 +39,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return what is added to F_c and to F_smax [N]: each lip is pressed on by its chamber."""
-    if parameters.force <= 0.0:
-        return 0.0, 0.0
     outside, power = model.gas.atmospheric_pressure, parameters.exponent
     lip_1 = raised(signals.gas.pressure_1, power, outside)
     lip_2 = raised(signals.gas.pressure_2, power, outside)
@@ -55,7 +53,6 @@ EFFECT = Effect(
     source='A. Schallamach, The Load Dependence of Rubber Friction, Proc. Phys. Soc. B 65 (1952); '
     'G. Belforte, T. Raparelli, M. Velardocchia, Study of the Behavior of Lip Seals in Pneumatic '
     'Actuators, Lubrication Engineering 49 (1993)',
-    parameters=Parameters,
     null=Parameters(0.0, 1.0),
     contribution=contribution,
     probes=(Parameters(0.5, 0.5), Parameters(2.0, 0.7), Parameters(2.0, 1.5)),

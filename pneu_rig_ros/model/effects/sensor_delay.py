@@ -44,7 +44,6 @@ EFFECT = Effect(
     balance=Balance.MOTION_READING,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='JCGM 200:2012 (VIM), step response time; here of first order',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(0.003), Parameters(0.01), Parameters(0.03)),

@@ -52,7 +52,6 @@ EFFECT = Effect(
     balance=Balance.SPOOL,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source="M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989 (play)",
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(0.01), Parameters(0.03), Parameters(0.1)),

@@ -23,8 +23,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the excess at the present speed, added to F_c [N], and nothing for F_smax."""
-    if parameters.excess <= 0.0:
-        return 0.0, 0.0
     ratio = abs(signals.motion.velocity) / parameters.stribeck_velocity
     return parameters.excess * math.exp(-math.pow(ratio, parameters.stribeck_exponent)), 0.0
 
@@ -35,7 +33,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 11 of the paper; C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, '
     'A New Model for Control of Systems with Friction, IEEE Trans. Autom. Control 40 (1995)',
-    parameters=Parameters,
     null=Parameters(0.0, 0.01, 2.0),
     contribution=contribution,
     probes=(

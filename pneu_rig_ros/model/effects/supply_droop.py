@@ -68,8 +68,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return what both valves lack of the supply pressure [Pa]."""
-    if parameters.resistance <= 0.0:
-        return 0.0, 0.0
     lack = droop(signals, model, parameters.resistance)
     return -lack, -lack
 
@@ -79,7 +77,6 @@ EFFECT = Effect(
     balance=Balance.SUPPLY,
     regimes=(Regime.DWELL, Regime.SLIDING),
     source='ISO 6953-2:2015 (forward flow characteristics of regulators), taken as linear',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(1e8), Parameters(5e8), Parameters(2e9)),

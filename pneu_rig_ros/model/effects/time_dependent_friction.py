@@ -1,16 +1,12 @@
 """Seal friction that drifts with time, whether the piston moves or not: warming up, ageing."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals, drift
 from pneu_rig_ros.model.quantity import Quantity
-
-LEAST_LEVEL = 0.1
-"""Share of the friction level that always remains [-]."""
 
 
 class Parameters(NamedTuple):
@@ -24,18 +20,8 @@ class Parameters(NamedTuple):
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
-    """
-    Return what is added to F_c and to F_smax [N].
-
-    At the time t [s] since the start the level has changed by the share::
-
-        +- limit (1 - exp(-|rate| t / limit)), of the sign of the rate
-    """
-    if parameters.rate == 0.0:
-        return 0.0, 0.0
-    done = -math.expm1(-abs(parameters.rate) * max(signals.time, 0.0) / parameters.limit)
-    share = math.copysign(parameters.limit, parameters.rate) * done
-    share = max(share, LEAST_LEVEL - 1.0)
+    """Return what is added to F_c and to F_smax [N]: a drift with the time since the start."""
+    share = drift(parameters.rate, parameters.limit, signals.time)
     return share * model.friction.coulomb_force, share * model.friction.breakaway_force
 
 
@@ -45,7 +31,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='L. Simoni, M. Beschi, G. Legnani, A. Visioli, Friction Modeling with Temperature '
     'Effects for Industrial Robot Manipulators, IROS 2015; here exponential in time',
-    parameters=Parameters,
     null=Parameters(0.0, 0.5),
     contribution=contribution,
     probes=(

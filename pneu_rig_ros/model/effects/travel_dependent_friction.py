@@ -1,16 +1,12 @@
 """Seal friction that drifts as the piston travels: run-in, or lubricant that is wiped off."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals, drift
 from pneu_rig_ros.model.quantity import Quantity
-
-LEAST_LEVEL = 0.1
-"""Share of the friction level that always remains [-]."""
 
 
 class Parameters(NamedTuple):
@@ -25,19 +21,15 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """
-    Return what is added to F_c and to F_smax [N].
+    Return what is added to F_c and to F_smax [N]: a drift with the way gone so far.
 
-    The state is the way gone so far, s [m]; the level changes by the share::
-
-        +- limit (1 - exp(-|rate| s / limit)), of the sign of the rate
+    The state is that way [m].
     """
     if parameters.rate == 0.0:
         rate[:] = 0.0
         return 0.0, 0.0
     rate[0] = abs(signals.motion.velocity)
-    done = -math.expm1(-abs(parameters.rate) * max(state[0], 0.0) / parameters.limit)
-    share = math.copysign(parameters.limit, parameters.rate) * done
-    share = max(share, LEAST_LEVEL - 1.0)
+    share = drift(parameters.rate, parameters.limit, state[0])
     return share * model.friction.coulomb_force, share * model.friction.breakaway_force
 
 
@@ -47,7 +39,6 @@ EFFECT = Effect(
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='P. J. Blau, On the Nature of Running-In, Tribology Int. 38 (2005); J. F. Archard, '
     'Contact and Rubbing of Flat Surfaces, J. Appl. Phys. 24 (1953)',
-    parameters=Parameters,
     null=Parameters(0.0, 0.5),
     contribution=contribution,
     probes=(

@@ -41,7 +41,6 @@ EFFECT = Effect(
     balance=Balance.SPOOL,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='P. Beater, Pneumatic Drives, Springer 2007 (first-order spool)',
-    parameters=Parameters,
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(0.01), Parameters(0.05), Parameters(0.2)),

@@ -58,8 +58,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the mass flows [kg/s] that leak into chamber 1 and 2."""
-    if parameters.intake_area <= 0.0 and parameters.exhaust_area <= 0.0:
-        return 0.0, 0.0
     s = signals
     leak_1 = leak_into(s.ports.voltage_1, s.gas.pressure_1, s.ports.supply_1, model, parameters)
     leak_2 = leak_into(s.ports.voltage_2, s.gas.pressure_2, s.ports.supply_2, model, parameters)
@@ -72,7 +70,6 @@ EFFECT = Effect(
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='H. E. Merritt, Hydraulic Control Systems, Wiley 1967 (null leakage of spool valves), '
     'with the port flow of Eq. 3',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     probes=(

@@ -21,8 +21,6 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the heat flows [W] into the gas of chamber 1 and 2: Newton's law of cooling."""
-    if parameters.conductance_1 <= 0.0 and parameters.conductance_2 <= 0.0:
-        return 0.0, 0.0
     wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
     gas_1 = signals.gas.pressure_1 * signals.gas.volume_1 / (signals.gas.gas_mass_1 * gas_constant)
     gas_2 = signals.gas.pressure_2 * signals.gas.volume_2 / (signals.gas.gas_mass_2 * gas_constant)
@@ -34,7 +32,6 @@ EFFECT = Effect(
     balance=Balance.HEAT,
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
     source='P. Beater, Pneumatic Drives, Springer 2007; Newton cooling, ideal gas',
-    parameters=Parameters,
     null=Parameters(0.0, 0.0),
     contribution=contribution,
     probes=(
