@@ -3,8 +3,7 @@ Empirical terms: what describes a gap that no cause explains, and can still be s
 
 A term is a simple function of the signals, and a description a sum of terms with a coefficient
 each. ``TERMS`` says what each term is, ``OUTPUTS`` which of them may be added to what. One effect
-for each balance is made of the two; ``values`` evaluates the same terms along a recording, so
-that a residual can be regressed on exactly what the plant can simulate (``empirical_effects``).
+for each balance is made of the two, see ``empirical_effects``.
 
 Pressures are above atmosphere and count in units of 5 bar, positions in strokes, speeds in
 0.1 m/s, voltages in volts from the centre, masses in kg: units that no run changes, so that one
@@ -17,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Signals
@@ -63,6 +61,24 @@ def slowness(velocity: float) -> Any:
 def near_end(position: float, model: CompiledModel) -> Any:
     """Return 1 at both ends of the stroke, and nearly 0 away from them."""
     return (2.0 * position / model.cylinder.stroke - 1.0) ** 8
+
+
+@compiled
+def intake(voltage: float) -> float:
+    """Return how far a spool is beyond its centre towards the intake [V], else 0."""
+    return max(voltage - CENTRE_VOLTAGE, 0.0)
+
+
+@compiled
+def exhaust(voltage: float) -> float:
+    """Return how far a spool is beyond its centre towards the exhaust [V], else 0."""
+    return max(CENTRE_VOLTAGE - voltage, 0.0)
+
+
+@compiled
+def squared(voltage: float) -> float:
+    """Return the square of a voltage from the centre, with its sign [V^2]."""
+    return (voltage - CENTRE_VOLTAGE) * abs(voltage - CENTRE_VOLTAGE)
 
 
 class Term(NamedTuple):
@@ -121,33 +137,19 @@ TERMS: dict[str, Term] = {
     'cold_2': Term(
         '(T_s - T_2)/T_s', lambda s, m: cold(s.gas.pressure_2, s.gas.volume_2, s.gas.gas_mass_2, m)
     ),
-    'intake_1': Term(
-        'u1 - 2.5 V where above 0, per volt',
-        lambda s, m: np.maximum(s.ports.voltage_1 - CENTRE_VOLTAGE, 0.0),
-    ),
-    'intake_2': Term(
-        'u2 - 2.5 V where above 0, per volt',
-        lambda s, m: np.maximum(s.ports.voltage_2 - CENTRE_VOLTAGE, 0.0),
-    ),
+    'intake_1': Term('u1 - 2.5 V where above 0, per volt', lambda s, m: intake(s.ports.voltage_1)),
+    'intake_2': Term('u2 - 2.5 V where above 0, per volt', lambda s, m: intake(s.ports.voltage_2)),
     'exhaust_1': Term(
-        '2.5 V - u1 where above 0, per volt',
-        lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_1, 0.0),
+        '2.5 V - u1 where above 0, per volt', lambda s, m: exhaust(s.ports.voltage_1)
     ),
     'exhaust_2': Term(
-        '2.5 V - u2 where above 0, per volt',
-        lambda s, m: np.maximum(CENTRE_VOLTAGE - s.ports.voltage_2, 0.0),
+        '2.5 V - u2 where above 0, per volt', lambda s, m: exhaust(s.ports.voltage_2)
     ),
     'squared_1': Term(
-        '(u1 - 2.5 V)|u1 - 2.5 V|, per V^2',
-        lambda s, m: (
-            (s.ports.voltage_1 - CENTRE_VOLTAGE) * abs(s.ports.voltage_1 - CENTRE_VOLTAGE)
-        ),
+        '(u1 - 2.5 V)|u1 - 2.5 V|, per V^2', lambda s, m: squared(s.ports.voltage_1)
     ),
     'squared_2': Term(
-        '(u2 - 2.5 V)|u2 - 2.5 V|, per V^2',
-        lambda s, m: (
-            (s.ports.voltage_2 - CENTRE_VOLTAGE) * abs(s.ports.voltage_2 - CENTRE_VOLTAGE)
-        ),
+        '(u2 - 2.5 V)|u2 - 2.5 V|, per V^2', lambda s, m: squared(s.ports.voltage_2)
     ),
     'log_dwell': Term('ln(1 + dwell time / 1 s)', lambda s, m: np.log1p(s.seal.dwell_time)),
     'travel': Term(
@@ -184,76 +186,47 @@ class Output(NamedTuple):
         }
 
 
+def _output(
+    effect: str, parameter: str, unit: str, most: float, description: str, terms: str
+) -> Output:
+    quantity = Quantity(unit, -most, most, description)
+    return Output(f'empirical_{effect}', parameter, quantity, tuple(terms.split()))
+
+
 _GAS = 'constant position gauge_1 gauge_2 difference velocity speed'
 _LEVEL = (
     'constant position position_squared gauge_1 gauge_2 difference direction direction_position '
     'direction_gauge_1 direction_gauge_2 log_dwell'
 )
-_FORCE = 'constant position position_squared gauge_1 gauge_2 difference velocity speed'
+_FRICTION = f'{_LEVEL} speed slow direction_slow travel'
+_FORCE = (
+    'constant position position_squared gauge_1 gauge_2 difference velocity speed ends '
+    'ends_velocity mass'
+)
+_POSITION = 'constant position position_squared velocity'
+_PRESSURE = 'constant gauge_{} velocity'
+_SPOOL = 'constant intake_{0} exhaust_{0} squared_{0}'
 OUTPUTS: dict[str, Output] = {
-    name: Output(
-        f'empirical_{effect}', parameter, Quantity(unit, -most, most, what), tuple(t.split())
-    )
-    for name, effect, parameter, unit, most, what, t in (
-        ('flow_1', 'flow', '{}_1', 'kg/s', 0.01, 'into chamber 1', f'{_GAS} intake_1 exhaust_1'),
-        ('flow_2', 'flow', '{}_2', 'kg/s', 0.01, 'into chamber 2', f'{_GAS} intake_2 exhaust_2'),
-        ('heat_1', 'heat', '{}_1', 'W', 1e3, 'into chamber 1', 'constant gauge_1 cold_1'),
-        ('heat_2', 'heat', '{}_2', 'W', 1e3, 'into chamber 2', 'constant gauge_2 cold_2'),
-        (
-            *('friction', 'friction', '{}', 'N', 1e3, 'added to F_c and F_smax'),
-            f'{_LEVEL} speed slow direction_slow travel',
-        ),
-        ('static_friction', 'friction', 'static_{}', 'N', 1e3, 'added to F_smax alone', _LEVEL),
-        (
-            'force',
-            'force',
-            '{}',
-            'N',
-            1e3,
-            'along the outstroke',
-            f'{_FORCE} ends ends_velocity mass',
-        ),
-        (
-            *('voltage_1', 'voltage', '{}_1', 'V', 3.0, 'added to u1'),
-            'constant intake_1 exhaust_1 squared_1',
-        ),
-        (
-            *('voltage_2', 'voltage', '{}_2', 'V', 3.0, 'added to u2'),
-            'constant intake_2 exhaust_2 squared_2',
-        ),
-        (
-            *('position', 'position_reading', '{}', 'm', 0.1, 'added to the reading of x'),
-            'constant position position_squared velocity',
-        ),
-        (
-            *('pressure_1', 'pressure_reading', '{}_1', 'Pa', 1e5, 'added to the reading of p1'),
-            'constant gauge_1 velocity',
-        ),
-        (
-            *('pressure_2', 'pressure_reading', '{}_2', 'Pa', 1e5, 'added to the reading of p2'),
-            'constant gauge_2 velocity',
-        ),
-    )
+    'flow_1': _output(
+        'flow', '{}_1', 'kg/s', 0.01, 'into chamber 1', f'{_GAS} intake_1 exhaust_1'
+    ),
+    'flow_2': _output(
+        'flow', '{}_2', 'kg/s', 0.01, 'into chamber 2', f'{_GAS} intake_2 exhaust_2'
+    ),
+    'heat_1': _output('heat', '{}_1', 'W', 1e3, 'into chamber 1', 'constant gauge_1 cold_1'),
+    'heat_2': _output('heat', '{}_2', 'W', 1e3, 'into chamber 2', 'constant gauge_2 cold_2'),
+    'friction': _output('friction', '{}', 'N', 1e3, 'added to F_c and F_smax', _FRICTION),
+    'static_friction': _output('friction', 'static_{}', 'N', 1e3, 'added to F_smax alone', _LEVEL),
+    'force': _output('force', '{}', 'N', 1e3, 'along the outstroke', _FORCE),
+    'voltage_1': _output('voltage', '{}_1', 'V', 3.0, 'added to u1', _SPOOL.format(1)),
+    'voltage_2': _output('voltage', '{}_2', 'V', 3.0, 'added to u2', _SPOOL.format(2)),
+    'position': _output(
+        'position_reading', '{}', 'm', 0.1, 'added to the reading of x', _POSITION
+    ),
+    'pressure_1': _output(
+        'pressure_reading', '{}_1', 'Pa', 1e5, 'added to the reading of p1', _PRESSURE.format(1)
+    ),
+    'pressure_2': _output(
+        'pressure_reading', '{}_2', 'Pa', 1e5, 'added to the reading of p2', _PRESSURE.format(2)
+    ),
 }
-
-
-def terms(output: str) -> tuple[str, ...]:
-    """Return the names of the terms that may be added to an output."""
-    return OUTPUTS[output].terms
-
-
-def values(output: str, signals: Signals, model: CompiledModel) -> Floats:
-    """
-    Return the terms of an output along a recording, shape (n, terms).
-
-    :param signals: arrays of shape (n,); what no term of the output looks at may be NaN
-    """
-    given: Any = signals
-    columns = []
-    for term in map(TERMS.__getitem__, OUTPUTS[output].terms):
-        column = term.signal(given, model)
-        if term.integrated:  # held from each sample to the next
-            column = np.append(0.0, np.cumsum(np.diff(given.time) * column[:-1]))
-        columns.append(column)
-    size = len(given.motion.position)
-    return np.column_stack([np.broadcast_to(column, size) for column in columns])

@@ -4,7 +4,7 @@ The effects that add empirical terms to the plant: one for each balance, made of
 They describe what no physical effect explains, and are not causes themselves.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from types import new_class
 from typing import Annotated, Any, NamedTuple
 
@@ -20,19 +20,6 @@ from pneu_rig_ros.model.shape import DRIVERS
 
 Sum = Callable[[Signals, CompiledModel, Any, Floats, Floats], float]
 Guard = Callable[[float, float, Signals, CompiledModel], tuple[float, float]]
-
-
-def described(coefficients: Mapping[tuple[str, str], float]) -> dict[str, Any]:
-    """
-    Return the effects that add so many times each term.
-
-    :param coefficients: (output, term) -> coefficient in the unit of the output
-    """
-    changes: dict[str, dict[str, float]] = {}
-    for (output, name), value in coefficients.items():
-        effect, parameter = OUTPUTS[output].effect, OUTPUTS[output].parameter.format(name)
-        changes.setdefault(effect, {})[parameter] = float(value)
-    return {effect: EFFECTS[effect].null._replace(**own) for effect, own in changes.items()}
 
 
 def coefficients(parameters: Any) -> Floats:

@@ -1,4 +1,4 @@
-"""Empirical terms: what the plant adds is what the analysis evaluates, and guards hold."""
+"""Empirical terms: what the plant adds is what the table says, and guards hold."""
 
 from typing import Any, cast
 
@@ -8,8 +8,8 @@ import pytest
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.effect import Signals
-from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, terms, values
-from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients, described
+from pneu_rig_ros.model.empirical import OUTPUTS, TERMS
+from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
 
@@ -17,7 +17,7 @@ from .rigs import SHUT, changed, drive
 from .test_effect_physics import COMPILED, GAS, STROKE, at_rest, contribute, plant_with, settle
 
 CYLINDER = (configuration_folder() / 'cylinder_2.yaml').read_text()
-EVERY = [(output, name) for output in OUTPUTS for name in terms(output)]
+EVERY = [(output, name) for output in OUTPUTS for name in OUTPUTS[output].terms]
 STATES = [
     at_rest(),
     at_rest(
@@ -45,16 +45,15 @@ STATES = [
 ]
 
 
-def along(states: list[Signals]) -> Signals:
-    """Return signals as arrays."""
-    times, *groups = zip(*states, strict=True)
-    columns = [type(group[0])(*map(np.array, zip(*group, strict=True))) for group in groups]
-    return cast(Signals, Signals(np.array(times), *columns))
+def described(output: str, name: str, value: float) -> dict[str, Any]:
+    """Return the effect that adds so many times a term to an output."""
+    effect, parameter = OUTPUTS[output].effect, OUTPUTS[output].parameter.format(name)
+    return {effect: EFFECTS[effect].null._replace(**{parameter: value})}
 
 
 def own(output: str, name: str, value: float) -> tuple[str, Any]:
     """Return the effect that adds a term to an output, and its parameters."""
-    ((effect, parameters),) = described({(output, name): value}).items()
+    ((effect, parameters),) = described(output, name, value).items()
     return effect, parameters
 
 
@@ -69,27 +68,24 @@ def added(output: str, name: str, signals: Signals) -> float:
 
 
 @pytest.mark.parametrize(('output', 'name'), [e for e in EVERY if not TERMS[e[1]].integrated])
-def test_plant_adds_what_the_analysis_evaluates(output: str, name: str) -> None:
-    column = values(output, along(STATES), COMPILED)[:, terms(output).index(name)]
+def test_plant_adds_what_the_table_says(output: str, name: str) -> None:
+    column = np.array([TERMS[name].signal(s, COMPILED) for s in STATES])
     assert [added(output, name, s) for s in STATES] == pytest.approx(1e-3 * column, rel=1e-12)
     assert column.any()
 
 
-def test_travel_is_the_integral_of_the_speed_in_both() -> None:
+def test_travel_is_the_integral_of_the_speed() -> None:
     effect, parameters = own('friction', 'travel', 2.0)
     signals = {'velocity': -0.1 * STROKE}
     after = settle(effect, parameters, 5.0, **signals)
     assert contribute(effect, parameters, after, **signals)[:2] == pytest.approx((1.0, 1.0))
 
-    moving = along([at_rest(time=t, **signals) for t in np.linspace(0.0, 5.0, 6)])
-    column = values('friction', moving, COMPILED)[:, terms('friction').index('travel')]
-    assert column == pytest.approx(0.1 * np.arange(6))
-
 
 def test_sums_are_those_of_their_terms_in_a_plant_too() -> None:
     """Coefficients reach the compiled plant in the order of the table."""
     chosen = {name: effects.load(name).null for name in effects.names()}
-    chosen |= described({('pressure_2', 'gauge_2'): 3.0, ('position', 'position_squared'): 1e-3})
+    chosen |= described('pressure_2', 'gauge_2', 3.0)
+    chosen |= described('position', 'position_squared', 1e-3)
     run = drive(Plant(changed('cylinder_2'), chosen), (3.0, 2.0), 0.5)
     gauge = (run.pressure_2 - GAS.atmospheric_pressure) / 5e5
     assert run.pressure_2_reading - run.pressure_2 == pytest.approx(3.0 * gauge, abs=1e-9)
@@ -146,7 +142,7 @@ def test_friction_that_is_taken_away_never_drives() -> None:
 def test_a_rig_file_names_the_terms_that_act_alone() -> None:
     text = 'effects: {empirical_flow: {gauge_1_1: -1e-5 kg/s}}'
     rig = configuration_from_yaml(f'{CYLINDER}\n{text}', 'rig')
-    assert rig.effects == described({('flow_1', 'gauge_1'): -1e-5})
+    assert rig.effects == described('flow_1', 'gauge_1', -1e-5)
     assert configuration_from_yaml(rig.to_yaml(), 'rig') == rig
     assert 'gauge_2_1' not in rig.to_yaml()
     wrong = text.replace('gauge_1_1', 'gage_1_1')
