@@ -149,10 +149,7 @@ class _Ready(NamedTuple):
 
 
 def run_parallel(
-    plants: Sequence[Plant],
-    voltages: Floats,
-    interval: float,
-    threads: int | None = None,
+    plants: Sequence[Plant], voltages: Floats, interval: float, threads: int | None = None
 ) -> list[Trajectory]:
     """
     Continue the run of each plant as ``Plant.run`` does, bit for bit.

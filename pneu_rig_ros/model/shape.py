@@ -5,7 +5,7 @@ The factor multiplies what the effect contributes. It is linear between knots an
 them. Over a variable of a chamber each of the two contributions has the factor of its own.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,14 +149,11 @@ def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Floats | None:
     for row, (name, effect, own) in zip(table, chosen, strict=True):
         if isinstance(own, Shaped):
             check(own.shape, effect, f'effects.{name}.shape')
-            _fill(row, own.shape.over, own.shape.at, own.shape.times)
+            over, at, times = own.shape
+            row[COUNT], row[OVER] = len(at), list(DRIVERS).index(over)
+            row[FIRST : FIRST + len(at)] = at
+            row[FIRST + KNOTS : FIRST + KNOTS + len(at)] = times
     return table
-
-
-def _fill(row: Floats, over: str, at: Sequence[float], times: Sequence[float]) -> None:
-    row[COUNT], row[OVER] = len(at), list(DRIVERS).index(over)
-    row[FIRST : FIRST + len(at)] = at
-    row[FIRST + KNOTS : FIRST + KNOTS + len(at)] = times
 
 
 @compiled

@@ -246,32 +246,33 @@ def _consistent(configuration: RigConfiguration, origin: str) -> RigConfiguratio
     cylinder, law = configuration.model.cylinder, configuration.model.friction
     valve, operation = configuration.model.valve, configuration.model.operation
     full, rod = (math.pi / 4.0 * d**2 for d in (cylinder.bore, cylinder.rod_diameter))
-    elements = len(law.element_stiffness)
+    cap_error = abs(cylinder.cap_area / full - 1.0)
+    rod_error = abs(cylinder.rod_area / (full - rod) - 1.0)
+    share, start, stroke = f'{AREA_AGREEMENT:.0%}', operation.initial_position, cylinder.stroke
+    stiffnesses, limits = len(law.element_stiffness), len(law.element_limit)
     checks = {
         'cylinder.rod_area must be below cap_area': cylinder.rod_area < cylinder.cap_area,
-        f'cylinder.cap_area must agree with the bore to {AREA_AGREEMENT:.0%}': abs(
-            cylinder.cap_area / full - 1.0
-        )
-        <= AREA_AGREEMENT,
-        f'cylinder.rod_area must agree with the diameters to {AREA_AGREEMENT:.0%}': abs(
-            cylinder.rod_area / (full - rod) - 1.0
-        )
-        <= AREA_AGREEMENT,
-        'friction.breakaway_force must be at least coulomb_force': law.breakaway_force
-        >= law.coulomb_force,
-        'friction.stop_velocity must not be above start_velocity': law.stop_velocity
-        <= law.start_velocity,
-        'friction.element_stiffness needs at least one entry': elements >= 1,
-        'friction.element_limit must have one entry fewer than element_stiffness': len(
-            law.element_limit
-        )
-        == elements - 1,
-        'valve.exhaust_voltage must be below intake_voltage': valve.exhaust_voltage
-        < valve.intake_voltage,
-        'valve.exhaust_zero_voltage must be at least exhaust_voltage': valve.exhaust_zero_voltage
-        >= valve.exhaust_voltage,
-        f'operation.initial_position {operation.initial_position:g} m must be within the stroke,'
-        f' 0 to {cylinder.stroke:g} m': operation.initial_position <= cylinder.stroke,
+        f'cylinder.cap_area must agree with the bore to {share}': cap_error <= AREA_AGREEMENT,
+        f'cylinder.rod_area must agree with the diameters to {share}': rod_error <= AREA_AGREEMENT,
+        'friction.breakaway_force must be at least coulomb_force': (
+            law.breakaway_force >= law.coulomb_force
+        ),
+        'friction.stop_velocity must not be above start_velocity': (
+            law.stop_velocity <= law.start_velocity
+        ),
+        'friction.element_stiffness needs at least one entry': stiffnesses >= 1,
+        'friction.element_limit must have one entry fewer than element_stiffness': (
+            limits == stiffnesses - 1
+        ),
+        'valve.exhaust_voltage must be below intake_voltage': (
+            valve.exhaust_voltage < valve.intake_voltage
+        ),
+        'valve.exhaust_zero_voltage must be at least exhaust_voltage': (
+            valve.exhaust_zero_voltage >= valve.exhaust_voltage
+        ),
+        f'operation.initial_position {start:g} m must be within the stroke, 0 to {stroke:g} m': (
+            start <= stroke
+        ),
     }
     for message, holds in checks.items():
         if not holds:

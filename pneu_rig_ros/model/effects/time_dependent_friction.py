@@ -33,11 +33,6 @@ EFFECT = Effect(
     'Effects for Industrial Robot Manipulators, IROS 2015; here exponential in time',
     null=Parameters(0.0, 0.5),
     contribution=contribution,
-    probes=(
-        Parameters(-0.1, 0.5),
-        Parameters(-0.02, 0.5),
-        Parameters(0.02, 0.5),
-        Parameters(0.1, 0.5),
-    ),
+    probes=tuple(Parameters(rate, 0.5) for rate in (-0.1, -0.02, 0.02, 0.1)),
     drivers=('speed',),
 )

@@ -41,12 +41,7 @@ EFFECT = Effect(
     'Contact and Rubbing of Flat Surfaces, J. Appl. Phys. 24 (1953)',
     null=Parameters(0.0, 0.5),
     contribution=contribution,
-    probes=(
-        Parameters(-3.0, 0.5),
-        Parameters(-1.0, 0.5),
-        Parameters(1.0, 0.5),
-        Parameters(3.0, 0.5),
-    ),
+    probes=tuple(Parameters(rate, 0.5) for rate in (-3.0, -1.0, 1.0, 3.0)),
     states=('travel',),
     drivers=('speed',),
 )
