@@ -49,8 +49,8 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
         if shaped:
             own = _shaped(own, index, len(effects) + 1)
         own = _acting(own, index, len(effects))
-        others, behind = sums[effect.balance], CHAINS.get(effect.balance)
-        sums[effect.balance] = _series(others, own, behind) if behind else _parallel(others, own)
+        behind = CHAINS.get(effect.balance, _as_without_them)
+        sums[effect.balance] = _sum(sums[effect.balance], own, behind)
     return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
 
 
@@ -104,22 +104,14 @@ def _shaped(unshaped: Contribution, index: int, shapes: int) -> Contribution:
     return own
 
 
-def _parallel(others: Contribution, own: Contribution) -> Contribution:
-    @inner
-    def total(
-        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
-    ) -> tuple[float, float]:
-        a, b = others(signals, model, effects, state, rate)
-        c, d = own(signals, model, effects, state, rate)
-        return a + c, b + d
-
-    return total
+@compiled
+def _as_without_them(signals: Signals, first: float, second: float) -> Signals:
+    """Return the signals that an effect sees where those before it add so much: the same."""
+    return signals
 
 
-def _series(
-    others: Contribution, own: Contribution, behind: Callable[..., Signals]
-) -> Contribution:
-    """Return the contributions of a chain: the last sees what the others leave."""
+def _sum(others: Contribution, own: Contribution, behind: Callable[..., Signals]) -> Contribution:
+    """Return both contributions together; ``own`` sees what is behind the others."""
 
     @inner
     def total(

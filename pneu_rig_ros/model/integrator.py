@@ -91,12 +91,9 @@ def interpolate(carry: IntegratorState, time: float, out: Floats) -> None:
         return
     h = end - start
     share = (time - start) / h
-    rest = 1.0 - share
-    across = share * rest
+    y0, f0, y1, f1 = carry.y0, carry.f0, carry.y1, carry.f1
     for i in range(len(out)):
-        rise = carry.y1[i] - carry.y0[i]
-        bend = (h * carry.f0[i] - rise) * rest - (h * carry.f1[i] - rise) * share
-        out[i] = carry.y0[i] + share * rise + across * bend
+        out[i] = events.hermite(y0[i], h * f0[i], y1[i], h * f1[i], share)
 
 
 @compiled
