@@ -80,13 +80,11 @@ class _Recording:
         self._write = writer.write
         self._rig = rig
         self._names = absolute_names('')
-        configuration = rig.configuration
-        self._interval_ns = configuration.interval_ns
-        interval = configuration.interval_ns * 1e-9
-        self._estimator = CausalFriction(ForceBalance.of(configuration), interval)
+        self._interval_ns = rig.configuration.interval_ns
+        self._estimator = CausalFriction(ForceBalance.of(rig.configuration), rig.interval)
         self._messages = PlantMessages(rig.pressure_variance, clock=True)
         self._friction = template('friction')
-        self.description = describe(configuration)
+        self.description = describe(rig.configuration)
 
     def run(self, u: float, samples: int, progress: Progress) -> None:
         """Record the samples 0 ... samples - 1 under a constant command [V]."""

@@ -10,9 +10,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model import events
 from pneu_rig_ros.model.compiled import called, compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
@@ -62,7 +60,7 @@ class IntegratorState(NamedTuple):
     """
 
     clock: Floats
-    counts: np.ndarray[tuple[int], np.dtype[np.int64]]
+    counts: Integers
     y0: Floats
     f0: Floats
     y1: Floats

@@ -183,7 +183,6 @@ class Plant:
     def step(self, voltage_1: float, voltage_2: float, interval: float) -> PlantState:
         """Hold the voltages [V] for one interval [s]; return the state after it, as ``run``."""
         self._one_voltage[0] = voltage_1, voltage_2
-        np.clip(self._one_voltage, 0.0, FULL_VOLTAGE, out=self._one_voltage)
         self._call_run(interval, self._one_voltage, FREE, self._one_state, self._one_extra)
         self._check()
         self._index += 1
@@ -203,8 +202,7 @@ class Plant:
         """
         states = np.empty((len(voltages), self.state_size))
         extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
-        clipped = np.clip(voltages, 0.0, FULL_VOLTAGE)
-        self._call_run(interval, clipped, (actions, measured, rests), states, extras)
+        self._call_run(interval, voltages, (actions, measured, rests), states, extras)
         return self.advanced(states, extras, interval)
 
     def _call_run(
@@ -216,7 +214,8 @@ class Plant:
         extras: Floats,
     ) -> None:
         run, carry, first, *given, tolerance, longest = self.run_state
-        run(carry, interval, first, voltages, *imposed, states, extras, tolerance, longest, *given)
+        held = np.clip(voltages, 0.0, FULL_VOLTAGE)
+        run(carry, interval, first, held, *imposed, states, extras, tolerance, longest, *given)
 
     def along(
         self,
