@@ -86,7 +86,8 @@ def switch(
     time: float, contact: int, state: Floats, memory: Floats, grown: float, model: CompiledModel
 ) -> None:
     """Let the piston break away or come to rest at ``time`` [s]; changes ``memory``."""
-    law, speed = model.friction, abs(state[VELOCITY]) if contact == MOVES else 0.0
+    law = model.friction
+    speed = abs(state[VELOCITY]) if contact == MOVES else 0.0
     if memory[STICKING] != 0.0 and speed > events.breakaway_velocity(law):
         events.break_away(time, memory, grown, law)
     elif memory[STICKING] == 0.0 and speed < law.stop_velocity:

@@ -80,7 +80,7 @@ class Need(Enum):
 LEAST_TIME = 1e-3
 """Shortest lag that is integrated [s], or steps would have no lower end."""
 LEAST_LEVEL = 0.1
-"""Share of the level of friction that a drift leaves at least [-]."""
+"""Share of the level of friction that remains, however far it drifts [-]."""
 
 GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
 """What acts on the gas whatever the forces do."""
@@ -171,8 +171,8 @@ def drift(rate: float, limit: float, gone: float) -> float:
     """
     Return the share [-] by which a level of friction has drifted.
 
-    It is ``+- limit (1 - exp(-|rate| gone / limit))``, of the sign of the rate, but never takes
-    more of the level away than leaves ``LEAST_LEVEL`` of it.
+    It is ``+- limit (1 - exp(-|rate| gone / limit))``, of the sign of the rate, but leaves at
+    least ``LEAST_LEVEL`` of the level.
 
     :param rate: share that is added at first, for each second or metre [1/s or 1/m]
     :param limit: share at most [-]

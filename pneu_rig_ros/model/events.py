@@ -121,11 +121,13 @@ def locate_event(
         return release(before, arrow, memory[CONTACT])
 
     if memory[STICKING] != 0.0:
-        side, threshold, change = 1.0 if v1 > 0.0 else -1.0, breakaway_velocity(law), BREAKAWAY
+        change, threshold = BREAKAWAY, breakaway_velocity(law)
+        side = 1.0 if v1 > 0.0 else -1.0
         excess = side * v1 - threshold
         level = side * (threshold + 0.5 * VELOCITY_TOLERANCE)
     else:
-        side, threshold, change = 1.0 if v0 > 0.0 else -1.0, law.stop_velocity, ARREST
+        change, threshold = ARREST, law.stop_velocity
+        side = 1.0 if v0 > 0.0 else -1.0
         excess = threshold - side * v1
         level = side * (threshold - 0.5 * VELOCITY_TOLERANCE)
     code, share, met = NONE, 1.0, False
