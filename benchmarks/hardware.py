@@ -106,7 +106,7 @@ def repeat(bench: Bench, workers: int | None) -> str:
     if bench.name in CALIBRATED:
         path = CALIBRATED[bench.name]
         improved = replace(diagnosis.improved_system, name=path.stem)
-        path.write_text(CALIBRATED_HEAD + improved.to_yaml(diagnosis.improved), encoding='utf-8')
+        path.write_text(CALIBRATED_HEAD + improved.to_yaml(), encoding='utf-8')
     if bench.balance != 'none':
         draw(bench, diagnosis, data)
     printed = io.StringIO()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.answer import condition_rows, probability
+from pneu_rig_ros.diagnosis.answer import probability
 from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable, ranking_rows
+from pneu_rig_ros.diagnosis.answer.condition_row import condition_row
 from pneu_rig_ros.diagnosis.answer.improvement import signal_tables
 from pneu_rig_ros.diagnosis.answer.intervals import (
     HALF_WIDTH,
@@ -18,18 +19,22 @@ from pneu_rig_ros.diagnosis.answer.intervals import (
     residual_intervals,
     value_intervals,
 )
-from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Condition, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, UNITS
-from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
+from pneu_rig_ros.diagnosis.residuals.dataset import rms
+from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.profiles import Profile
-from pneu_rig_ros.diagnosis.search.scoring import excess, excess_rms
+from pneu_rig_ros.diagnosis.search.scoring import excess
 from pneu_rig_ros.diagnosis.sentence import sentence
 from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import DRIVERS
+
+Rows = dict[str, dict[str, Any]]
+"""Coordinate -> value, interval, unit."""
 
 VERSION = 3
 MOST_INTERVALS = 6
@@ -40,12 +45,27 @@ UNEXPLAINED = 3.0
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return diagnosis.json as a JSON-compatible dict."""
-    estimates = list(_estimates(diagnosis))
-    parameters = [row for part, row in estimates if part.is_parameter]
-    effects = [row for part, row in estimates if part.is_effect and not part.is_empirical]
-    conditions = [row for part, row in estimates if isinstance(part, Condition)]
-    if diagnosis.restated is not None:
-        conditions.insert(0, condition_rows.restated_row(diagnosis.restated))
+    estimates = _estimates(diagnosis)
+    parameters = [
+        {'name': part.name, 'was': part.model_value, **row}
+        for part, rows in estimates
+        if part.is_parameter
+        for row in rows.values()
+        if _changed(part, row, diagnosis)
+    ]
+    effects = [
+        _effect(part, rows, diagnosis.explanation) for part, rows in estimates if part.is_effect
+    ]
+    operations = [each.run.operation for each in diagnosis.training.comparisons]
+    conditions = [
+        condition_row(part.name, row, operations)
+        for part, rows in estimates
+        if part.is_condition
+        for row in rows.values()
+    ]
+    if (other := diagnosis.restated) is not None:
+        row = {'name': other.name, 'stated': other.stated, 'true': other.true}
+        conditions.insert(0, {**row, 'value': None, 'interval': None, 'unit': ''})
     search, best, unknown = diagnosis.search, diagnosis.best, diagnosis.unknown
     return {
         'version': VERSION,
@@ -62,13 +82,13 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'balances': _balances(diagnosis),
         'where': [_residual(residual) for residual in diagnosis.significant],
         'intervals': [
-            {'balance': balance, 'recording': name, 'from': begin, 'to': end}
-            for balance, name, begin, end in _intervals(diagnosis)
+            dict(zip(('balance', 'recording', 'from', 'to'), span, strict=True))
+            for span in _intervals(diagnosis)
         ],
         'null_scores': _null_scores(diagnosis.windows),
         'candidates': ranking_rows(search, best, diagnosis.verdict),
         'indistinguishable': indistinguishable(search, best),
-        'calibration': next((row for part, row in estimates if part.name == CALIBRATION), {}),
+        'calibration': next((rows for part, rows in estimates if part.name == CALIBRATION), {}),
         'conditions': conditions,
         'parameters': parameters,
         'effects': effects,
@@ -76,37 +96,33 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'each_recording': list(_nuisances(diagnosis)),
         'differing_recordings': [each.to_dict() for each in diagnosis.differing],
         'gap': _gap(diagnosis),
-        'next_experiment': diagnosis.next_experiment and diagnosis.next_experiment.to_dict(),
+        'next_experiment': diagnosis.next_experiment and asdict(diagnosis.next_experiment),
     }
 
 
 def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return each balance with its verdict and the remaining share of its excess."""
-    held_out, given, improved = diagnosis.held_out, diagnosis.given, diagnosis.improved
-    windows = [windows_of(held_out, hypothesis) for hypothesis in (given, improved)]
-    significant = {residual.balance for residual in diagnosis.significant}
+    held_out, significant = diagnosis.held_out, {each.balance for each in diagnosis.significant}
+    windows = [windows_of(held_out, each) for each in (diagnosis.given, diagnosis.improved)]
     rows = []
     for name in BALANCES:
-        before, after = (excess_rms(_whitened(name, groups)) for groups in windows)
-        missing = diagnosis.missing[name]
+        before, after = (_excess_rms(name, groups) for groups in windows)
+        missing = held_out.comparisons[0].run.missing[name]
         verdict = diagnosis.verdict if name in significant else CONSISTENT
-        rows.append(
-            {
-                'name': name,
-                'unit': UNITS[name],
-                'open': not missing,
-                'why': missing,
-                'verdict': None if missing else verdict,
-                'left': after / before if before > 0.0 and not missing else None,
-            }
-        )
+        row = {'name': name, 'unit': UNITS[name], 'open': not missing, 'why': missing}
+        row['verdict'] = None if missing else verdict
+        row['left'] = after / before if before > 0.0 and not missing else None
+        rows.append(row)
     return rows
 
 
-def _whitened(balance: str, windows: Sequence[Windows]) -> Floats:
-    """Return the whitened residuals of a balance, shape (n,)."""
+def _excess_rms(balance: str, windows: Sequence[Windows]) -> float:
+    """Return the RMS of a balance's whitened residuals beyond that of noise [-]."""
     parts = [group.whitened for group in windows if group.balance == balance]
-    return np.concatenate([np.zeros(0), *parts])
+    if not parts:
+        return 0.0
+    excess = float(np.mean(np.concatenate(parts) ** 2)) - NOISE_ERROR**2
+    return float(np.sqrt(max(excess, 0.0)))
 
 
 def _residual(residual: SignificantResidual) -> dict[str, Any]:
@@ -145,58 +161,58 @@ def _null_scores(windows: Sequence[Windows]) -> list[dict[str, Any]]:
         groups = [group for group in windows if group.balance == balance]
         for regime in sorted({str(regime) for group in groups for regime in group.regime}):
             z = np.concatenate([group.whitened[group.regime == regime] for group in groups])
-            rms = float(np.sqrt(np.mean(z**2)))
             place = {'balance': balance, 'regime': regime}
-            rows.append({**place, 'mean': float(z.mean()), 'rms': rms, 'count': int(z.size)})
+            rows.append({**place, 'mean': float(z.mean()), 'rms': rms(z), 'count': int(z.size)})
     return rows
 
 
-def _estimates(diagnosis: Diagnosis) -> Iterator[tuple[Candidate, dict[str, Any]]]:
-    """Yield each part of the explanation with its values and confidence intervals."""
+def _estimates(diagnosis: Diagnosis) -> list[tuple[Candidate, Rows]]:
+    """Return each part of the explanation with its values and confidence intervals."""
     if diagnosis.best is None:
-        return
-    search, explanation = diagnosis.search, diagnosis.explanation
-    fit, errors = diagnosis.best.fit, diagnosis.errors
-    spans = iter(value_intervals(fit, diagnosis.given, search.training, errors))
-    for part, values in zip(explanation.parts, explanation.values, strict=True):
-        rows: dict[str, dict[str, Any]] = {
-            c.name: {'value': value, 'interval': list(next(spans)), 'unit': c.quantity.unit}
-            for c, value in zip(part.coordinates, values, strict=True)
-        }
-        if part.name == CALIBRATION:
-            yield part, rows
-        elif part.is_effect:
-            yield (
-                part,
-                {
-                    'name': part.name,
-                    'title': library.load(part.name).title,
-                    'balance': part.balance,
-                    # single knots mean nothing: their mean is also a level of the model
-                    'parameters': {} if isinstance(part, Profile) else rows,
-                    'shape': _shape(part.name, explanation),
-                },
-            )
-        elif isinstance(part, Condition):
-            operations = [each.run.operation for each in diagnosis.training.comparisons]
-            (estimate,) = rows.values()
-            yield part, condition_rows.fitted_row(part.condition, estimate, operations)
-        elif part.is_parameter:
-            (row,) = rows.values()
-            low, high = row['interval']
-            # a refitted parameter is listed only if it differs significantly
-            if part.name not in diagnosis.system.refit or not low <= part.model_value <= high:
-                yield part, {'name': part.name, 'was': part.model_value, **row}
+        return []
+    training, explanation = diagnosis.search.training, diagnosis.explanation
+    spans = iter(value_intervals(diagnosis.best, diagnosis.given, training, diagnosis.errors))
+    return [
+        (
+            part,
+            {
+                c.name: {'value': value, 'interval': list(next(spans)), 'unit': c.quantity.unit}
+                for c, value in zip(part.coordinates, values, strict=True)
+            },
+        )
+        for part, values in zip(explanation.parts, explanation.values, strict=True)
+    ]
+
+
+def _changed(part: Candidate, row: dict[str, Any], diagnosis: Diagnosis) -> bool:
+    """Return whether a parameter is another one: of those refitted anyway, significantly."""
+    low, high = row['interval']
+    return part.name not in diagnosis.system.refit or not low <= part.model_value <= high
+
+
+def _effect(part: Candidate, rows: Rows, explanation: Explanation) -> dict[str, Any]:
+    return {
+        'name': part.name,
+        'title': library.load(part.name).title,
+        'balance': part.balance,
+        # single knots mean nothing: their mean is also a level of the model
+        'parameters': {} if isinstance(part, Profile) else rows,
+        'shape': _shape(part.name, explanation),
+    }
 
 
 def _shape(effect: str, explanation: Explanation) -> dict[str, Any] | None:
     """Return the factor by which an effect differs from its formula, None without one."""
     for part, values in zip(explanation.parts, explanation.values, strict=True):
         if isinstance(part, Family | Profile) and part.effect == effect:
-            at, times = part.shape(values).at, part.values_of(values)
-            unit = DRIVERS[part.over].unit
-            table = {'x': list(at), 'y': list(times), 'y_unit': part.unit}
-            return {'variable': part.over, 'unit': unit, **table}
+            shape = part.shape(values)
+            return {
+                'variable': shape.over,
+                'unit': DRIVERS[shape.over].unit,
+                'x': list(shape.at),
+                'y': [part.size * factor for factor in shape.times],
+                'y_unit': part.unit,
+            }
     return None
 
 
@@ -211,14 +227,14 @@ def _nuisances(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
             warm = run.temperature_offset > 0.0
             used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
             values = estimate.delay, *estimate.temperatures
-            half = (HALF_WIDTH * estimate.deviations).tolist()
-            for i, name in enumerate(names):
-                if used[i]:
+            halves = (HALF_WIDTH * estimate.deviations).tolist()
+            for name, shows, value, half in zip(names, used, values, halves, strict=True):
+                if shows:
                     yield {
                         'recording': run.name,
                         'name': name,
-                        'value': values[i],
-                        'interval': [values[i] - half[i], values[i] + half[i]],
+                        'value': value,
+                        'interval': [value - half, value + half],
                         'unit': 's' if name == CLOCK_OFFSET else 'K',
                     }
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.answer import condition_rows
 from pneu_rig_ros.diagnosis.answer.intervals import HALF_WIDTH
 from pneu_rig_ros.diagnosis.answer.run_differences import RunDifference
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS as CONDITIONS_PREFIX
@@ -65,7 +64,7 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
         return f'Model and measurement disagree in {where}; no cause in the library explains it.'
     texts = _causes(parameters, effects)
     if conditions:
-        rows = [condition_rows.sentence(row) for row in conditions]
+        rows = [f'{row["name"]} {row["true"]}, stated {row["stated"]}' for row in conditions]
         place = 0 if verdict == CONDITIONS else len(texts)
         texts.insert(place, 'Not as stated: ' + ' and '.join(rows))
     if diagnosis.unknown is not None:

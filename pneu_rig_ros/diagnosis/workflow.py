@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,7 +61,6 @@ class Diagnosis:
     :param system: as given, or as it was found to be
     :param restated: what was found to be otherwise than stated, None where nothing was
     :param training, held_out: data with the noise under the given hypothesis
-    :param search: for the explanation
     :param windows: of the training data under the given hypothesis
     :param where: its significant residuals
     :param best: the accepted explanation, None where nothing is missing
@@ -108,13 +107,11 @@ class Diagnosis:
     def improved_system(self) -> System:
         """The system with the improved model and what that leaves of these recordings."""
         datasets = self.search.training, self.search.held_out
-        left = repeatability(self.system, self.improved, datasets)
-        return replace(self.system, hypothesis=self.improved, repeatability=left)
-
-    @property
-    def missing(self) -> Mapping[str, str]:
-        """Balance -> what is missing to compare it, '' where it is open."""
-        return self.training.comparisons[0].run.missing
+        left, improved = repeatability(self.system, self.improved, datasets), self.improved
+        if self.system.rig is not None:  # whose supply was warmer or colder in these recordings
+            model = improved.model._replace(gas=self.given.model.gas)
+            improved = replace(improved, model=model)
+        return replace(self.system, hypothesis=improved, repeatability=left)
 
     @property
     def verdict(self) -> str:

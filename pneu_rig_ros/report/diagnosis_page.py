@@ -63,7 +63,7 @@ def write_files(
     """
     atomic_write(out / 'diagnosis.json', json.dumps(answer, indent=2, allow_nan=False) + '\n')
     write_page(out / 'report.html', diagnosis, answer, progress)
-    model = diagnosis.improved_system.to_yaml(diagnosis.improved)
+    model = diagnosis.improved_system.to_yaml()
     if diagnosis.system.rig is not None:
         configuration_from_yaml(model, 'improved.yaml')
     atomic_write(out / 'improved.yaml', model)

@@ -148,7 +148,7 @@ def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
     configuration = RigConfiguration(
         name=_name(merged.get('name', Path(origin).stem), origin),
         model=Model(**sections),
-        effects=_effects(merged.get('effects'), origin),
+        effects=read_effects(merged.get('effects'), origin),
         sensors=sensors,
         interval_ns=int(sampling.interval),
         seed=int(sampling.seed),
@@ -219,7 +219,8 @@ def _name(name: object, origin: str) -> str:
     return text
 
 
-def _effects(data: object, origin: str) -> dict[str, Any]:
+def read_effects(data: object, origin: str) -> dict[str, Any]:
+    """Return name -> parameters of the effects of a file; RigError for what is none."""
     if not isinstance(data, dict | None):
         raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
     chosen = {}

@@ -168,7 +168,7 @@ def test_repeats_of_a_seal_are_consistent_within_its_repeatability(
 
     diagnosis = judge(sets[first], SYSTEMS / 'seal_O-ring257.yaml')
     improved = tmp_path / 'improved.yaml'
-    improved.write_text(diagnosis.improved_system.to_yaml(diagnosis.improved))
+    improved.write_text(diagnosis.improved_system.to_yaml())
     assert 0.5 < diagnosis.improved_system.repeatability['force'] < 2.0
     for other in sets[:first] + sets[first + 1 :]:
         assert judge(other, improved).verdict == 'consistent'

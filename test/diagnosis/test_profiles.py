@@ -44,7 +44,7 @@ def test_friction_in_waves_along_the_stroke_is_named_with_its_profile(tmp_path: 
     assert data['effects'][0]['parameters'] == {}
     assert data['indistinguishable'] == []
     written = tmp_path / 'improved.yaml'
-    written.write_text(diagnosis.improved_system.to_yaml(diagnosis.improved))
+    written.write_text(diagnosis.improved_system.to_yaml())
     assert load_system(written).hypothesis.effects == diagnosis.improved.effects
 
 

@@ -58,7 +58,7 @@ def test_improved_model_keeps_what_it_leaves(tmp_path: Path) -> None:
     # a line through the levels at 1 and 3 bar, 8.4 and 11.6 N, is 1.5 N off at 5 bar
     assert system.repeatability['force'] == pytest.approx(1.5 / 3**0.5, rel=0.1)
     path = tmp_path / 'improved.yaml'
-    path.write_text(system.to_yaml(diagnosis.improved))
+    path.write_text(system.to_yaml())
     assert load_system(path).repeatability == pytest.approx(system.repeatability)
 
 

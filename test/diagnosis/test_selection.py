@@ -42,7 +42,7 @@ def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(tmp_path: Path) -> N
         given = hypothesis.with_parameter('friction', 'coulomb_force', factor * coulomb)
         search = Search(given=given, training=data, held_out=data, rng=rng, pool=())
         assert search.significant()
-        nothing = Fit(Explanation(), 0.0, np.zeros((0, 0)))
+        nothing = Fit(Explanation())
         search.calibrated = score(nothing, given, data, data)
         (row,) = data.residuals_by_run(given)
         spread.append(rms(np.concatenate([row.force, row.breakaway])))
@@ -71,7 +71,7 @@ def test_one_weak_cause_explains_a_balance_alone_and_one_of_two_does_not(tmp_pat
         for name, factor in (('coulomb_force', coulomb), ('viscous_coefficient', viscous)):
             given = given.with_parameter('friction', name, factor * getattr(friction, name))
         search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
-        search.best = score(Fit(value, 0.0, np.zeros((0, 0))), given, *data)
+        search.best = score(Fit(value), given, *data)
         return search.explains_alone(given, data[0])
 
     assert alone(1.05, 1.0)
@@ -95,7 +95,7 @@ def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(tmp_path:
     same, other, far = data(1.0, 0), data(1.06, 1), data(1.2, 2)
     runs = [each.comparisons[0].run for each in (same, other)]
     (cause,) = (each for each in pool(system, runs)[0] if each.name == 'friction.coulomb_force')
-    found = Fit(Explanation().with_part(cause, (coulomb,)), 0.0, np.zeros((0, 0)))
+    found = Fit(Explanation().with_part(cause, (coulomb,)))
 
     def significant(training: Dataset, held_out: Dataset) -> bool:
         search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())

@@ -119,7 +119,8 @@ def test_supply_and_room_within_their_usual_errors_are_no_cause(tmp_path: Path) 
     values = data['calibration']
     product = values['supply_pressure']['value'] * values['supply_temperature']['value'] ** 0.5
     assert product == pytest.approx(0.98 * (1.0 + 6.0 / 293.15) ** 0.5, abs=0.01)
-    improved = load_system(system_file(tmp_path, found.system.to_yaml(found.improved)))
+    improved = load_system(system_file(tmp_path, found.improved_system.to_yaml()))
+    assert found.improved.model.gas != exact.model.gas
     assert improved.hypothesis.model.gas == exact.model.gas
 
 
@@ -138,7 +139,7 @@ def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_pat
     assert [row['open'] for row in data['balances']] == [True, True, False]
     assert {row['balance'] for row in data['where']} == {'gas_1', 'gas_2'}
     assert data['gap']['cut'] > 0.9
-    improved = system_file(tmp_path, found.system.to_yaml(found.improved))
+    improved = system_file(tmp_path, found.improved_system.to_yaml())
     assert load_system(improved).hypothesis.effects == found.improved.effects
 
 
@@ -157,7 +158,7 @@ def test_heat_transfer_of_another_law_is_named_with_a_shape(tmp_path: Path) -> N
     ratio = (shape['x'][-1] / shape['x'][0]) ** exponent
     assert high / low == pytest.approx(ratio, rel=0.2)
     assert data['gap']['cut'] > 0.9
-    improved = system_file(tmp_path, found.system.to_yaml(found.improved))
+    improved = system_file(tmp_path, found.improved_system.to_yaml())
     (read,) = load_system(improved).hypothesis.effects.values()
     assert read.shape.over == shape['variable']
     assert read.shape.times == pytest.approx(shape['y'], rel=1e-3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pneu_rig_ros.diagnosis.answer import probability
+from pneu_rig_ros.diagnosis.answer.probability import first_of_each, of_names
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, as_good_as, excess
@@ -23,9 +23,8 @@ def ranking_rows(search: Search, best: ScoredFit | None, verdict: str) -> list[d
     :param best: the fit of the answer, None where nothing is missing
     :param verdict: of the answer, which may be none of the causes
     """
-    rows: dict[frozenset[str], dict[str, Any]] = {}  # whatever the order in which causes came
     explanation = Explanation() if best is None else best.explanation
-    likely = probability.of_names(search, explanation, verdict)
+    likely = of_names(search, explanation, verdict)
     residuals = search.held_out.without_cycles
     before = excess(residuals, search.given)
 
@@ -33,34 +32,24 @@ def ranking_rows(search: Search, best: ScoredFit | None, verdict: str) -> list[d
         after = excess(residuals, explanation.apply(search.given))
         return min(after / before, 1.0) if before > 0.0 else 0.0
 
-    fits = sorted(search.ranking, key=lambda fit: fit.cost)
-    if best is not None and search.causes(best.explanation):
-        fits = [best, *fits]
-    for fit in fits:
-        names = search.causes(fit.explanation)
-        if not names or frozenset(names) in rows or len(rows) == MOST_ROWS:
-            continue
-        parts = zip(fit.explanation.parts, fit.explanation.values, strict=True)
-        values = {
-            part.name if part.is_parameter else f'{part.name}.{c.name}': value
-            for part, fitted in parts
-            for c, value in zip(part.coordinates, fitted, strict=True)
-        }
-        comparable = search.best is not None and search.best.losses.size == fit.losses.size
-        rows[frozenset(names)] = {
-            'names': names,
+    ranking = sorted(search.ranking, key=lambda fit: fit.cost)
+    fits = first_of_each(search, ranking if best is None else [best, *ranking])
+    rows = {
+        names: {
+            'names': search.causes(fit.explanation),
             'chosen': fit is best and verdict != 'unknown',
-            'probability': likely.get(frozenset(names)),
+            'probability': likely.get(names),
             'stage': 'simulation' if fit.simulated else 'regression',
             'score': -fit.cost,
-            'error': fit.difference(search.best)[1] if search.best and comparable else 0.0,
+            'error': _error(fit, search.best),
             'gap_left': gap_left(fit.explanation),
-            'parameters': values,
+            'parameters': _values(fit.explanation),
         }
+        for names, fit in list(fits.items())[:MOST_ROWS]
+    }
     for result in search.screened[: MOST_ROWS - len(rows)]:
-        name = result.candidate.name
+        name, start = result.candidate.name, result.starts[0]
         if frozenset({name}) not in rows:
-            alone = Explanation().with_part(result.candidate, result.values)
             rows[frozenset({name})] = {
                 'names': [name],
                 'chosen': False,
@@ -68,10 +57,25 @@ def ranking_rows(search: Search, best: ScoredFit | None, verdict: str) -> list[d
                 'stage': 'screened',
                 'score': -result.loss,
                 'error': 0.0,
-                'gap_left': gap_left(alone),
+                'gap_left': gap_left(Explanation().with_part(result.candidate, start)),
                 'parameters': {},
             }
     return list(rows.values())
+
+
+def _error(fit: ScoredFit, best: ScoredFit | None) -> float:
+    """Return the standard error of the difference from the best fit, 0 on other data."""
+    comparable = best is not None and best.losses.size == fit.losses.size
+    return fit.difference(best)[1] if best is not None and comparable else 0.0
+
+
+def _values(explanation: Explanation) -> dict[str, float]:
+    """Return the fitted values by name."""
+    return {
+        part.name if part.is_parameter else f'{part.name}.{c.name}': value
+        for part, fitted in zip(explanation.parts, explanation.values, strict=True)
+        for c, value in zip(part.coordinates, fitted, strict=True)
+    }
 
 
 def indistinguishable(search: Search, best: ScoredFit | None) -> list[list[str]]:
@@ -95,10 +99,7 @@ def rivals(search: Search) -> dict[str, Hypothesis]:
     if search.best is None:
         return {}
     size = len(search.best.explanation.parts)
-    found: dict[frozenset[str], Explanation] = {}
-    for fit in sorted(search.ranking, key=lambda fit: fit.cost):
-        causes = search.causes(fit.explanation)
-        if len(fit.explanation.parts) == size and causes:
-            found.setdefault(frozenset(causes), fit.explanation)
-    first = list(found.values())[:RIVALS]
+    fits = sorted(search.ranking, key=lambda fit: fit.cost)
+    alike = first_of_each(search, (fit for fit in fits if len(fit.explanation.parts) == size))
+    first = [fit.explanation for fit in alike.values()][:RIVALS]
     return {' + '.join(search.causes(each)): each.apply(search.given) for each in first}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,17 +98,16 @@ def _rmse(
     runs: Sequence[Comparison], compare: Compare, given: Hypothesis, improved: Hypothesis
 ) -> dict[str, dict[str, Any]]:
     """Return signal -> unit, noise, RMSE before and after over all runs, None where it fails."""
-    squares: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
+    rows: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
     for comparison in runs:
         pairs = zip(compare(given, comparison), compare(improved, comparison), strict=True)
         for before, after in pairs:
-            row = before.noise**2, float(np.mean(before.gap**2)), float(np.mean(after.gap**2))
-            squares.setdefault((before.name, before.unit), []).append(row)
+            squares = before.noise**2, float(np.mean(before.gap**2)), float(np.mean(after.gap**2))
+            rows.setdefault((before.name, before.unit), []).append(squares)
     table = {}
-    for (name, unit), rows in squares.items():
-        values = [float(np.sqrt(np.mean(column))) for column in zip(*rows, strict=True)]
-        noise, before_rmse, after_rmse = (v if np.isfinite(v) else None for v in values)
-        table[name] = {'unit': unit, 'noise': noise, 'before': before_rmse, 'after': after_rmse}
+    for (name, unit), each in rows.items():
+        values = [np.sqrt(np.mean(column)) for column in zip(*each, strict=True)]
+        table[name] = {'unit': unit, **_or_none(('noise', 'before', 'after'), values)}
     return table
 
 
@@ -116,19 +115,20 @@ def _events(
     runs: Sequence[Comparison], given: Hypothesis, improved: Hypothesis
 ) -> dict[str, dict[str, Any]]:
     """Return cycles, mean dwell and stroke time, measured, before and after."""
-    hypotheses = None, given, improved
+    names, hypotheses = ('measured', 'before', 'after'), (None, given, improved)
     table = np.array([[_events_of(run, each) for each in hypotheses] for run in runs])
-    rows = {'cycles': ('-', table[:, :, 0].sum(axis=0))}
-    for name, index in (('dwell', 1), ('stroke_time', 2)):
-        values = table[:, :, index]
-        complete = np.isfinite(values).all(axis=1)
-        mean = values[complete].mean(axis=0) if complete.any() else np.full(3, np.nan)
-        rows[name] = 's', mean
-    events = {}
-    for name, (unit, values) in rows.items():
-        measured, before, after = (float(v) if np.isfinite(v) else None for v in values)
-        events[name] = {'unit': unit, 'measured': measured, 'before': before, 'after': after}
+    events = {'cycles': {'unit': '-', **_or_none(names, table[:, :, 0].sum(axis=0))}}
+    for name, values in (('dwell', table[:, :, 1]), ('stroke_time', table[:, :, 2])):
+        complete = values[np.isfinite(values).all(axis=1)]
+        mean = complete.mean(axis=0) if complete.size else np.full(3, np.nan)
+        events[name] = {'unit': 's', **_or_none(names, mean)}
     return events
+
+
+def _or_none(names: Sequence[str], values: Iterable[float]) -> dict[str, float | None]:
+    """Return name -> value, None where it is not finite."""
+    pairs = zip(names, values, strict=True)
+    return {name: float(value) if np.isfinite(value) else None for name, value in pairs}
 
 
 def _events_of(

@@ -21,8 +21,9 @@ from scipy.stats import norm
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
-from pneu_rig_ros.diagnosis.residuals.noise import force_noise, gas_variance
+from pneu_rig_ros.diagnosis.residuals.noise import white_variances
 from pneu_rig_ros.diagnosis.residuals.replicates import replicate
 from pneu_rig_ros.diagnosis.residuals.windows import NEAR_BREAKAWAY, Windows
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
@@ -49,11 +50,7 @@ def replicate_errors(
     rng: Generator,
     executor: Executor,
 ) -> Floats:
-    """
-    Return the errors of fits to replicates of a fitted explanation.
-
-    :returns: internal units, shape (REPLICATES, coordinates)
-    """
+    """Return errors of fits to replicates of an explanation, as theta, (REPLICATES, k)."""
     seeds = rng.spawn(REPLICATES)
     return np.array(map_tasks(executor, _replicate_error, seeds, explanation, given, dataset))
 
@@ -73,11 +70,7 @@ def _replicate_error(
 def value_intervals(
     best: Fit, given: Hypothesis, dataset: Dataset, errors: Floats
 ) -> list[tuple[float, float]]:
-    """
-    Return the 95 % confidence interval of each coordinate of a fit [SI].
-
-    :param errors: of fits to replicates, see :func:`replicate_errors`
-    """
+    """Return the 95 % confidence interval of each coordinate of a fit [SI]."""
     residual = dataset.residual(best.explanation.apply(given))
     excess = max(2.0 * loss(residual) / max(residual.size, 1), 1.0)
     variances = np.maximum(np.diag(best.covariance) * excess, np.mean(errors**2, axis=0))
@@ -95,25 +88,23 @@ def contribution_intervals(given: Hypothesis, improved: Hypothesis, dataset: Dat
     """
     spans: Spans = []
     for comparison, noise in zip(dataset.comparisons, dataset.noises, strict=True):
-        run, motion = comparison.run, comparison.motion
+        run = comparison.run
         after, inertia = comparison.evaluate(improved)
         pair = comparison.residuals(given), after
-        gas_1, gas_2, force, breakaway = (np.abs(b - a) for a, b in zip(*pair, strict=True))
-        of_force = sum(source.variance for source in force_noise(improved, comparison, inertia))
-        rows = (
-            ('gas_1', comparison.gas, gas_1, gas_variance(improved, comparison, 1)),
-            ('gas_2', comparison.gas, gas_2, gas_variance(improved, comparison, 2)),
-            ('force', motion, force, of_force),
-        )
-        for balance, functions, change, variance in rows:
+        *changes, at_breakaway = (np.abs(b - a) for a, b in zip(*pair, strict=True))
+        functions = comparison.gas, comparison.gas, comparison.motion
+        variances = white_variances(improved, comparison, inertia)
+        for balance, each, change, variance in zip(
+            BALANCES, functions, changes, variances, strict=True
+        ):
             if balance in run.balances:
-                start = run.begin + functions.starts.astype(np.float64) * run.interval
-                end = start + functions.size * run.interval
+                start = run.begin + each.starts.astype(np.float64) * run.interval
+                end = start + each.size * run.interval
                 spans += _spans(balance, run.name, start, end, change > np.sqrt(variance))
         kept, deviation = noise.breakaway.kept, noise.breakaway.deviation
         time = run.begin + comparison.breakaways[kept].astype(np.float64) * run.interval
         near = time - NEAR_BREAKAWAY, time + NEAR_BREAKAWAY
-        spans += _spans('force', run.name, *near, breakaway[kept] > deviation)
+        spans += _spans('force', run.name, *near, at_breakaway[kept] > deviation)
     return spans
 
 

@@ -9,9 +9,8 @@ rivals differ most, by simulation of a rig, by the residuals of recordings other
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations, product
-from typing import Any
 
 import numpy as np
 
@@ -54,33 +53,22 @@ class NextExperiment:
     load_mass: float | None
     initial_position: float | None
     like: str
-    separates: tuple[str, ...]
+    separates: list[str]
     by: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        return {**asdict(self), 'separates': list(self.separates)}
 
 
 def next_experiment(
     rivals: Mapping[str, Hypothesis], dataset: Dataset, system: System
 ) -> NextExperiment | None:
-    """
-    Return the experiment that separates the nearest two rivals most, None without rivals.
-
-    :param rivals: name -> hypothesis
-    :param dataset: recordings of the system, which show what is possible
-    """
+    """Return the experiment that separates the nearest two rivals most, None without rivals."""
     if len(rivals) < 2:
         return None
-    names = tuple(rivals)
+    names, runs = list(rivals), [comparison.run for comparison in dataset.comparisons]
     if system.rig is None or not dataset.comparisons[0].free:
         rows = zip(*(dataset.residuals_by_run(rival) for rival in rivals.values()), strict=True)
         separations = [rms_separation([np.concatenate(each) for each in row]) for row in rows]
-        recordings = [comparison.run.name for comparison in dataset.comparisons]
-        by, recording = max(zip(separations, recordings, strict=True))
+        by, recording = max(zip(separations, [run.name for run in runs], strict=True))
         return NextExperiment(None, None, None, None, recording, names, by)
-    runs = [comparison.run for comparison in dataset.comparisons]
     noise = runs[0].noise.readings
     supplies = ends(run.operation.supply_pressure for run in runs)
     loads = ends(run.operation.load_mass for run in runs)

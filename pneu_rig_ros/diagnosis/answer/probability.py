@@ -9,9 +9,10 @@ Bayesian bootstrap of these.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+from scipy.special import softmax
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
@@ -56,30 +57,30 @@ def of_names(search: Search, explanation: Explanation, verdict: str) -> dict[Nam
 def _comparable(search: Search, explanation: Explanation) -> dict[Names, ScoredFit]:
     """Return the fits of as many causes as an explanation has, on the same data; or of one."""
     own = frozenset(search.causes(explanation))
-    fits: dict[Names, ScoredFit] = {}
-    for fit in search.ranking:
-        names = frozenset(search.causes(fit.explanation))
-        if len(names) == max(len(own), 1):
-            fits.setdefault(names, fit)
+    ranked = first_of_each(search, search.ranking).items()
+    fits = {names: fit for names, fit in ranked if len(names) == max(len(own), 1)}
     if not fits:
         return {}
     size = fits.get(own, next(iter(fits.values()))).losses.size
     return {names: fit for names, fit in fits.items() if fit.losses.size == size}
 
 
-def weights(losses: Sequence[Floats], penalties: Sequence[float]) -> Floats:
-    """
-    Return the weight of each explanation, shape (k,) [-].
+def first_of_each(search: Search, fits: Iterable[ScoredFit]) -> dict[Names, ScoredFit]:
+    """Return the names of causes, in whatever order they came -> the first fit of them."""
+    found: dict[Names, ScoredFit] = {}
+    for fit in fits:
+        if names := frozenset(search.causes(fit.explanation)):
+            found.setdefault(names, fit)
+    return found
 
-    :param losses: negative log densities of n stretches, shape (n,) each
-    :param penalties: for what was fitted
-    """
+
+def weights(losses: Sequence[Floats], penalties: Sequence[float]) -> Floats:
+    """Return the weight of each explanation [-], by its penalty and losses of n stretches."""
     if not losses:
         return np.zeros(0)
     table = np.array(losses)
     n = table.shape[1]
     shares = np.random.default_rng(SEED).dirichlet(np.ones(n), DRAWS)
     density = -n * shares @ table.T - np.array(penalties)
-    odds = np.exp(density - density.max(axis=1, keepdims=True))
-    mean: Floats = (odds / odds.sum(axis=1, keepdims=True)).mean(axis=0)
+    mean: Floats = softmax(density, axis=1).mean(axis=0)
     return mean

@@ -23,7 +23,6 @@ from pneu_rig_ros.diagnosis.causes.candidates import (
     FORCE,
     PARAMETER_RATIO,
     Candidate,
-    Condition,
     Coordinate,
     Explanation,
 )
@@ -85,7 +84,7 @@ class RunDifference:
 
 
 @dataclass(frozen=True)
-class FrictionLevel(Condition):
+class FrictionLevel(Candidate):
     """The level of friction, Coulomb and breakaway force, relative to the model's."""
 
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
@@ -196,8 +195,10 @@ def _moved(quantity: Candidate, hypothesis: Hypothesis) -> Hypothesis:
 
 def _value(quantity: Candidate, hypothesis: Hypothesis) -> float:
     """Return the value of a quantity in a hypothesis [unit]."""
-    if isinstance(quantity, Condition):
-        return hypothesis.conditions.get(quantity.condition, quantity.coordinates[0].null)
+    if quantity.is_condition:
+        return hypothesis.conditions.get(
+            quantity.name.removeprefix(CONDITIONS), quantity.coordinates[0].null
+        )
     return value_of(hypothesis.model, quantity.name)
 
 

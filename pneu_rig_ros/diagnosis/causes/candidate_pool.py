@@ -16,7 +16,6 @@ from pneu_rig_ros.diagnosis.causes.candidates import (
     PARAMETER_RATIO,
     SENSOR,
     Candidate,
-    Condition,
     Coordinate,
     Explanation,
 )
@@ -63,10 +62,8 @@ CHAMBER_OF = {'cylinder.cap_dead_volume': 'gas_1', 'cylinder.rod_dead_volume': '
 """Parameter -> the only balance that shows it."""
 VOLTAGE_ERROR = 0.15
 """Largest error of a valve's opening voltage [V]."""
-START_RATIOS = (0.85, 1.18)
-"""Ratios of a parameter from which a fit starts [-]."""
-START_SHIFTS = (-0.02, 0.02)
-"""Shifts of an opening voltage from which a fit starts [V]."""
+START_RATIOS, START_SHIFTS = (0.85, 1.18), (-0.02, 0.02)
+"""From which a fit of a parameter [-], or of an opening voltage [V], starts."""
 GAIN_SCALE = 0.05
 """Internal unit of a gain [-]."""
 SUPPLY_RATIO, LOAD_RATIO = 1.1, 1.5
@@ -89,22 +86,20 @@ def pool(
     system: System, runs: Sequence[Run], without: Sequence[str] = ()
 ) -> tuple[list[Candidate], Explanation]:
     """
-    Return the candidates that may explain a gap in some runs, and what is fitted with any.
+    Return the candidates, but for effects ``without``, and what is fitted with any of them.
 
-    That is the calibration, and what the file names as possibly wrong.
-
-    :param without: effects that are not candidates
+    The latter is the calibration, and what the file names as possibly wrong.
     """
     balances = frozenset().union(*(run.balances for run in runs))
-    parameters = list(_parameters(system, balances))
     base = Explanation()
     if (gains := calibration(system, balances)) is not None:
         base = base.with_part(gains, gains.starts[0])
     candidates = [*_conditions(system, runs, balances), *_effects(system, runs, balances, without)]
     if not system.refit:
-        return [*parameters, *candidates], base
-    for candidate in parameters:
-        base = base.with_part(candidate, (candidate.model_value,))
+        return [*_usual_parameters(system, balances), *candidates], base
+    for name, (low, high) in system.refit.items():
+        parameter = _refit_parameter(system.hypothesis.model, name, low, high)
+        base = base.with_part(parameter, (parameter.model_value,))
     return candidates, base
 
 
@@ -125,21 +120,21 @@ def calibration(system: System, balances: frozenset[str]) -> Candidate | None:
     if system.rig is not None and balances & {'gas_1', 'gas_2'}:
         errors |= {'supply_pressure': SUPPLY_ERROR, 'supply_temperature': TEMPERATURE_ERROR}
     quantity = Quantity('-', 0.0, 2.0, 'true over stated, or gain of a sensor')
-    coordinates = tuple(
-        # a little wider than the class, so that a class of 0 is an interval
-        Coordinate(name, quantity, 1.0 - most - 1e-6, 1.0 + most + 1e-6, GAIN_SCALE, False, 1.0)
-        for name, most in errors.items()
-    )
+    coordinates = tuple(_within(name, quantity, most + 1e-6) for name, most in errors.items())
     return Candidate(CALIBRATION, SENSOR, coordinates, ((1.0,) * len(coordinates),))
 
 
-def _parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]:
-    """Yield the parameters that may be wrong: those under ``refit``, else the usual ones."""
+def _within(name: str, quantity: Quantity, most: float) -> Coordinate:
+    """Return a ratio that is off by so much at most, with the variance of any within that."""
+    deviation = most / np.sqrt(3.0) / GAIN_SCALE
+    return Coordinate(
+        name, quantity, 1.0 - most, 1.0 + most, GAIN_SCALE, False, 1.0, float(deviation)
+    )
+
+
+def _usual_parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]:
+    """Yield the parameters that may be wrong where the file names none."""
     model = system.hypothesis.model
-    if system.refit:
-        for name, (low, high) in system.refit.items():
-            yield _refit_parameter(model, name, low, high)
-        return
     names = dict.fromkeys(GAS_PARAMETERS, GAS)
     law = model.friction.model
     names |= {name: FORCE for name, first in FORCE_PARAMETERS.items() if law >= first}
@@ -164,8 +159,8 @@ def _refit_parameter(model: Model, name: str, low: float, high: float) -> Candid
     scale = 1.0 if logarithmic else 0.2 * (high - low)
     key = name.split('.')[1]
     coordinate = Coordinate(key, quantity, low, high, scale, logarithmic, value)
-    group = FORCE if name.startswith('friction') else GAS
     starts = tuple((value + 0.2 * (end - value),) for end in (low, high))
+    group = FORCE if name.startswith('friction') else GAS
     return Candidate(name, group, (coordinate,), starts, value)
 
 
@@ -173,29 +168,30 @@ def _parameter(model: Model, name: str, group: str) -> Candidate:
     """Return a parameter that may be wrong within the usual range."""
     value, quantity, key = value_of(model, name), quantity_of(name), name.split('.')[1]
     if quantity.unit == 'V':
-        low, high = quantity.within(value - VOLTAGE_ERROR), quantity.within(value + VOLTAGE_ERROR)
+        low, high = value - VOLTAGE_ERROR, value + VOLTAGE_ERROR
         starts = tuple((value + shift,) for shift in START_SHIFTS)
-        coordinate = Coordinate(key, quantity, low, high, 0.1, False, value)
+        scale, logarithmic = 0.1, False
     else:
-        low = quantity.within(value / PARAMETER_RATIO)
-        high = quantity.within(value * PARAMETER_RATIO)
-        if key == 'breakaway_force':
-            low = max(low, model.friction.coulomb_force)
-        if key == 'coulomb_force':
-            high = min(high, max(model.friction.breakaway_force, value))
+        low, high = value / PARAMETER_RATIO, value * PARAMETER_RATIO
         starts = tuple((value * ratio,) for ratio in START_RATIOS)
-        coordinate = Coordinate(key, quantity, low, high, 1.0, True, value)
+        scale, logarithmic = 1.0, True
+    low, high = quantity.within(low), quantity.within(high)
+    if key == 'breakaway_force':
+        low = max(low, model.friction.coulomb_force)
+    if key == 'coulomb_force':
+        high = min(high, max(model.friction.breakaway_force, value))
+    coordinate = Coordinate(key, quantity, low, high, scale, logarithmic, value)
     return Candidate(name, group, (coordinate,), starts, value)
 
 
 def _conditions(
     system: System, runs: Sequence[Run], balances: frozenset[str]
-) -> Iterator[Condition]:
+) -> Iterator[Candidate]:
     """Yield the conditions that show and may differ from what is stated."""
     if not system.shut and balances & {'gas_1', 'gas_2'}:
-        yield _condition('supply_pressure', GAS, SUPPLY_RATIO, SUPPLY_ERROR)
+        yield _ratio('supply_pressure', GAS, SUPPLY_RATIO, SUPPLY_ERROR)
     if 'force' in balances and any(run.operation.load_mass > 0.0 for run in runs):
-        yield _condition('load_mass', FORCE, LOAD_RATIO)
+        yield _ratio('load_mass', FORCE, LOAD_RATIO)
     if system.rig is not None:
         quantity = Quantity('m', -ZERO_ERROR, ZERO_ERROR, 'position reading at the inner end')
         yield _difference(POSITION_ZERO, quantity, ZERO_SCALE)
@@ -204,18 +200,20 @@ def _conditions(
             yield _difference(SENSOR_CLOCK, quantity, CLOCK_SCALE)
 
 
-def _condition(name: str, group: str, ratio: float, error: float = 0.0) -> Condition:
-    quantity = Quantity('-', 1.0 / ratio, ratio, 'times what was stated')
-    coordinate = Coordinate('times', quantity, 1.0 / ratio, ratio, 1.0, True, 1.0)
-    starts = tuple((ratio**share,) for share in (-0.3, 0.3))
-    return Condition(CONDITIONS + name, group, (coordinate,), starts, deviation=error)
+def _ratio(name: str, group: str, most: float, deviation: float = 0.0) -> Candidate:
+    """Return a condition that differs by a ratio from what is stated."""
+    quantity = Quantity('-', 1.0 / most, most, 'times what was stated')
+    coordinate = Coordinate('times', quantity, 1.0 / most, most, 1.0, True, 1.0, deviation)
+    starts = tuple((most**share,) for share in (-0.3, 0.3))
+    return Candidate(CONDITIONS + name, group, (coordinate,), starts)
 
 
-def _difference(name: str, quantity: Quantity, scale: float) -> Condition:
+def _difference(name: str, quantity: Quantity, scale: float) -> Candidate:
+    """Return a condition that differs by a number from what is stated."""
     low, high = quantity.low, quantity.high
     coordinate = Coordinate('by', quantity, low, high, scale, False)
     starts = tuple((low + share * (high - low),) for share in (0.1, 0.3, 0.6, 0.9))
-    return Condition(CONDITIONS + name, SENSOR, (coordinate,), starts)
+    return Candidate(CONDITIONS + name, SENSOR, (coordinate,), starts)
 
 
 def _effects(
@@ -291,15 +289,16 @@ def _of_open_chambers(candidate: Candidate, balances: frozenset[str]) -> Candida
 def _laddered(candidate: Candidate) -> Candidate:
     """Return a candidate that starts from multiples of its probes, within its physical range."""
     unit = candidate.coordinates[0].quantity.unit  # that of its strength
-    starts, coordinates = [], []
-    for probe in candidate.starts:
-        for factor in LADDER:
-            start = []
-            for c, value in zip(candidate.coordinates, probe, strict=True):
-                multiple = value * (factor if c.quantity.unit == unit else 1.0)
-                start.append(float(np.clip(multiple, c.quantity.low, c.quantity.high)))
-            starts.append(tuple(start))
-    for c in candidate.coordinates:
-        low = min(c.low, max(c.quantity.low, 1e-3 * c.low)) if c.logarithmic else c.quantity.low
-        coordinates.append(replace(c, low=low, high=c.quantity.high))
-    return replace(candidate, coordinates=tuple(coordinates), starts=tuple(dict.fromkeys(starts)))
+    starts = [
+        tuple(
+            c.quantity.within(value * factor if c.quantity.unit == unit else value)
+            for c, value in zip(candidate.coordinates, probe, strict=True)
+        )
+        for probe in candidate.starts
+        for factor in LADDER
+    ]
+    coordinates = tuple(
+        replace(c, low=max(c.quantity.low, 1e-3 * c.low)) if c.logarithmic else c
+        for c in candidate.coordinates
+    )
+    return replace(candidate, coordinates=coordinates, starts=tuple(dict.fromkeys(starts)))

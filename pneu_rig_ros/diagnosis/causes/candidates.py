@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
+from pneu_rig_ros.model.parameters import SECTIONS
 from pneu_rig_ros.model.quantity import Quantity
 
 GAS, FORCE, SENSOR = 'gas', 'force', 'sensor'
@@ -33,11 +34,12 @@ class Coordinate:
     A number to be fitted, with its internal representation in the solver.
 
     :param name: of the parameter
-    :param quantity: unit and meaning
     :param low, high: range [unit]
     :param scale: unit of the internal value: a factor of e for a logarithm [-], else [unit]
     :param logarithmic: whether the internal value is the logarithm
     :param null: value without the explanation [unit]
+    :param deviation: standard deviation of the internal value before the data, 0 where all values
+        of the range are alike
     """
 
     name: str
@@ -47,6 +49,7 @@ class Coordinate:
     scale: float
     logarithmic: bool
     null: float = 0.0
+    deviation: float = 0.0
 
     def to_internal(self, value: float) -> float:
         """Return the internal representation of a value."""
@@ -67,26 +70,37 @@ class Coordinate:
         amplified = self.to_internal(self.null + factor * (inside - self.null))
         return self.from_internal(amplified)
 
+    def error(self, value: float) -> float:
+        """Return the distance of a value from the null [standard deviations before the data]."""
+        return (self.to_internal(value) - self.to_internal(self.null)) / self.deviation
+
+    def negative_log_prior(self, value: float) -> float:
+        """
+        Return the negative log density before the data, relative to that of a parameter [-].
+
+        It decides between a gauge that is a little off and a parameter that acts alike: the supply
+        and the intake coefficient while the intake is choked. Where the data do not determine an
+        error of calibration, it is none.
+        """
+        if self.deviation <= 0.0:
+            return 0.0
+        width = 2.0 * math.log(PARAMETER_RATIO)
+        density = self.deviation * math.sqrt(2.0 * math.pi)
+        return 0.5 * self.error(value) ** 2 - math.log(width / density)
+
     @property
     def bounds(self) -> tuple[float, float]:
         """The range in internal representation."""
         return self.to_internal(self.low), self.to_internal(self.high)
 
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of a value that is anywhere in the range, internal [-]."""
-        low, high = self.bounds
-        return (high - low) / math.sqrt(12.0)
-
 
 @dataclass(frozen=True)
 class Candidate:
     """
-    A possible explanation: an effect, or a parameter of the model.
+    A possible explanation: an effect, a parameter of the model, or a condition.
 
-    :param name: of the effect, or section.name of the parameter
+    :param name: of the effect, section.name of the parameter, conditions.name of the condition
     :param balance: on which it acts
-    :param coordinates: numbers to be fitted
     :param starts: values from which a fit starts, each of shape (len(coordinates),)
     :param model_value: of a parameter in the given model [SI], NaN for an effect
     """
@@ -101,17 +115,17 @@ class Candidate:
     @property
     def is_effect(self) -> bool:
         """Whether it is an effect of the library."""
-        return '.' not in self.name
+        return self.name in library.names()
 
     @property
     def is_parameter(self) -> bool:
         """Whether it is a parameter of the model."""
-        return not self.is_effect and self.name != CALIBRATION
+        return self.name.split('.')[0] in SECTIONS
 
     @property
-    def is_empirical(self) -> bool:
-        """Whether it is a formula without a physical cause."""
-        return self.is_effect and library.load(self.name).describes
+    def is_condition(self) -> bool:
+        """Whether it is a condition that is not as stated, by a ratio or by a difference."""
+        return self.name.startswith(CONDITIONS)
 
     @property
     def group(self) -> str:
@@ -123,20 +137,6 @@ class Candidate:
             return SENSOR
         return GAS if balance in GAS_BALANCES else FORCE
 
-    def negative_log_prior(self, values: Sequence[float]) -> float:
-        """
-        Return the negative log density of values before the data, 0 where it is uniform [-].
-
-        Errors within a class are normal: where the data do not determine them, they are none.
-        """
-        if self.name != CALIBRATION:
-            return 0.0
-        errors = [
-            (c.to_internal(value) - c.to_internal(c.null)) / c.deviation
-            for c, value in zip(self.coordinates, values, strict=True)
-        ]
-        return 0.5 * sum(error**2 for error in errors)
-
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
         """Return the hypothesis with this explanation [SI]."""
         if self.is_effect:
@@ -145,6 +145,8 @@ class Candidate:
             return hypothesis.with_effect(self.name, parameters)
         if self.name == CALIBRATION:
             return _calibrated(hypothesis, values)
+        if self.is_condition:
+            return hypothesis.with_condition(self.name.removeprefix(CONDITIONS), float(values[0]))
         section, name = self.name.split('.')
         old = getattr(getattr(hypothesis.model, section), name)
         new: Any = float(values[0])
@@ -165,52 +167,8 @@ def _calibrated(hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
 
 
 @dataclass(frozen=True)
-class Condition(Candidate):
-    """
-    A condition whose true value differs from the stated one by a ratio, or by a difference.
-
-    :param deviation: standard deviation of the logarithm of that ratio before the data, 0 if it is
-        uniform [-]
-    """
-
-    deviation: float = 0.0
-
-    @property
-    def is_parameter(self) -> bool:
-        """Never: the model is not wrong."""
-        return False
-
-    @property
-    def condition(self) -> str:
-        """Its name."""
-        return self.name.removeprefix(CONDITIONS)
-
-    def negative_log_prior(self, values: Sequence[float]) -> float:
-        """
-        Return the negative log density of a ratio, relative to that of a parameter [-].
-
-        It decides between a gauge that is a little off and a parameter that acts alike: the supply
-        and the intake coefficient while the intake is choked.
-        """
-        if self.deviation <= 0.0:
-            return 0.0
-        normal = 0.5 * (math.log(values[0]) / self.deviation) ** 2
-        width = 2.0 * math.log(PARAMETER_RATIO)
-        return normal - math.log(width / (self.deviation * math.sqrt(2.0 * math.pi)))
-
-    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
-        """Return the hypothesis with the true condition."""
-        return hypothesis.with_condition(self.condition, float(values[0]))
-
-
-@dataclass(frozen=True)
 class Explanation:
-    """
-    Candidates with fitted values, applied one after the other.
-
-    :param parts: the candidates
-    :param values: of the coordinates of each [SI]
-    """
+    """Candidates with the fitted values of their coordinates [SI], applied one by one."""
 
     parts: tuple[Candidate, ...] = ()
     values: tuple[tuple[float, ...], ...] = ()
@@ -243,24 +201,23 @@ class Explanation:
 
     @property
     def errors(self) -> Floats:
-        """Values of the calibration before the data [standard deviations], shape (k,)."""
-        pairs = zip(self.coordinates, self.theta, self.calibrates, strict=True)
-        return np.array(
-            [(t - c.to_internal(c.null)) / c.deviation for c, t, known in pairs if known]
-        )
+        """Values as errors [standard deviations before the data], of those that have these."""
+        return np.array([c.error(value) for c, value in self._pairs if c.deviation > 0.0])
 
     @property
     def theta(self) -> Floats:
         """Internal representation of all values, shape (len(coordinates),)."""
-        values = [value for part in self.values for value in part]
-        pairs = zip(self.coordinates, values, strict=True)
-        return np.array([coordinate.to_internal(value) for coordinate, value in pairs])
+        return np.array([coordinate.to_internal(value) for coordinate, value in self._pairs])
 
     @property
     def negative_log_prior(self) -> float:
         """Negative log density of all values before the data [-]."""
-        pairs = zip(self.parts, self.values, strict=True)
-        return sum(part.negative_log_prior(values) for part, values in pairs)
+        return sum(coordinate.negative_log_prior(value) for coordinate, value in self._pairs)
+
+    @property
+    def _pairs(self) -> Iterator[tuple[Coordinate, float]]:
+        values = (value for part in self.values for value in part)
+        return zip(self.coordinates, values, strict=True)
 
     def with_theta(self, theta: Floats) -> Explanation:
         """Return the explanation with other values, in internal representation."""

@@ -48,29 +48,12 @@ class Family(Candidate):
     over: str = ''
     at: tuple[float, ...] = ()
 
-    @property
-    def is_effect(self) -> bool:
-        """Never: it modifies an effect."""
-        return False
-
-    @property
-    def is_parameter(self) -> bool:
-        """Never."""
-        return False
+    unit, size = '-', 1.0
 
     @property
     def effect(self) -> str:
         """Name of the effect."""
         return self.name.split(OVER)[0]
-
-    @property
-    def unit(self) -> str:
-        """Unit of the factor."""
-        return '-'
-
-    def values_of(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Return the factor at the knots [-]."""
-        return self.shape(values).times
 
     def shape(self, values: Sequence[float]) -> Shape:
         """Return the factor with these ratios, of geometric mean 1 over the knots."""
@@ -85,23 +68,19 @@ class Family(Candidate):
 
 
 def families(effect: Candidate, runs: Sequence[Run], temperature: float) -> Iterator[Family]:
-    """
-    Yield an effect's rising and falling factors over each variable that varies in the runs.
-
-    :param temperature: of the supply [K]
-    """
+    """Yield an effect's rising and falling factors over each variable that varies in the runs."""
     for over in library.load(effect.name).drivers:
         at = knots(over, runs, temperature)
         if at is None:
             continue
-        for low, high in ((1.0, STEEPEST), (1.0 / STEEPEST, 1.0)):
+        for sign in (1, -1):  # rising, falling
+            low, high = sorted((1.0, STEEPEST**sign))
             quantity = Quantity('-', low, high, 'of the factors at neighbouring knots')
             ratios = tuple(
                 Coordinate(f'ratio_{i}', quantity, low, high, 1.0, True, 1.0)
                 for i in range(1, KNOTS)
             )
-            rising = high > 1.0
-            starts = tuple((r if rising else 1.0 / r,) * (KNOTS - 1) for r in START_RATIOS)
+            starts = tuple((ratio**sign,) * (KNOTS - 1) for ratio in START_RATIOS)
             name = effect.name + OVER + over
             yield Family(name, effect.group, ratios, starts, over=over, at=at)
 

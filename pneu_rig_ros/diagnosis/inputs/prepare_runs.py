@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.inputs.system import System, on_bench
+from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
+from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.reading import Noise, Span, without_outliers
 from pneu_rig_ros.diagnosis.measured.run import LARGEST_DELAY, Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
@@ -68,11 +69,7 @@ def with_unknown_temperature(run: Run) -> Run:
 
 
 def with_drift(run: Run, system: System, duration: float) -> Run:
-    """
-    Return a run of a vessel with what the drift of its temperature adds to the gas source [kg/s].
-
-    :param duration: in which it drifts, that of the whole recording [s]
-    """
+    """Return a run of a vessel, the temperature of which drifts over a duration [s]."""
     model = system.hypothesis.model
     gas, dead = model.gas, (model.cylinder.cap_dead_volume, model.cylinder.rod_dead_volume)
     rate = TEMPERATURE_DRIFT / gas.supply_temperature / duration
@@ -84,15 +81,15 @@ def with_drift(run: Run, system: System, duration: float) -> Run:
 
 def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     """Return a recording, prepared for a system; RigError where it cannot be of the system."""
-    missing = system.missing(recording)
+    missing = lacks(system, recording)
     balances = frozenset(name for name, reasons in missing.items() if not reasons)
     if not balances:
         reasons = '; '.join(f'{name} needs {names}' for name, names in missing.items())
         raise RigError(f'{path}: no balance can be compared: {reasons}')
     _check_signals(recording, system, balances, path)
     model = system.hypothesis.model
-    conditions = dict(recording.conditions)
-    zero = conditions.pop('atmospheric_pressure', model.gas.atmospheric_pressure)
+    conditions = recording.conditions
+    zero = conditions.get('atmospheric_pressure', model.gas.atmospheric_pressure)
     stated = {name: value for name, value in conditions.items() if name in Operation._fields}
 
     def signal(name: str, default: float) -> Floats:
@@ -105,6 +102,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     else:
         voltages = np.column_stack([recording.voltage_1, recording.voltage_2])[:-1]
     deviations, noise = system.each_recording, _noise(recording, system.sensors)
+    worn = system.rig is not None and system.uncalibrated  # no such rig is kept like new
     position = signal('position', 0.0)
     if on_bench(recording):
         position = without_outliers(position, noise.position)
@@ -125,14 +123,9 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
         system.repeatability,
-        FRICTION_ERROR * model.friction.coulomb_force if _worn(system) else 0.0,
+        FRICTION_ERROR * model.friction.coulomb_force if worn else 0.0,
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
-
-
-def _worn(system: System) -> bool:
-    """Return whether friction may be a little other in each recording: no rig is kept like new."""
-    return system.rig is not None and system.uncalibrated
 
 
 def _noise(recording: Recording, sensors: Sensors | None) -> Noise:
@@ -141,13 +134,14 @@ def _noise(recording: Recording, sensors: Sensors | None) -> Noise:
     if sensors is not None:
         position, pressure = sensor_noise(sensors)
         least = {'position': position, 'pressure_1': pressure, 'pressure_2': pressure}
-    noise = dict.fromkeys(('position', *PRESSURES, 'force'), 0.0)
-    for name in (name for name in noise if name in recording):
-        if name in least:
-            noise[name] = reading_noise(recording[name], least[name])
-        else:
-            noise[name] = recording.noise[name]
-    return Noise(**noise)
+
+    def noise(name: str) -> float:
+        if name not in recording:
+            return 0.0
+        shown = recording.noise
+        return reading_noise(recording[name], least[name]) if name in least else shown[name]
+
+    return Noise(*map(noise, ('position', *PRESSURES, 'force')))
 
 
 def _span(sensors: Sensors | None, zero: float) -> Span:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs, with_unknown_temperature
-from pneu_rig_ros.diagnosis.inputs.system import System, on_bench
+from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
@@ -25,7 +26,6 @@ class Inputs:
     """
     What a diagnosis is made of.
 
-    :param system: the model
     :param paths: of the recordings, training data first
     :param recordings: as they were read
     :param runs: the recordings, prepared for the system
@@ -48,11 +48,7 @@ def read_inputs(
     mapping: Path | None,
     executor: Executor,
 ) -> Inputs:
-    """
-    Return the recordings of a system, prepared; see ``diagnose``.
-
-    :raises RigError: when a recording cannot be used
-    """
+    """Return the recordings of a system, prepared; see ``diagnose``."""
     training, held_out = split_paths(bags, verify)
     paths = [*training, *held_out]
     recordings = read_recordings(paths, system, mapping, executor)
@@ -124,7 +120,7 @@ def split_in_time(recording: Recording, system: System, path: Path) -> list[Reco
 
     :raises RigError: for a free piston: what its seal remembers is not known where it is cut
     """
-    missing = system.missing(recording)
+    missing = lacks(system, recording)
     if not missing['force'] and not on_bench(recording):
         raise RigError(
             f'{path}: only one recording of a free piston given; add another, or a held-out one '

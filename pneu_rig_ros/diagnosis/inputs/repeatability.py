@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
-from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, Windows, windows_of
+from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
 
 
 def repeatability(
@@ -29,14 +28,11 @@ def repeatability(
         own = [g for g in groups if g.balance == balance and set(g.regime) != {BREAKAWAY}]
         if not own:
             continue
-        squares = np.mean(np.concatenate([_beyond_offset(group, system) ** 2 for group in own]))
+        # the zero of a bench is unknown
+        offset = balance == 'force' and FORCE_OFFSET in system.each_recording
+        left = [g.residual - (g.residual.mean() if offset else 0.0) for g in own]
+        squares = np.mean(np.concatenate(left) ** 2)
         noise = np.mean(np.concatenate([group.deviation**2 for group in own]))
         before = deviations.get(balance, 0.0)
         deviations[balance] = float(np.sqrt(before**2 + max(squares - noise, 0.0)))
     return {balance: value for balance, value in deviations.items() if value > 0.0}
-
-
-def _beyond_offset(group: Windows, system: System) -> Floats:
-    """Return the residuals of a balance in a run without the unknown zero of a bench."""
-    unknown_zero = group.balance == 'force' and FORCE_OFFSET in system.each_recording
-    return group.residual - (group.residual.mean() if unknown_zero else 0.0)

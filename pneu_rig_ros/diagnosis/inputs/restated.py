@@ -64,7 +64,12 @@ class Restated:
 def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restated]:
     """Yield what may be instead of what is stated."""
     if all(name in recording for recording in recordings for name in PRESSURES):
-        exchanged = tuple(_exchanged(recording) for recording in recordings)
+        exchanged = tuple(
+            recording.with_signals(
+                pressure_1=recording['pressure_2'], pressure_2=recording['pressure_1']
+            )
+            for recording in recordings
+        )
         yield Restated('exchanged_chambers', 'p1 and p2', 'p2 and p1', system, exchanged)
         atmosphere = system.hypothesis.model.gas.atmospheric_pressure
         for stated, true, factor in UNITS:
@@ -77,11 +82,6 @@ def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restat
                 yield Restated('cylinder', system.name, name, other, tuple(recordings))
 
 
-def _exchanged(recording: Recording) -> Recording:
-    first, second = (recording[name] for name in PRESSURES)
-    return recording.with_signals(pressure_1=second, pressure_2=first)
-
-
 def _scaled(recording: Recording, factor: float, atmosphere: float) -> Recording:
     """Return a recording whose gauge pressures are multiplied."""
     zero = recording.conditions.get('atmospheric_pressure', atmosphere)
@@ -92,12 +92,7 @@ def _scaled(recording: Recording, factor: float, atmosphere: float) -> Recording
 def otherwise(
     system: System, recordings: Sequence[Recording], runs: Sequence[Run], paths: Sequence[Path]
 ) -> Restated | None:
-    """
-    Return what the recordings show to be otherwise than stated, with the runs then.
-
-    :param runs: as stated
-    :return: None where all is as stated, or nothing else is clearly better
-    """
+    """Return what is clearly better than what is stated, with the runs then; None for nothing."""
     before = _standardised(system, runs)
     least = MUCH_SMALLER
     best: Restated | None = None

@@ -18,7 +18,7 @@ A balance is open when its signals are recorded and the file has the sections it
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
@@ -30,7 +30,6 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     written_nuisances,
 )
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import SECTIONS, Model
 from pneu_rig_ros.model.quantity import (
     Quantity,
@@ -39,11 +38,11 @@ from pneu_rig_ros.model.quantity import (
     unknown,
     write_section,
 )
-from pneu_rig_ros.model.shape import read_effect, write_effect
-from pneu_rig_ros.records.recording import Recording
+from pneu_rig_ros.model.shape import write_effect
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig.configuration import read_effects
 from pneu_rig_ros.rig.sensors import Sensors
-from pneu_rig_ros.rig.yaml_file import read_yaml, to_yaml
+from pneu_rig_ros.rig.yaml_file import mapping_of, read_yaml, to_yaml
 
 SHUT = 'shut'
 """In place of the valve section: nothing flows."""
@@ -61,9 +60,6 @@ REPEATABILITY = {
     'force': Quantity('N', 0.0, 1e4, 'of the force while sliding'),
 }
 """Balance -> standard deviation by which recordings of one system differ from its model."""
-GAS_KEYS = ('supply_temperature', 'heat_capacity_ratio', 'gas_constant')
-VALVE_KEYS = ('intake_coefficient', 'exhaust_coefficient', 'intake_voltage', 'exhaust_voltage')
-FRICTION_KEYS = ('model', 'coulomb_force', 'element_stiffness')
 PLACEHOLDERS: dict[str, dict[str, Any]] = {
     'cylinder': {
         'cap_area': 1e-3,
@@ -99,7 +95,6 @@ class System:
     """
     A model of the system with what a file says about it.
 
-    :param name: for a reader
     :param hypothesis: its parameters and effects
     :param given: section -> keys that its file gives
     :param sensors: data sheet, None where it is unknown
@@ -134,55 +129,12 @@ class System:
         """Whether gas is sealed in chambers of constant volume."""
         return self.shut and 'position' in self.fixed
 
-    def missing(self, recording: Recording) -> dict[str, str]:
-        """Return balance -> what a file or recording lacks for it, '' where it is open."""
-        return {
-            'gas_1': ', '.join(self._missing_gas(recording, 1)),
-            'gas_2': ', '.join(self._missing_gas(recording, 2)),
-            'force': ', '.join(self._missing_force(recording)),
-        }
-
-    def _missing_gas(self, recording: Recording, chamber: int) -> list[str]:
-        prefix = 'cap' if chamber == 1 else 'rod'
-        keys = [f'{prefix}_dead_volume']
-        if 'position' not in self.fixed:
-            keys += [f'{prefix}_area', *(['stroke'] if chamber == 2 else [])]
-        missing = self._not_given('cylinder', keys) + self._not_given('gas', GAS_KEYS)
-        if not self.shut:
-            missing += self._not_given('valve', VALVE_KEYS)
-            if 'supply_pressure' not in recording.conditions:
-                missing += self._not_given('operation', ['supply_pressure'])
-            missing += [] if recording.driven else ['signal u']
-        return missing + self._not_recorded(recording, 'position', f'pressure_{chamber}')
-
-    def _missing_force(self, recording: Recording) -> list[str]:
-        missing = self._not_given('cylinder', ['cap_area', 'rod_area', 'stroke'])
-        missing += self._not_given('friction', FRICTION_KEYS)
-        pressures = 'pressure_1', 'pressure_2'
-        if on_bench(recording):
-            if not any(name in recording or name in self.fixed for name in pressures):
-                missing += ['signal pressure_1 or pressure_2']
-            return missing + self._not_recorded(recording, 'position')
-        missing += self._not_given('cylinder', ['moving_mass'])
-        return missing + self._not_recorded(recording, 'position', *pressures)
-
-    def _not_given(self, section: str, keys: Iterable[str]) -> list[str]:
-        given = self.given.get(section, ())
-        return [f'{section}.{key}' for key in keys if key not in given]
-
-    def _not_recorded(self, recording: Recording, *signals: str) -> list[str]:
-        return [
-            f'signal {name}'
-            for name in signals
-            if name not in recording and name not in self.fixed
-        ]
-
-    def to_yaml(self, hypothesis: Hypothesis) -> str:
-        """Return the text of a file that loads back as this system under a hypothesis."""
+    def to_yaml(self) -> str:
+        """Return the text of a file that loads back as this system."""
+        hypothesis = self.hypothesis
         if self.rig is not None:
-            # the temperature of the supply in these recordings is not that of the rig
-            model = hypothesis.model._replace(gas=self.hypothesis.model.gas)
-            return replace(self.rig, model=model, effects=dict(hypothesis.effects)).to_yaml()
+            effects = dict(hypothesis.effects)
+            return replace(self.rig, model=hypothesis.model, effects=effects).to_yaml()
         data: dict[str, Any] = {'name': self.name}
         for section in SECTIONS:
             written = write_section(getattr(hypothesis.model, section))
@@ -207,11 +159,6 @@ class System:
         return to_yaml(data)
 
 
-def on_bench(recording: Recording) -> bool:
-    """Return whether a bench moves the piston and records its force."""
-    return 'force' in recording
-
-
 def load_system(source: Path | str) -> System:
     """
     Read the file of a system, or take the name of a shipped cylinder.
@@ -227,10 +174,8 @@ def load_system(source: Path | str) -> System:
     return System(rig.name, hypothesis, given, rig.sensors, rig=rig)
 
 
-def _is_rig(data: object) -> bool:
+def _is_rig(data: dict[str, Any]) -> bool:
     """Return whether a file describes a whole rig: cylinder and friction, and no key of a part."""
-    if not isinstance(data, dict):
-        return True  # the configuration reports what is wrong with it
     if any(key in data for key in OWN_KEYS) or data.get('valve') == SHUT:
         return False
     return all(
@@ -240,10 +185,7 @@ def _is_rig(data: object) -> bool:
 
 
 def _read(data: dict[str, Any], origin: str) -> System:
-    keys = ('name', *SECTIONS, 'effects', 'sensors', *OWN_KEYS)
-    for key in data:
-        if key not in keys:
-            raise RigError(f'{origin}: {unknown(str(key), keys)}')
+    mapping_of(data, ('name', *SECTIONS, 'effects', 'sensors', *OWN_KEYS), origin)
     shut = data.get('valve') == SHUT
     model, given = load_configuration('cylinder_1').model, {}
     for name, section in SECTIONS.items():
@@ -267,44 +209,27 @@ def _read(data: dict[str, Any], origin: str) -> System:
             f'{origin}: refit.{volume}: cannot be found where position is fixed and the valves '
             'are shut; state any volume, to which leak and heat transfer are in proportion'
         )
+    hypothesis = Hypothesis(model, read_effects(data.get('effects'), origin))
+    each_recording = read_nuisances(data.get('each_recording'), f'{origin}: each_recording')
+    if vessel:  # which has just been filled, and its gas warmed by an unmeasured amount
+        each_recording = {**read_nuisances([INITIAL_TEMPERATURE], ''), **each_recording}
     return System(
         str(data.get('name', Path(origin).stem)),
-        Hypothesis(model, _effects(data.get('effects'), origin)),
+        hypothesis,
         given,
         sensors,
         shut,
         fixed,
-        _each_recording(data.get('each_recording'), vessel, f'{origin}: each_recording'),
+        each_recording,
         refit,
         _parsed(data.get('repeatability') or {}, REPEATABILITY, f'{origin}: repeatability'),
     )
 
 
-def _each_recording(data: object, vessel: bool, where: str) -> dict[str, float]:
-    """Return name -> standard deviation [SI] of the nuisance parameters of a file."""
-    stated = read_nuisances(data, where)
-    # a vessel has just been filled, which warms its gas by an unmeasured amount
-    return {**read_nuisances([INITIAL_TEMPERATURE], where), **stated} if vessel else stated
-
-
 def _parsed(data: object, allowed: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return the values of a mapping [SI]; RigError for another key or value."""
-    if not isinstance(data, dict):
-        raise RigError(f'{where}: expected a mapping with {", ".join(allowed)}')
-    for key in data:
-        if key not in allowed:
-            raise RigError(f'{where}: {unknown(str(key), allowed)}')
-    return {str(key): allowed[key].parse(text, f'{where}.{key}') for key, text in data.items()}
-
-
-def _effects(data: object, origin: str) -> dict[str, Any]:
-    if not isinstance(data, dict | None):
-        raise RigError(f'{origin}: effects: expected a mapping of name: {{parameter: value}}')
-    effects = {}
-    for name, values in (data or {}).items():
-        effect = library.load(str(name), f'{origin}: effects')
-        effects[str(name)] = read_effect(effect, values, f'{origin}: effects.{name}')
-    return effects
+    given = mapping_of(data, allowed, where).items()
+    return {str(key): allowed[key].parse(text, f'{where}.{key}') for key, text in given}
 
 
 def _refit(data: object, model: Model, origin: str) -> dict[str, tuple[float, float]]:

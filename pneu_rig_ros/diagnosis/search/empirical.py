@@ -68,40 +68,32 @@ class Term(NamedTuple):
     """
     One coefficient of an empirical effect.
 
-    :param constant: wavelength or time constant of the term, None without one
-    :param start: value of the constant [SI]
+    :param constants: wavelength or time constant of the term, if it has one
+    :param starts: value of that [SI]
     """
 
     effect: Candidate
     coordinate: Coordinate
-    constant: Coordinate | None = None
-    start: float = 0.0
+    constants: tuple[Coordinate, ...] = ()
+    starts: tuple[float, ...] = ()
 
     def apply(self, hypothesis: Hypothesis, value: float) -> Hypothesis:
         """Return the hypothesis with this term alone of its effect."""
-        coordinates, values = [self.coordinate], [value]
-        if self.constant is not None:
-            coordinates, values = [*coordinates, self.constant], [*values, self.start]
-        alone = replace(self.effect, coordinates=tuple(coordinates), starts=())
-        return alone.apply(hypothesis, values)
+        alone = only(self.effect, [self.coordinate, *self.constants])
+        return alone.apply(hypothesis, [value, *self.starts])
 
     def joins(self, other: Term) -> bool:
         """Whether both may be in one description: of an effect, with one constant only."""
-        return self.effect.name != other.effect.name or self.start == other.start
+        return self.effect.name != other.effect.name or self.starts == other.starts
 
-    @property
-    def size(self) -> float:
-        """A usual size of the coefficient [SI]."""
-        index = self.effect.coordinates.index(self.coordinate)
-        return max(abs(start[index]) for start in self.effect.starts)
+
+def only(effect: Candidate, coordinates: Sequence[Coordinate]) -> Candidate:
+    """Return an effect with some of its coordinates, the others being zero."""
+    return replace(effect, coordinates=tuple(coordinates), starts=())
 
 
 def describe(search: Search, residual: SignificantResidual) -> Description:
-    """
-    Return the empirical terms that leave least of what the best explanation leaves.
-
-    :param residual: the most significant one
-    """
+    """Return the empirical terms that leave least of what the best explanation leaves."""
     given, training = search.hypothesis, search.training
     terms = terms_for(residual.balance, search)
     target = training.residual(given)
@@ -148,23 +140,24 @@ def _terms_of(effect: Candidate, search: Search) -> list[Term]:
     """Return the terms of an effect, for each value from which a fit of its constant starts."""
     unit = effect.coordinates[0].quantity.unit
     linear = [c for c in effect.coordinates if c.quantity.unit == unit]
-    constant = next((c for c in effect.coordinates if c.quantity.unit != unit), None)
-    if constant is None:
+    constants = tuple(c for c in effect.coordinates if c.quantity.unit != unit)
+    if not constants:
         return [Term(effect, coordinate) for coordinate in linear]
+    (constant,) = constants
     place = effect.coordinates.index(constant)
     starts = sorted({start[place] for start in effect.starts})
     if constant.quantity.unit == 'm':
         starts = dominant_wavelengths(windows_of(search.training, search.hypothesis))
-    return [Term(effect, c, constant, float(start)) for start in starts for c in linear]
+    return [Term(effect, c, constants, (float(start),)) for start in starts for c in linear]
 
 
 def groups_of(terms: Sequence[Term]) -> list[list[int]]:
     """Return the terms in groups: one term of both chambers, or sine and cosine, is a group."""
-    groups: dict[tuple[str, str, float], list[int]] = {}
+    groups: dict[tuple[str, str, tuple[float, ...]], list[int]] = {}
     for index, term in enumerate(terms):
         name = 'wave' if term.coordinate.name in WAVE else term.coordinate.name
         either = min(name, name.translate(str.maketrans('12', '21')))
-        groups.setdefault((term.effect.name, either, term.start), []).append(index)
+        groups.setdefault((term.effect.name, either, term.starts), []).append(index)
     return list(groups.values())
 
 
@@ -182,9 +175,10 @@ def strongest_change(
         changed: Floats = dataset.residual(term.apply(given, value)) - residual
         return changed
 
-    results = [(term.size, change(term.size))]
-    matching = term.size * float(np.sqrt(loss(residual) / max(loss(results[0][1]), 1e-9)))
-    for strength in STRENGTHS if term.constant is None else STRENGTHS[:1]:
+    size = term.coordinate.scale
+    results = [(size, change(size))]
+    matching = size * float(np.sqrt(loss(residual) / max(loss(results[0][1]), 1e-9)))
+    for strength in STRENGTHS[:1] if term.constants else STRENGTHS:
         value = min(strength * matching, term.coordinate.high)
         results.append((value, change(value)))
     weights = robust_weights(residual)
@@ -234,17 +228,15 @@ def regression(
     shares, *_ = np.linalg.lstsq(matrix, -residual * weights, rcond=None)
     parts: dict[str, tuple[Candidate, list[Coordinate], list[float]]] = {}
     for index, share in zip(selected, shares, strict=True):
-        effect, c, constant, start = terms[index]
+        effect, c, constants, starts = terms[index]
         value = float(np.clip(share * values[index], c.low, c.high))
-        if effect.name not in parts and constant is not None:
-            parts[effect.name] = effect, [constant], [start]
-        _, coordinates, coefficients = parts.setdefault(effect.name, (effect, [], []))
+        new = effect, [*constants], [*starts]
+        _, coordinates, coefficients = parts.setdefault(effect.name, new)
         coordinates.append(replace(c, scale=max(abs(value), 1e-3 * c.scale)))
         coefficients.append(value)
     explanation = Explanation()
     for effect, coordinates, coefficients in parts.values():
-        part = replace(effect, coordinates=tuple(coordinates), starts=())
-        explanation = explanation.with_part(part, coefficients)
+        explanation = explanation.with_part(only(effect, coordinates), coefficients)
     return explanation
 
 

@@ -6,7 +6,8 @@ Losses are pseudo-Huber, as a few windows are farther off than the noise model a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -25,6 +26,9 @@ ROUNDS, FINAL_ROUNDS = 15, 40
 VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
 """Steps along the direction that the residuals determine least [standard deviations]."""
 
+UNIFORM = 12.0
+"""Square of a range by the variance of a number that is anywhere in it [-]."""
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -33,12 +37,13 @@ class Fit:
 
     :param explanation: with the best values
     :param loss: that remains [-]
-    :param covariance: of theta, shape (coordinates, coordinates)
+    :param covariance: of theta, shape (coordinates, coordinates),
+        empty of values that are not fitted
     """
 
     explanation: Explanation
-    loss: float
-    covariance: Floats
+    loss: float = 0.0
+    covariance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def widest(self) -> tuple[float, Floats]:
@@ -48,32 +53,18 @@ class Fit:
 
 
 def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) -> Fit:
-    """
-    Return the explanation fitted to a dataset from a start.
-
-    Simulations have local minima between a start and the best values, which the residuals of the
-    weak form have not. These are therefore fitted first, and the simulations from the best point
-    along the valley in which they leave the values open.
-
-    :param rounds: of the least-squares solver at most
-    """
+    """Return the explanation fitted to a dataset from a start."""
     if dataset.cycles is not None:
-        weak = fit(start, given, dataset.without_cycles, rounds)
-        deviation, direction = weak.widest
-        step = deviation * direction
-        theta = weak.explanation.theta
-        points = [weak.explanation.with_theta(theta + t * step) for t in VALLEY]
-        start = min((start, *points), key=lambda point: loss(dataset.residual(point.apply(given))))
+        start = _best_of_valley(start, given, dataset, rounds)
     low, high = np.array([c.bounds for c in start.coordinates]).T
     delta = STEP if dataset.cycles is None else SIMULATED_STEP
 
-    latest: list[tuple[bytes, Floats]] = [(b'', np.zeros(0))]
+    @lru_cache(maxsize=1)  # the solver asks for the Jacobian where it was last
+    def residual_at(theta: bytes) -> Floats:
+        return _residual(start.with_theta(np.frombuffer(theta)), given, dataset)
 
     def residual(theta: Floats) -> Floats:
-        key = theta.tobytes()
-        if latest[0][0] != key:  # the solver asks for the Jacobian where it was last
-            latest[0] = key, _residual(start.with_theta(theta), given, dataset)
-        return latest[0][1].copy()  # the solver scales it in place
+        return residual_at(theta.tobytes()).copy()  # the solver scales it in place
 
     columns: dict[int, Floats] = {}
 
@@ -99,14 +90,33 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
         xtol=1e-5,
         ftol=1e-5,
     )
-    # before the data, a value is anywhere in its range; those of the calibration are residuals
-    known = np.array([c.deviation for c in start.coordinates]) ** -2.0
-    known[np.array(start.calibrates, dtype=np.bool_)] = 0.0
-    curvature = solution.jac.T @ solution.jac + np.diag(known)
+    # before the data, a value is anywhere in its range; the prior of others is in the residuals
+    anywhere = np.array([c.deviation <= 0.0 for c in start.coordinates])
+    curvature = solution.jac.T @ solution.jac + np.diag(anywhere * UNIFORM / (high - low) ** 2)
     covariance: Floats = np.linalg.inv(curvature)
     return Fit(start.with_theta(solution.x), float(solution.cost), covariance)
 
 
 def _residual(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:
-    """Return the residuals with the errors of calibration, as far as these are unlikely."""
+    """Return the residuals of the data, and values as errors where these have a prior."""
     return np.concatenate([dataset.residual(explanation.apply(given)), explanation.errors])
+
+
+def _best_of_valley(
+    start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int
+) -> Explanation:
+    """
+    Return the best of a start and of what the residuals of the weak form alone leave open.
+
+    Simulations have local minima between a start and the best values, which these have not.
+    """
+    weak = fit(start, given, dataset.without_cycles, rounds)
+    deviation, direction = weak.widest
+    step, theta = deviation * direction, weak.explanation.theta
+    points = [weak.explanation.with_theta(theta + t * step) for t in VALLEY]
+    return min((start, *points), key=lambda point: loss_of(point, given, dataset))
+
+
+def loss_of(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> float:
+    """Return the loss that an explanation leaves [-]."""
+    return loss(dataset.residual(explanation.apply(given)))

@@ -16,8 +16,8 @@ from scipy.stats.qmc import Sobol
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
-from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit, loss_of
 from pneu_rig_ros.executor import Executor, map_tasks
 
 FAR_STARTS = 2
@@ -62,11 +62,12 @@ def multi_start(
     starts = [explanation, *best_starts(starts, given, dataset, executor)[:FAR_STARTS]]
     fits: Sequence[Fit] = map_tasks(executor, fit, starts, given, dataset, FINAL_ROUNDS)
     best = min(fits, key=lambda result: result.loss)
-    groups = along_valley(best), scattered(best)
+    steps = np.outer(LONG_STEPS, best.widest[1])
+    along = [best.explanation.with_theta(best.explanation.theta + step) for step in steps]
     starts = [
         start
-        for group in groups
-        for start in best_starts(group, given, dataset, executor)[:RESTARTS]
+        for points in (along, scattered(best))
+        for start in best_starts(points, given, dataset, executor)[:RESTARTS]
     ]
     fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
     best = min((best, *fits), key=lambda result: result.loss)
@@ -86,7 +87,7 @@ def over_ridges(best: Fit, given: Hypothesis, dataset: Dataset, executor: Execut
     steps = [far * directions[:, -1] + near * narrow for far in ALONG for near in ACROSS]
     others = np.zeros(theta.size - own)  # of the other causes
     points = [best.explanation.with_theta(theta + np.append(others, step)) for step in steps]
-    losses = np.reshape(map_tasks(executor, _loss, points, given, dataset), (ALONG.size, -1))
+    losses = np.reshape(map_tasks(executor, loss_of, points, given, dataset), (ALONG.size, -1))
     profile = np.pad(losses.min(axis=1), 1, constant_values=np.inf)
     rows = np.flatnonzero((profile[1:-1] < profile[:-2]) & (profile[1:-1] < profile[2:]))
     starts = [points[row * ACROSS.size + int(losses[row].argmin())] for row in rows]
@@ -98,19 +99,8 @@ def best_starts(
     starts: Sequence[Explanation], given: Hypothesis, dataset: Dataset, executor: Executor
 ) -> list[Explanation]:
     """Return starts in the order of their losses."""
-    losses = map_tasks(executor, _loss, starts, given, dataset)
-    order = np.argsort(losses, kind='stable')
-    return [starts[index] for index in order]
-
-
-def _loss(start: Explanation, given: Hypothesis, dataset: Dataset) -> float:
-    return loss(dataset.residual(start.apply(given)))
-
-
-def along_valley(best: Fit) -> list[Explanation]:
-    """Return long steps from a fit in the direction that the data determine least."""
-    theta, (_, direction) = best.explanation.theta, best.widest
-    return [best.explanation.with_theta(theta + step * direction) for step in LONG_STEPS]
+    losses = map_tasks(executor, loss_of, starts, given, dataset)
+    return [starts[index] for index in np.argsort(losses, kind='stable')]
 
 
 def scattered(best: Fit) -> list[Explanation]:
@@ -137,7 +127,7 @@ def simplex_search(best: Fit, given: Hypothesis, dataset: Dataset) -> Fit:
 
     simplex = np.vstack([first, first + SIMPLEX_SIZE * np.eye(first.size)])
     solution = minimize(
-        lambda values: loss(dataset.residual(moved(values).apply(given))),
+        lambda values: loss_of(moved(values), given, dataset),
         first,
         method='Nelder-Mead',
         bounds=list(zip(low, high, strict=True)),

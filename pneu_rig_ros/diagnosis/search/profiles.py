@@ -110,26 +110,18 @@ class Profile(Candidate):
         return self.name
 
     @property
-    def over(self) -> str:
-        """The variable."""
-        return self.kind.over
+    def size(self) -> float:
+        """Size of the first term, by which the values at the knots are multiplied [SI]."""
+        return next(iter(self.kind.terms.values()))
 
     @property
     def unit(self) -> str:
-        """Unit of ``values_of``, with what they are multiplied by."""
-        quantity = cast(
-            Quantity,
-            specifications(library.load(self.kind.carrier).parameters)[
-                next(iter(self.kind.terms))
-            ],
-        )
+        """Unit of that size, with what the term is multiplied by."""
+        term = next(iter(self.kind.terms))
+        specification = specifications(library.load(self.kind.carrier).parameters)[term]
+        quantity = cast(Quantity, specification)
         times = quantity.description.split(', times ')[-1]
         return quantity.unit if times == '1' else f'{quantity.unit} x ({times})'
-
-    def values_of(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Return the profile at the knots, of the first term if there are several."""
-        size = next(iter(self.kind.terms.values()))
-        return tuple(size * float(value) for value in values)
 
     def shape(self, values: Sequence[float]) -> Shape:
         """Return the profile with these values at its knots."""
@@ -168,25 +160,24 @@ def adopt_profile(search: Search, named: ScoredFit | None) -> bool:
     It has to leave as little as a named cause may, less than half of what that leaves, and to be
     decisively likelier.
 
-    :param search: at its start
-    :param named: the best explanation so far
+    :param named: the best explanation so far, before the search returned to its start
     """
     profile = best_profile(search)
     if profile is None:
         return False
     training, held_out = (data.without_cycles for data in (search.training, search.held_out))
     parts = Explanation() if named is None else named.explanation
-    other = score(Fit(parts, 0.0, np.zeros((0, 0))), search.given, training, held_out)
-    shares = [
-        remaining_share(held_out, search.hypothesis, each.explanation.apply(search.given))
-        for each in (profile, other)
-    ]
-    little = shares[0] <= min(MOST_LEFT, MUCH_BETTER * shares[1])
+    other = score(Fit(parts), search.given, training, held_out)
+
+    def left(fit: ScoredFit) -> float:
+        return remaining_share(held_out, search.hypothesis, fit.explanation.apply(search.given))
+
+    little = left(profile) <= min(MOST_LEFT, MUCH_BETTER * left(other))
     if not little or not improves(profile, other):
         return False
     search.best = profile
     # others are compared with it under the same noise
-    others = [score(each.fit, search.given, training, held_out) for each in search.ranking]
+    others = [score(each, search.given, training, held_out) for each in search.ranking]
     search.ranking = [profile, *others]
     return True
 

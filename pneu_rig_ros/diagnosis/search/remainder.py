@@ -19,7 +19,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
     localise,
 )
 from pneu_rig_ros.diagnosis.residuals.shooting import CycleTest, compare_cycles
-from pneu_rig_ros.diagnosis.residuals.windows import windows_of
+from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
 from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT,
     MOST_LEFT_ALONE,
@@ -61,9 +61,6 @@ class Remainder:
     """
     What the best explanation so far leaves of the data.
 
-    :param given: the hypothesis to be explained
-    :param training, held_out: the data
-    :param rng: of the noise
     :ivar best: the accepted explanation
     :ivar calibrated: the base alone
     :ivar first_cycle_test: of the given hypothesis, if it was made
@@ -81,6 +78,11 @@ class Remainder:
     def hypothesis(self) -> Hypothesis:
         """The given hypothesis with the best explanation so far."""
         return self.given if self.best is None else self.best.explanation.apply(self.given)
+
+    @property
+    def has_cause(self) -> bool:
+        """Whether a cause was accepted, and not the base alone."""
+        return self.best is not None and self.best is not self.calibrated
 
     @property
     def uncalibrated(self) -> bool:
@@ -106,7 +108,7 @@ class Remainder:
         found = self.significant()
         if not (found and self.uncalibrated):
             return found
-        left = rms_by_balance(self.training.residuals_by_run(self.hypothesis))
+        left = self._left_by_balance(self.training)
         least = float(np.hypot(NOISE_ERROR, WEAK))
         return [residual for residual in found if left[residual.balance] > least]
 
@@ -132,31 +134,31 @@ class Remainder:
         ])  # fmt: skip
         wide = {name for name, left in rms_by_balance(before).items() if left > NOISE_ERROR}
         acts = {name for name in wide if changes[name] > LEAST_EFFECT}
-        left = [
-            rms_by_balance(dataset.residuals_by_run(self.hypothesis))
-            for dataset in (self.training, self.held_out)
-        ]
+        left = [self._left_by_balance(dataset) for dataset in (self.training, self.held_out)]
         alone = bool(acts) and all(each[name] < NOISE_ERROR for each in left for name in acts)
         return alone and self.remaining() < MOST_LEFT_ALONE
 
     def _by_chance(self, found: Sequence[SignificantResidual]) -> bool:
         """Return whether what an accepted cause leaves is little, and not in the held-out data."""
-        if self.best is None or self.best is self.calibrated:
+        training = self.training.without_cycles
+        if not self.has_cause or self.left_of(training) > MOST_LEFT:
             return False
-        share = remaining_share(self.training.without_cycles, self.given, self.hypothesis)
-        if share > MOST_LEFT:
-            return False
-        again = localise(windows_of(self.held_out, self.hypothesis))
-        return not {each.balance for each in found} & {each.balance for each in again}
+        return not {each.balance for each in found} & self._disagreeing(self.held_out)
 
-    def remaining(self, simulated: bool = True) -> float:
-        """
-        Return the share of the excess on held-out data that the best explanation leaves [-].
+    def _disagreeing(self, dataset: Dataset) -> set[str]:
+        """Return the balances with significant residuals in a dataset."""
+        return {each.balance for each in localise(windows_of(dataset, self.hypothesis))}
 
-        :param simulated: whether the cycles count where they are part of the data
-        """
-        dataset = self.held_out if simulated else self.held_out.without_cycles
+    def _left_by_balance(self, dataset: Dataset) -> dict[str, float]:
+        return rms_by_balance(dataset.residuals_by_run(self.hypothesis))
+
+    def left_of(self, dataset: Dataset) -> float:
+        """Return the share of the excess on a dataset that the best explanation leaves [-]."""
         return remaining_share(dataset, self.given, self.hypothesis)
+
+    def remaining(self) -> float:
+        """Return the same of the held-out data."""
+        return self.left_of(self.held_out)
 
     def cycles_differ(self) -> bool:
         """
@@ -179,25 +181,20 @@ class Remainder:
         if test is None:
             return []
         names = tuple(comparison.run.name for comparison in self.training.comparisons)
-        place = 'force', 'breakaway', '', '-'
+        place = 'force', BREAKAWAY, '', '-'
         values = test.loss, test.expected, test.p_value
         return [SignificantResidual(*place, *values, '', None, None, names, ())]
 
     def reproduced(self) -> bool:
         """Return whether a cause was found, or the held-out data disagree in the same balances."""
-        found = self.best is not None and self.best is not self.calibrated
-        if found or (self.training.cycles is not None and self.cycles_differ()):
+        if self.has_cause or (self.training.cycles is not None and self.cycles_differ()):
             return True
-        balances = [
-            {residual.balance for residual in localise(windows_of(dataset, self.hypothesis))}
-            for dataset in (self.training, self.held_out)
-        ]
-        return bool(balances[0] & balances[1])
+        return bool(self._disagreeing(self.training) & self._disagreeing(self.held_out))
 
     def leaves_something(self, residuals: Sequence[SignificantResidual]) -> bool:
         """Return whether something remains, so that the best explanation may be wrong."""
         simulated = self.training.cycles is not None
-        if self.best is None or self.best is self.calibrated:
+        if not self.has_cause:
             return bool(residuals) or simulated
         left = self.remaining()
         if residuals or left > MOST_LEFT_ALONE:
@@ -222,11 +219,7 @@ class Remainder:
 
 
 def rms_by_balance(rows: Sequence[Residuals]) -> dict[str, float]:
-    """
-    Return balance -> root mean square of residuals, breakaways being part of the forces.
-
-    :param rows: of each run
-    """
+    """Return balance -> root mean square of the residuals of runs, breakaways among the forces."""
     parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
     parts['force'] += [row.breakaway for row in rows]
     return {name: rms(np.concatenate(each)) for name, each in parts.items()}

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import FORCE
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
-from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, significant_cells
+from pneu_rig_ros.diagnosis.residuals.localisation import significant_cells
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 
@@ -47,28 +47,21 @@ TRUE_LOSS = 3.5
 """Mean loss of the cycles of a true model, at most [-]."""
 
 
-@dataclass(frozen=True)
-class ScoredFit:
+@dataclass(frozen=True, kw_only=True)
+class ScoredFit(Fit):
     """
-    A fitted explanation with its losses.
+    A fit with its losses on all runs.
 
-    :param fit: the fit
     :param losses: of independent stretches of all runs, held-out ones last, shape (k,)
     :param penalty: for its coordinates (G. Schwarz, Ann. Stat. 6 (1978) 461) [-]
     :param held_out: number of the held-out stretches
     :param simulated: whether simulated cycles are part of the data
     """
 
-    fit: Fit
     losses: Floats
     penalty: float
     held_out: int
     simulated: bool
-
-    @property
-    def explanation(self) -> Explanation:
-        """The explanation with its values."""
-        return self.fit.explanation
 
     @property
     def cost(self) -> float:
@@ -89,8 +82,15 @@ def score(fit: Fit, given: Hypothesis, training: Dataset, held_out: Dataset) -> 
     count = sum(whiten.kept.sum() for noise in training.noises for whiten in noise)
     penalty = 0.5 * len(fit.explanation.coordinates) * float(np.log(max(count, 1)))
     penalty += fit.explanation.negative_log_prior
-    simulated = training.cycles is not None
-    return ScoredFit(fit, np.concatenate(parts), penalty, parts[1].size, simulated)
+    return ScoredFit(
+        fit.explanation,
+        fit.loss,
+        fit.covariance,
+        losses=np.concatenate(parts),
+        penalty=penalty,
+        held_out=parts[1].size,
+        simulated=training.cycles is not None,
+    )
 
 
 def as_good_as(fit: ScoredFit, best: ScoredFit) -> bool:
@@ -126,14 +126,6 @@ def ambiguous(fits: Sequence[ScoredFit]) -> bool:
     best = min(fits, key=lambda fit: fit.cost)
     causes = [fit.explanation.parts[-1] for fit in fits if as_good_as(fit, best)]
     return len(causes) > 1 and any(cause.group == FORCE for cause in causes)
-
-
-def excess_rms(whitened: Floats) -> float:
-    """Return the RMS of whitened residuals beyond that of noise, in standard deviations [-]."""
-    if not whitened.size:
-        return 0.0
-    excess = float(np.mean(whitened**2)) - NOISE_ERROR**2
-    return float(np.sqrt(max(excess, 0.0)))
 
 
 def excess(dataset: Dataset, hypothesis: Hypothesis) -> float:

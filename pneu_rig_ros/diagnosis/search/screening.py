@@ -7,7 +7,7 @@ is looked for among multiples of that change.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,17 +26,16 @@ class Screened:
     """
     A candidate with an estimate of the loss that it leaves.
 
-    :param values: of its best start
-    :param loss: expected from there [-]
+    :param starts: values from which it is fitted, the best first; several where local minima may
+        separate them
+    :param loss: expected from the first [-]
     :param shift: by which the other causes are expected to change, as theta, shape (k,)
-    :param alternatives: values of further starts, where local minima may separate them
     """
 
     candidate: Candidate
-    values: tuple[float, ...]
+    starts: tuple[tuple[float, ...], ...]
     loss: float
-    shift: tuple[float, ...] = ()
-    alternatives: tuple[tuple[float, ...], ...] = ()
+    shift: tuple[float, ...]
 
 
 def screen(
@@ -71,11 +70,11 @@ def screen(
             c.amplified(value, float(shares[best])) if c.quantity.unit == unit else value
             for c, value in zip(candidate.coordinates, start, strict=True)
         )
-        results.append(Screened(candidate, values, losses[best], tuple(shifts[best].tolist())))
-    first, *rest = sorted(results, key=lambda result: result.loss)
-    if not simulated or len(first.values) == 1:
-        return first
-    return replace(first, alternatives=tuple(result.values for result in rest[:1]))
+        results.append((losses[best], values, tuple(shifts[best].tolist())))
+    results.sort(key=lambda result: result[0])
+    count = 2 if simulated and len(candidate.coordinates) > 1 else 1
+    least, _, shift = results[0]
+    return Screened(candidate, tuple(values for _, values, _ in results[:count]), least, shift)
 
 
 def changes(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:

@@ -54,7 +54,6 @@ class Search(Remainder):
     """
     The search for an explanation.
 
-    :param pool: candidates
     :param progress: called with a text at each step
     :param executor: where candidates are screened and fitted
     :param base: what is fitted with every explanation
@@ -89,7 +88,9 @@ class Search(Remainder):
                 break
             self.weak = self.is_weak()
             fits, before = self._grown(beam, size)
-            if not improves(preferred(fits), before) and self._simulation_may_decide(size):
+            may_simulate = not improves(preferred(fits), before) and self._can_simulate()
+            # for a further cause only where cycles show something of which residuals have no trace
+            if may_simulate and (size == 1 or self.cycles_differ()):
                 self._add_cycles()
                 fits, before = self._grown(beam, size)
             more = size == 1 and len(self.screened) > MOST_FITTED
@@ -125,8 +126,7 @@ class Search(Remainder):
     def _needs_a_cause(self) -> bool:
         """Return whether significant residuals or cycles are left; adds cycles where needed."""
         self.progress('testing the residuals that are left')
-        unexplained = self.best is None or self.best is self.calibrated
-        if self.significant() if unexplained else self.strong():
+        if self.strong() if self.has_cause else self.significant():
             return True
         if self.training.cycles is None:
             if not self.cycles_differ():
@@ -152,7 +152,7 @@ class Search(Remainder):
         starts = [
             base.with_theta(base.theta + result.shift).with_part(result.candidate, values)
             for base, result in screened
-            for values in (result.values, *result.alternatives)
+            for values in result.starts
         ]
         fits = best_of_each(self._fits(starts))
         # among causes that explain nothing further there is nothing to decide by simulation
@@ -160,17 +160,12 @@ class Search(Remainder):
         if found and self._can_simulate() and ambiguous(fits):
             self._add_cycles()
             fits = self._fits([each.explanation for each in fits])
-        without_cause = Fit(self.base, 0.0, np.zeros((0, 0)))
-        return self._with_discrepancy(fits, without_cause if self.best is None else self.best.fit)
+        return self._with_discrepancy(fits, self.best or Fit(self.base))
 
     def _can_simulate(self) -> bool:
         """Return whether simulated cycles may join the data, and may show more than these."""
         free = all(comparison.free for comparison in self.training.comparisons)
         return free and self.training.cycles is None and not self.weak
-
-    def _simulation_may_decide(self, size: int) -> bool:
-        """Return whether cycles may show a cause for which the residuals have no evidence."""
-        return self._can_simulate() and (size == 1 or self.cycles_differ())
 
     def _add_cycles(self) -> None:
         """Add simulated cycles to the data, and fit the best explanation to them."""
@@ -200,14 +195,10 @@ class Search(Remainder):
     def _candidates(self, base: Explanation) -> list[Candidate]:
         """Return what may join an explanation, other forms of its effects among them."""
         shaped = {part.effect for part in base.parts if isinstance(part, Family)}
+        effects = [part for part in base.parts if part.is_effect and part.name not in shaped]
         runs = [comparison.run for comparison in self.training.comparisons]
         temperature = self.given.model.gas.supply_temperature
-        forms = [
-            family
-            for part in base.parts
-            if part.is_effect and part.name not in shaped
-            for family in families(part, runs, temperature)
-        ]
+        forms = [family for part in effects for family in families(part, runs, temperature)]
         # what residuals hardly see, and simulated cycles do, are causes of the force
         balances = {residual.balance for residual in self.significant()}
         groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
@@ -222,9 +213,9 @@ class Search(Remainder):
 
     def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
         """Return explanations fitted from several starts; thoroughly only the finalists."""
-        ahead = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
-        finalists = [each.explanation for each in ahead[:FINALISTS]]
-        return [*self._fit_all(finalists, ROUNDS), *ahead[FINALISTS:]]
+        first = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
+        finalists = [each.explanation for each in first[:FINALISTS]]
+        return [*self._fit_all(finalists, ROUNDS), *first[FINALISTS:]]
 
     def _fit_all(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
         self.progress('fitting ' + ', '.join(start.name for start in starts))
@@ -235,10 +226,9 @@ class Search(Remainder):
         self, fits: list[ScoredFit], smaller: Fit
     ) -> tuple[list[ScoredFit], ScoredFit]:
         """
-        Return fits and a smaller one, with a discrepancy of any model as part of the noise.
+        Return fits and a smaller one, where every model is far off with that as part of the noise.
 
-        Where every model is off by many times the noise of the sensors, that noise is no measure
-        of which model is nearer.
+        The noise of the sensors is then no measure of which model is nearer.
         """
         best = min(fits, key=lambda fit: fit.cost).explanation.apply(self.given)
         if rms(self.training.whitened(best)) < DISCREPANT:
@@ -275,13 +265,12 @@ class Search(Remainder):
         """Return an explanation fitted with the noise that the data have if it is true."""
         explanation = self._fit_thoroughly(chosen.explanation).explanation
         hypothesis = explanation.apply(self.given)
-        renewed = []
-        for before in (self.training, self.held_out):
-            dataset = Dataset.of(hypothesis, before.comparisons, self.rng)
-            if before.cycles is not None:
-                dataset = dataset.with_cycles(hypothesis, self.rng)
-            renewed.append(dataset)
-        self.training, self.held_out = renewed
+
+        def renewed(before: Dataset) -> Dataset:
+            data = Dataset.of(hypothesis, before.comparisons, self.rng)
+            return data if before.cycles is None else data.with_cycles(hypothesis, self.rng)
+
+        self.training, self.held_out = renewed(self.training), renewed(self.held_out)
         again = fit(explanation, self.given, self.training, FINAL_ROUNDS)
         self.best = score(again, self.given, self.training, self.held_out)
         return self.best

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from pneu_rig_ros.diagnosis.causes.candidates import Explanation
-from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.search.empirical import Description, describe
 from pneu_rig_ros.diagnosis.search.fitting import Fit
@@ -20,7 +16,6 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT_OF_ALL,
     MOST_LEFT_REPORTED,
     MUCH_BETTER,
-    ScoredFit,
     improves,
     remaining_share,
     score,
@@ -55,25 +50,11 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
     much_better = share > NEGLIGIBLE and description.gap_left < MUCH_BETTER * share
     if share > allowed or much_better:
         return description
-    hypotheses = search.hypothesis, search.given
-    if not discrepant and _simpler_and_better(description.explanation, named, *hypotheses, data):
-        return description
+    # a formula with as few numbers must not be decisively likelier
+    terms = description.explanation
+    if not discrepant and 0 < len(terms.coordinates) <= len(named.explanation.coordinates):
+        formula = score(Fit(terms), search.hypothesis, *data)
+        if improves(formula, score(Fit(named.explanation), search.given, *data)):
+            return description
     search.best, (search.training, search.held_out) = named, data
     return None
-
-
-def _simpler_and_better(
-    terms: Explanation,
-    named: ScoredFit,
-    without: Hypothesis,
-    given: Hypothesis,
-    data: tuple[Dataset, Dataset],
-) -> bool:
-    """Return whether a formula with as few numbers as a named cause is decisively likelier."""
-    if not terms.parts or len(terms.coordinates) > len(named.explanation.coordinates):
-        return False
-    formula, cause = (
-        score(Fit(explanation, 0.0, np.zeros((0, 0))), hypothesis, *data)
-        for explanation, hypothesis in ((terms, without), (named.explanation, given))
-    )
-    return improves(formula, cause)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pneu_rig_ros.diagnosis.inputs.restated import Restated
+from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS
 from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
 from pneu_rig_ros.model.parameters import Operation
 
@@ -18,34 +18,24 @@ DISPLAYED = {
 """Condition -> factor on its SI value, unit for a reader."""
 
 
-def fitted_row(
-    name: str, estimate: Mapping[str, Any], operations: Sequence[Operation]
+def condition_row(
+    cause: str, estimate: Mapping[str, Any], operations: Sequence[Operation]
 ) -> dict[str, Any]:
     """
     Return a condition whose value was fitted, as in diagnosis.json.
 
+    :param cause: its name among the candidates
     :param estimate: value, interval and unit of the ratio to what is stated, or of the difference
         from zero
     :param operations: conditions as stated, of the training data
     """
-    value = estimate['value']
+    name, value = cause.removeprefix(CONDITIONS), estimate['value']
     if name in Operation._fields:
         stated = [float(getattr(each, name)) for each in operations]
         true = [value * each for each in stated]
     else:
         stated, true = [0.0], [value]
     return {'name': name, 'stated': _span(stated, name), 'true': _span(true, name), **estimate}
-
-
-def restated_row(restated: Restated) -> dict[str, Any]:
-    """Return what is otherwise than stated as a whole, as in diagnosis.json."""
-    texts = {'name': restated.name, 'stated': restated.stated, 'true': restated.true}
-    return {**texts, 'value': None, 'interval': None, 'unit': ''}
-
-
-def sentence(row: Mapping[str, Any]) -> str:
-    """Return a row in words."""
-    return f'{row["name"]} {row["true"]}, stated {row["stated"]}'
 
 
 def _span(values: Sequence[float], name: str) -> str:
