@@ -176,11 +176,15 @@ def diagnose(
         inputs = replace(inputs, system=restated.system, runs=restated.runs)
         data = _datasets(inputs, rng)
     search = _search(inputs, data, rng, without, workers, progress)
-    differing = _sufficient_differences(search) if where and restated is None else []
-    found = not differing and (search.run() is not None or restated is not None)
+    found = search.run() is not None or restated is not None
+    needs_no_fit = restated is None and not search.base.parts
+    differing = sufficient_differences(search) if where and needs_no_fit else []
     progress('testing what is left', 0.85)
     remaining, unknown = search.strong(), None
-    if not search.reproduced():
+    if differing:
+        search.clear()
+        where = []
+    elif not search.reproduced():
         where = where if found else []
     elif search.leaves_something(remaining):
         progress('describing the unknown cause', 0.88)
@@ -219,11 +223,6 @@ def _datasets(inputs: Inputs, rng: Generator) -> tuple[Dataset, Dataset]:
         for part in parts
     )
     return training, held_out
-
-
-def _sufficient_differences(search: Search) -> list[RunDifference]:
-    """Return how runs differ where that is all that is wrong; of a model that needs no fit."""
-    return [] if search.base.parts else sufficient_differences(*_single_runs(search))
 
 
 def _single_runs(

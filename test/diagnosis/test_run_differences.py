@@ -19,8 +19,8 @@ from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import diagnose
-from pneu_rig_ros.executor import SerialExecutor
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.simulate import simulate
 
@@ -48,11 +48,16 @@ def differences(folder: Path, factors: tuple[float, ...]) -> list[RunDifference]
         measured(system, f'run_{seed}', rubbing(configured('cylinder_1', seed=seed), factor))
         for seed, factor in enumerate(factors)
     ]
-    data = Dataset.of(system.hypothesis, [Comparison(run) for run in runs], rng)
     candidates, _ = pool(system, runs)
-    return sufficient_differences(
-        system.hypothesis, data.single_runs, candidates, SerialExecutor()
+    training, held_out = (
+        Dataset.of(system.hypothesis, [Comparison(run) for run in part], rng)
+        for part in (runs[:-1], runs[-1:])
     )
+    search = Search(
+        given=system.hypothesis, training=training, held_out=held_out, rng=rng, pool=candidates
+    )
+    search.initial = training, held_out
+    return sufficient_differences(search)
 
 
 def test_seal_that_is_worn_in_one_recording_is_a_difference_of_that_recording(

@@ -28,7 +28,7 @@ from pneu_rig_ros.diagnosis.causes.candidates import (
 )
 from pneu_rig_ros.diagnosis.inputs.system import value_of
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import (
     FALSE_DISCOVERY_RATE,
     NOISE_ERROR,
@@ -37,7 +37,8 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.empirical import robust_weights
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, STEP, fit
-from pneu_rig_ros.diagnosis.search.scoring import MOST_LEFT, remaining_share
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, MOST_LEFT, remaining_share
+from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -96,6 +97,8 @@ class FrictionLevel(Candidate):
         return hypothesis
 
 
+CHANGING = 'friction.coulomb_force', 'friction.breakaway_force', 'friction.viscous_coefficient'
+"""Parameters that may change from recording to recording, as conditions do."""
 RATIO = Quantity('-', 1.0 / PARAMETER_RATIO, PARAMETER_RATIO, "times the model's")
 LEVEL = FrictionLevel(
     CONDITIONS + 'friction_level',
@@ -119,12 +122,12 @@ def run_differences(
     controlled.
 
     :param runs: of one recording each
-    :param candidates: whose parameters and conditions are the quantities
+    :param candidates: whose conditions and parameters of friction are the quantities
     """
     odd = [i for i, run in enumerate(runs) if localise(windows_of(run, hypothesis))]
     if not odd or len(runs) <= FEWEST_OTHERS:
         return {}
-    quantities = [c for c in candidates if not c.is_effect and len(c.coordinates) == 1]
+    quantities = [c for c in candidates if c.is_condition or c.name in CHANGING]
     if any(quantity.group == FORCE for quantity in quantities):
         quantities.append(LEVEL)
     base = [run.whitened(hypothesis) for run in runs]
@@ -144,26 +147,33 @@ def run_differences(
     return best
 
 
-def sufficient_differences(
-    hypothesis: Hypothesis,
-    runs: Sequence[Dataset],
-    candidates: Sequence[Candidate],
-    executor: Executor,
-) -> list[RunDifference]:
-    """Return the differences between runs if these are all that is wrong, else none."""
-    found = run_differences(hypothesis, runs, candidates, executor)
+def sufficient_differences(search: Search) -> list[RunDifference]:
+    """
+    Return the differences between runs if these are all that is wrong, else none.
+
+    The other runs agree with the given model, and no cause that acts in all runs explains as much.
+    """
+    assert search.initial is not None
+    runs = [run for data in search.initial for run in data.single_runs]
+    found = run_differences(search.given, runs, search.pool, search.executor)
     others = [run for i, run in enumerate(runs) if i not in found]
     if not found or len(others) < FEWEST_OTHERS:
         return []
-    if localise([each for run in others for each in windows_of(run, hypothesis)]):
+    if localise([each for run in others for each in windows_of(run, search.given)]):
         return []
+    left = sum(loss(run.whitened(search.given)) for run in others)
     for i, difference in found.items():
         quantity = difference.quantity
         start = Explanation((quantity,), (quantity.starts[0],))
-        corrected = fit(start, hypothesis, runs[i], ROUNDS).explanation.apply(hypothesis)
-        if remaining_share(runs[i], hypothesis, corrected) > MOST_LEFT:
+        fitted = fit(start, search.given, runs[i], ROUNDS)
+        if (
+            remaining_share(runs[i], search.given, fitted.explanation.apply(search.given))
+            > MOST_LEFT
+        ):
             return []
-    return list(found.values())
+        left += fitted.loss
+    everywhere = sum(loss(run.whitened(search.hypothesis)) for run in runs)
+    return list(found.values()) if everywhere - left > DECISIVE else []
 
 
 def estimates(

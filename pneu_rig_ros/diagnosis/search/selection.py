@@ -114,6 +114,12 @@ class Search(Remainder):
         implied |= {part.effect for part in explanation.parts if isinstance(part, Family)}
         return [name for name in explanation.causes if name not in implied] or explanation.causes
 
+    def clear(self) -> None:
+        """Return to the given model: what it lacks is not a cause."""
+        assert self.initial is not None
+        self.training, self.held_out = self.initial
+        self.best, self.ranking, self.screened = None, [], []
+
     def restart(self) -> None:
         """Return to the base and to the initial data."""
         simulated = self.training.cycles is not None and not self.residuals_significant
