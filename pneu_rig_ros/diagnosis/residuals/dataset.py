@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from numpy.random import Generator
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model, white_variances
+from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, gas_variance, noise_model
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     RunNuisances,
     clock_column,
@@ -32,10 +32,6 @@ LARGEST = 1e4
 """Whitened residuals are clipped to it [-]."""
 STRETCHES = 12
 """Parts of a run and balance whose losses are taken to be independent."""
-
-
-Variances = tuple[Floats, Floats, Floats]
-"""Of gas and force residuals in each window of a run [unit^2]."""
 
 
 class Evaluation(NamedTuple):
@@ -145,10 +141,10 @@ class Dataset:
         return [self.inflation.factors(*pair) for pair in pairs]
 
     @cached_property
-    def white(self) -> list[Variances]:
-        """Variances of the residuals of each run by noise of the readings."""
+    def white(self) -> list[list[Floats]]:
+        """Variances of the gas residuals of each run by noise of the readings [kg^2/s^2]."""
         return [
-            white_variances(self.reference, run, run.evaluate(self.reference)[1])
+            [gas_variance(self.reference, run, chamber) for chamber in (1, 2)]
             for run in self.comparisons
         ]
 
@@ -198,32 +194,36 @@ def _evaluate(
     clock: Residuals,
     factors: Residuals,
     bias: Floats,
-    white: Variances,
+    white: Sequence[Floats],
 ) -> Evaluation:
-    residuals, inertia = comparison.evaluate(hypothesis)
+    residuals = comparison.residuals(hypothesis)
     residuals = residuals._replace(force=residuals.force - bias)
     if comparison.run.has_nuisances:
         noise = noise.with_shared(clock)
         noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))
-    wider = _wider(noise, white, white_variances(hypothesis, comparison, inertia))
+    wider = _wider(hypothesis, comparison, noise, white)
     triples = zip(noise.whiten(residuals), factors, wider, strict=True)
     return Evaluation(residuals, noise, Residuals(*(z / (f * w) for z, f, w in triples)))
 
 
-def _wider(noise: NoiseModel, white: Variances, other: Variances) -> Iterator[float]:
+def _wider(
+    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel, white: Sequence[Floats]
+) -> Residuals:
     """
-    Yield by how much the noise is wider than under the hypothesis for which it was computed [-].
+    Return by how much the noise is wider than under the hypothesis for which it was computed [-].
 
-    Without it a hypothesis gains by what makes residuals of the same readings small: a sensor of
-    larger gain, less mass, warmer gas.
+    Without it a hypothesis gains by what makes gas sources of the same readings small: a sensor of
+    larger gain, less volume, warmer gas. Forces are left as they are: a mass so large that no
+    acceleration shows would explain any of them.
 
-    :param white, other: variances by noise of the readings, under that hypothesis and another
+    :param white: variances of the gas residuals by noise of the readings under that hypothesis
     """
-    for whiten, before, after in zip(noise, white, other, strict=False):
-        total = float(np.sum(whiten.deviation**2))
-        change = float(np.sum((after - before)[whiten.kept]))
-        yield float(np.sqrt(1.0 + change / total)) if total > 0.0 else 1.0
-    yield 1.0
+    factors = []
+    for chamber, (whiten, before) in enumerate(zip(noise[:2], white, strict=True), start=1):
+        change = gas_variance(hypothesis, comparison, chamber) - before
+        factors.append(np.sqrt(1.0 + change[whiten.kept] / whiten.deviation**2))
+    ones = (np.ones(whiten.deviation.size) for whiten in noise[2:])
+    return Residuals(*factors, *ones)
 
 
 def rms(values: Floats) -> float:
