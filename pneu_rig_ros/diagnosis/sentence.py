@@ -55,7 +55,9 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
             f'{value:.2g} {UNITS[name]}' for name, value in diagnosis.system.repeatability.items()
         )
         limits = f'repeatability ({allowed})' if allowed else 'noise'
-        return f'Model and measurement agree within the {limits}: nothing is missing.'
+        agree = f'odel and measurement agree within the {limits}: nothing is missing.'
+        names = ' and '.join(each.recording for each in diagnosis.differing)
+        return f'Except in {names}, m{agree}' if names else f'M{agree}'
     if verdict == UNCALIBRATED:
         within = 'Errors of sensors and supply within their class'
         return f'{within} explain the residuals: nothing is missing.'

@@ -183,7 +183,6 @@ def diagnose(
     remaining, unknown = search.strong(), None
     if differing:
         search.clear()
-        where = []
     elif not search.reproduced():
         where = where if found else []
     elif search.leaves_something(remaining):

@@ -81,6 +81,8 @@ def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_pat
     data = answer(diagnose(bags[:4], tmp_path / 'model.yaml', bags[4:]))
     jsonschema.validate(data, json.loads(SCHEMA.read_text()))
     assert data['verdict'] == 'consistent'
+    assert data['sentence'].startswith('Except in run_2, model and measurement agree')
+    assert {name for residual in data['where'] for name in residual['recordings']} >= {'run_2'}
     (row,) = data['differing_recordings']
     assert row['recording'] == 'run_2'
     assert f'its friction_level is {100.0 * row["difference"]:.3g} +- ' in data['sentence']
