@@ -157,7 +157,7 @@ class Dataset:
         """Return the residuals of each run with their noise, nuisance parameters marginalised."""
         sources = self.noises, self.clocks, self.factors, self.biases, self.white
         arguments = self.comparisons, *sources
-        return map_runs(partial(_evaluate, hypothesis), *arguments)
+        return map_runs(partial(_evaluate, hypothesis, self.reference), *arguments)
 
     def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""
@@ -189,6 +189,7 @@ class Dataset:
 
 def _evaluate(
     hypothesis: Hypothesis,
+    reference: Hypothesis,
     comparison: Comparison,
     noise: NoiseModel,
     clock: Residuals,
@@ -201,9 +202,16 @@ def _evaluate(
     if comparison.run.has_nuisances:
         noise = noise.with_shared(clock)
         noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))
-    wider = _wider(hypothesis, comparison, noise, white)
-    triples = zip(noise.whiten(residuals), factors, wider, strict=True)
-    return Evaluation(residuals, noise, Residuals(*(z / (f * w) for z, f, w in triples)))
+    whitened = [z / f for z, f in zip(noise.whiten(residuals), factors, strict=True)]
+    if _reading_side(hypothesis) != _reading_side(reference):  # most causes leave it as it is
+        wider = _wider(hypothesis, comparison, noise, white)
+        whitened = [z / w for z, w in zip(whitened, wider, strict=True)]
+    return Evaluation(residuals, noise, Residuals(*whitened))
+
+
+def _reading_side(hypothesis: Hypothesis) -> tuple[object, ...]:
+    """Return what turns readings into gas sources."""
+    return hypothesis.model.gas, hypothesis.model.cylinder, hypothesis.gains
 
 
 def _wider(
