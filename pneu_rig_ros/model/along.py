@@ -49,8 +49,8 @@ MOVES, RESTS, AT_INNER_STOP, AT_OUTER_STOP = range(4)
 
 SLOWEST_CREEP = 1e-7
 """Speed at which g(v, h) is that at rest [m/s]."""
-BALANCED = 1e-5
-"""Newton's last step towards the deflection that holds the driving force, relative to it [-]."""
+BALANCED = 3e-3
+"""Newton's last step to the deflection that holds the drive; its square is the error [-]."""
 FASTEST_CREEP = 1e-3
 """A piston at rest is slower: the speed between rest and motion, see ``analysis`` [m/s]."""
 
@@ -131,7 +131,7 @@ def measured_gains(
     return gain_1, gas_source(rise_2, last_2 - first_2, state[PRESSURE_2], v2, model)
 
 
-def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
+def build_rest(mechanics: Callable[..., object]) -> Callable[..., float]:
     """Return the compiled balance of a piston at rest."""
 
     @inner
@@ -154,11 +154,12 @@ def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
         for _ in range(BALANCING_ROUNDS + 1):
             side = 1.0 if state[DEFLECTION] > 0.0 else -1.0
             state[VELOCITY] = side * SLOWEST_CREEP
-            right_hand_side(time, state, rate, arrow, memory, voltages, model, effects)
+            mechanics(time, state, rate, arrow, memory, voltages, model, effects)
             if arrow[V_Z] > -LEAST_STIFFNESS:
                 break
             step = -rate[VELOCITY] / arrow[V_Z]
             state[DEFLECTION] += step
+            rate[DEFLECTION] += arrow[Z_Z] * step
             events.update_anchors(state, memory, model)
             if abs(step) <= BALANCED * abs(state[DEFLECTION]):
                 break
@@ -175,7 +176,9 @@ def build_rest(right_hand_side: Callable[..., None]) -> Callable[..., float]:
     return rest
 
 
-def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
+def build_along(
+    right_hand_side: Callable[..., None], mechanics: Callable[..., object]
+) -> Callable[..., None]:
     """
     Return the compiled rates along a measured run.
 
@@ -185,7 +188,7 @@ def build_along(right_hand_side: Callable[..., None]) -> Callable[..., None]:
     x, p1, p2 of n samples [SI]; ``velocity``, ``contacts`` and ``voltages`` are those of the
     n - 1 intervals. ``carry`` is that of a plant at rest; it is changed.
     """
-    rest = build_rest(right_hand_side)
+    rest = build_rest(mechanics)
 
     @inner
     def along(

@@ -23,8 +23,9 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.along import build_along
 from pneu_rig_ros.model.contributions import collect
-from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide, build_right_hand_side
+from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide
 from pneu_rig_ros.model.readings import Readings, build_readings
+from pneu_rig_ros.model.right_hand_side import build_mechanics, build_right_hand_side
 from pneu_rig_ros.model.run import build_run
 
 _TEMPLATE = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
@@ -77,12 +78,13 @@ class Assembly(NamedTuple):
 def build(effects: Sequence[str], shaped: bool = False) -> Assembly:
     """Return the functions with the named effects, not yet cached; ``shaped`` as there."""
     contributions = collect([library.load(name) for name in effects], STATE_SIZE, shaped)
-    right_hand_side = build_right_hand_side(contributions)
+    mechanics = build_mechanics(contributions)
+    right_hand_side = build_right_hand_side(contributions, mechanics)
     return Assembly(
         right_hand_side,
         build_run(right_hand_side),
         build_readings(contributions),
-        build_along(right_hand_side),
+        build_along(right_hand_side, mechanics),
     )
 
 

@@ -1,5 +1,5 @@
 """
-The system of ordinary differential equations: Eq. 3-16 put together.
+The rates of gas, seal and piston by Eq. 3-16, and the state that they change.
 
 The continuous state is a flat array (indices below) followed by the states of the optional
 effects. What jumps - rest or sliding, contact with an end stop, the static friction held through
@@ -10,7 +10,7 @@ changed only by ``transitions``.
 from collections.abc import Callable
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model import chambers, friction, hysteresis, piston, valve
+from pneu_rig_ros.model import chambers, friction, piston, valve
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
@@ -20,7 +20,6 @@ from pneu_rig_ros.model.effect import (
     Ports,
     Seal,
     Signals,
-    behind_bristles,
     behind_spools,
     behind_supply,
 )
@@ -257,46 +256,3 @@ def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
                 rate[DEFLECTION] = arrow[Z_V] = arrow[Z_Z] = 0.0
 
     return piston_rates
-
-
-def build_right_hand_side(contributions: Contributions) -> RightHandSide:
-    """
-    Return the compiled right-hand side with the given contributions of optional effects.
-
-    ``rhs(time, state, rate, arrow, memory, voltages, model, effects)`` writes d(state)/dt into
-    ``rate``, shape (n,), and the Jacobian entries into ``arrow``, shape (12,). ``voltages`` are
-    u1, u2 [V], shape (2,); ``effects`` is the tuple of the effects' parameters.
-    """
-    gas_rates = build_gas_rates(contributions)
-    seal_rates = build_seal_rates(contributions)
-    piston_rates = build_piston_rates(contributions)
-    add_bristle = contributions.bristle
-    motion_reading, pressure_reading = contributions.motion_reading, contributions.pressure_reading
-
-    @inner
-    def right_hand_side(
-        time: float,
-        state: Floats,
-        rate: Floats,
-        arrow: Floats,
-        memory: Floats,
-        voltages: Floats,
-        model: CompiledModel,
-        effects: tuple[object, ...],
-    ) -> None:
-        z, law, supply = state[DEFLECTION], model.friction, model.operation.supply_pressure
-        bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], law)
-        sticking, dwell = memory[STICKING] != 0.0, counted_dwell(time, memory, law)
-        seal = Seal(z, bristles, sticking, dwell, law.coulomb_force, law.breakaway_force)
-        ports = Ports(voltages[0], voltages[1], supply, supply)
-        elastic = signals_of(time, state, ports, seal, model)
-        more_force, more_stiffness = add_bristle(elastic, model, effects, state, rate)
-        stiffness += more_stiffness
-        signals = behind_bristles(elastic, more_force)
-        gas_rates(signals, state, rate, arrow, model, effects)
-        seal_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
-        piston_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
-        motion_reading(signals, model, effects, state, rate)  # only the rates of their states
-        pressure_reading(signals, model, effects, state, rate)
-
-    return right_hand_side

@@ -4,10 +4,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.quantity import Quantity, specifications
 
 
 class Balance(Enum):
@@ -235,6 +237,8 @@ class Effect:
         has the name of its coefficient
     :param drivers: variables over which its form may differ, see ``shape``, first the likeliest
     :param needs: without any of which it does not show in a part of a rig
+    :param fastest: ``f(parameters, model)``, the shortest time in which its states change [s];
+        without it the least of the parameters in seconds, or ``LEAST_TIME``
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
         compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
     :raises RigError: when the regimes are not some of :class:`Regime`, each once
@@ -254,6 +258,7 @@ class Effect:
     describes: bool = False
     drivers: tuple[str, ...] = ()
     needs: tuple[Need, ...] = ()
+    fastest: Callable[[Any, Any], float] | None = None
 
     def __post_init__(self) -> None:
         """Check the regimes, which a fit and its report rely on."""
@@ -269,3 +274,15 @@ class Effect:
     def parameters(self) -> type[Any]:
         """The class of the parameters."""
         return type(self.null)
+
+    def shortest_time(self, parameters: Any, model: Any) -> float:
+        """Return the shortest time in which the states change in a model [s]."""
+        if self.fastest is not None:
+            return max(self.fastest(parameters, model), LEAST_TIME)
+        times = [getattr(parameters, name) for name in self._times]
+        return max(min(times, default=0.0), LEAST_TIME)
+
+    @cached_property
+    def _times(self) -> list[str]:
+        given = specifications(self.parameters).items()
+        return [name for name, each in given if isinstance(each, Quantity) and each.unit == 's']

@@ -14,6 +14,7 @@ and at each breakaway the force by which the seal held more than the model lets 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -45,7 +46,10 @@ LOAD_WINDOW = 0.012
 """Length of the mean of the load at the end of a rest [s]."""
 LEAST_LOAD = 0.2
 """A seal that breaks away at a smaller share of its strength is not held by friction [-]."""
-MOST_SUBSTEPS = 16
+RESOLVED = 5
+"""Parts of the time in which a state changes, at least; the error is then 0.02 of the noise."""
+FINEST = 0.4 * LEAST_TIME
+"""Parts are not shorter [s]."""
 SLOW_SAMPLING = 5e-3
 """Above this interval of samples effects of milliseconds neither show nor are integrated [s]."""
 
@@ -233,13 +237,15 @@ def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
 
 def substeps(hypothesis: Hypothesis, interval: float) -> int:
     """Return the parts of an interval [s] that resolve the states of the acting effects."""
+    parts = 1
     for name, own in hypothesis.effects.items():
         effect, parameters = library.load(name), without_shape(own)
         # an empirical effect has a state for each of its terms: only those in use act
         active = not effect.describes or any(getattr(parameters, s) != 0.0 for s in effect.states)
         if effect.states and active and interval <= SLOW_SAMPLING:
-            return min(int(np.ceil(interval / (0.4 * LEAST_TIME))), MOST_SUBSTEPS)
-    return 1
+            time = effect.shortest_time(parameters, hypothesis.model)
+            parts = max(parts, math.ceil(RESOLVED * interval / time))
+    return min(parts, math.ceil(interval / FINEST))
 
 
 def interpolated(samples: Floats, parts: int) -> Floats:

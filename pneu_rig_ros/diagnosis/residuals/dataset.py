@@ -13,7 +13,13 @@ from numpy.random import Generator
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, gas_variance, noise_model
+from pneu_rig_ros.diagnosis.residuals.noise import (
+    COPIES,
+    REPLICATE_COPIES,
+    NoiseModel,
+    gas_variance,
+    noise_model,
+)
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     RunNuisances,
     clock_column,
@@ -74,13 +80,15 @@ class Dataset:
         """
         Return the runs with the noise that they have if the hypothesis is true.
 
-        :param inflation: where it is known for the hypothesis
+        :param inflation: where it is known for the hypothesis: that of which they are replicates
         """
         count = len(comparisons)
         aligned = map_runs(partial(without_nuisances, hypothesis), comparisons, rng.spawn(count))
         runs = tuple(aligned)
+        copies = COPIES if inflation is None else REPLICATE_COPIES
         inflation = inflation or estimate_inflation(hypothesis, runs, rng)
-        noises = map_runs(partial(noise_model, hypothesis), runs, rng.spawn(count))
+        noise = partial(noise_model, hypothesis, copies=copies)
+        noises = map_runs(noise, runs, rng.spawn(count))
         biased = tuple(with_bias(*pair, inflation.bias) for pair in zip(noises, runs, strict=True))
         clocks = map_runs(partial(clock_column, hypothesis), runs)
         return cls(hypothesis, runs, biased, inflation, tuple(clocks))

@@ -28,6 +28,8 @@ from pneu_rig_ros.model import along
 
 COPIES = 8
 """Simulated readings of each run."""
+REPLICATE_COPIES = 4
+"""The same where noise decides nothing: it only weighs the residuals of a fit to a replicate."""
 POOLED = 5
 """Neighbouring windows over which the mean square of their errors is pooled."""
 SLOWEST_SLIDE = 0.003
@@ -72,13 +74,16 @@ class NoiseModel(NamedTuple):
         return NoiseModel(*(whiten.with_shared(column) for whiten, column in pairs))
 
 
-def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> NoiseModel:
+def noise_model(
+    hypothesis: Hypothesis, comparison: Comparison, rng: Generator, copies: int = COPIES
+) -> NoiseModel:
     """
     Return the noise of the residuals of a run if the hypothesis is true.
 
     :param rng: of the simulated readings
+    :param copies: how many of these
     """
-    errors = reading_errors(hypothesis, comparison, rng)
+    errors = reading_errors(hypothesis, comparison, rng, copies)
     run, gas, motion = comparison.run, comparison.gas, comparison.motion
     residuals, inertia = comparison.evaluate(hypothesis)
     chambers = []
@@ -114,7 +119,7 @@ def noise_model(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) 
 
 
 def excess_variance(errors: Floats, variance: Floats) -> Floats:
-    """Return the pooled mean square of errors, shape (COPIES, m), beyond a variance, (m,)."""
+    """Return the pooled mean square of errors, shape (copies, m), beyond a variance, (m,)."""
     valid = np.isfinite(errors)
     squares = np.where(valid, errors**2, 0.0).mean(axis=0)
     counts = valid.astype(np.float64).mean(axis=0)
@@ -219,15 +224,17 @@ def breakaway_noise(
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 
 
-def reading_errors(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) -> Residuals:
-    """Return the errors of the residuals of simulated readings, shape (COPIES, m) each."""
+def reading_errors(
+    hypothesis: Hypothesis, comparison: Comparison, rng: Generator, count: int
+) -> Residuals:
+    """Return the errors of the residuals of simulated readings, shape (count, m) each."""
     run, noise = comparison.run, comparison.run.noise
     travelled = np.concatenate([[0.0], np.cumsum(run.velocity)]) * run.interval
     base = run.with_readings(run.smooth[0, 0] + travelled, run.smooth[:, 1:])
     truth = Comparison(run, base).residuals(hypothesis)
     scale, place = np.array(noise.pressures), np.hypot(noise.position, run.missed_turn)
     copies = []
-    for _ in range(COPIES):
+    for _ in range(count):
         position = base.position + place * rng.standard_normal(base.size)
         pressures = base.pressures + scale * rng.standard_normal((base.size, 2))
         force = base.force

@@ -6,7 +6,11 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.quantity import Quantity
+
+FASTEST_SLIDE = 1.0
+"""Seals of pneumatic cylinders are made for this speed [m/s]."""
 
 
 class Parameters(NamedTuple):
@@ -39,6 +43,13 @@ def contribution(
     return share * law.coulomb_force, share * law.breakaway_force
 
 
+def warming_time(parameters: Parameters, model: Model) -> float:
+    """Return the time of 63 % of the fall at ``FASTEST_SLIDE`` [s]."""
+    law = model.friction
+    force = law.coulomb_force + law.viscous_coefficient * FASTEST_SLIDE
+    return parameters.work / (force * FASTEST_SLIDE)
+
+
 EFFECT = Effect(
     title='friction falls as the seals warm up',
     balance=Balance.LEVEL,
@@ -56,4 +67,5 @@ EFFECT = Effect(
     ),
     states=('warmth',),
     drivers=('time', 'dwell', 'position', 'speed'),
+    fastest=warming_time,
 )

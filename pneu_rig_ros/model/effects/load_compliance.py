@@ -1,11 +1,13 @@
 """A load that is not rigidly fixed to the rod: a second mass on a spring and a damper."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.quantity import Quantity
 
 STRETCH_UNIT = 1e-3
@@ -44,6 +46,13 @@ def contribution(
     return force, -mass
 
 
+def swing_time(parameters: Parameters, model: Model) -> float:
+    """Return the shorter of the times in which the load swings by a radian and comes to rest."""
+    mass = model.operation.load_mass
+    decay = mass / parameters.damping if parameters.damping > 0.0 else math.inf
+    return min(math.sqrt(mass * parameters.compliance), decay)
+
+
 EFFECT = Effect(
     title='the load hangs on the rod by a spring and a damper',
     balance=Balance.FORCE,
@@ -55,5 +64,6 @@ EFFECT = Effect(
     probes=tuple(Parameters(6e-5 * 1.3**step, 20.0) for step in range(11)),
     states=('stretch', 'load_velocity'),
     needs=(Need.FREE_MOTION,),
+    fastest=swing_time,
     drivers=(),  # a factor on the force and the mass of the load would make energy
 )

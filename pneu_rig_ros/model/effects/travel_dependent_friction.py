@@ -1,5 +1,6 @@
 """Seal friction that drifts as the piston travels: run-in, or lubricant that is wiped off."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
@@ -44,4 +45,5 @@ EFFECT = Effect(
     probes=tuple(Parameters(rate, 0.5) for rate in (-3.0, -1.0, 1.0, 3.0)),
     states=('travel',),
     drivers=('speed',),
+    fastest=lambda parameters, model: math.inf,  # a sum: it answers to nothing
 )

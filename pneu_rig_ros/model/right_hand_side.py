@@ -1,0 +1,86 @@
+"""The system of ordinary differential equations: Eq. 3-16 put together."""
+
+from collections.abc import Callable
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.model import hysteresis
+from pneu_rig_ros.model.compiled import inner
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.contributions import Contributions
+from pneu_rig_ros.model.dynamics import (
+    ANCHORS,
+    DEFLECTION,
+    STICKING,
+    RightHandSide,
+    build_gas_rates,
+    build_piston_rates,
+    build_seal_rates,
+    counted_dwell,
+    signals_of,
+)
+from pneu_rig_ros.model.effect import Ports, Seal, Signals, behind_bristles
+
+
+def build_mechanics(contributions: Contributions) -> Callable[..., Signals]:
+    """Return the compiled rates of seal and piston (Eq. 8-16), which also returns the signals."""
+    seal_rates = build_seal_rates(contributions)
+    piston_rates = build_piston_rates(contributions)
+    add_bristle = contributions.bristle
+
+    @inner
+    def mechanics(
+        time: float,
+        state: Floats,
+        rate: Floats,
+        arrow: Floats,
+        memory: Floats,
+        voltages: Floats,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> Signals:
+        z, law, supply = state[DEFLECTION], model.friction, model.operation.supply_pressure
+        bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], law)
+        sticking, dwell = memory[STICKING] != 0.0, counted_dwell(time, memory, law)
+        seal = Seal(z, bristles, sticking, dwell, law.coulomb_force, law.breakaway_force)
+        ports = Ports(voltages[0], voltages[1], supply, supply)
+        elastic = signals_of(time, state, ports, seal, model)
+        more_force, more_stiffness = add_bristle(elastic, model, effects, state, rate)
+        stiffness += more_stiffness
+        signals = behind_bristles(elastic, more_force)
+        seal_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
+        piston_rates(signals, stiffness, state, rate, arrow, memory, model, effects)
+        return signals
+
+    return mechanics
+
+
+def build_right_hand_side(
+    contributions: Contributions, mechanics: Callable[..., Signals]
+) -> RightHandSide:
+    """
+    Return the compiled right-hand side with the given contributions of optional effects.
+
+    ``rhs(time, state, rate, arrow, memory, voltages, model, effects)`` writes d(state)/dt into
+    ``rate``, shape (n,), and the Jacobian entries into ``arrow``, shape (12,). ``voltages`` are
+    u1, u2 [V], shape (2,); ``effects`` is the tuple of the effects' parameters.
+    """
+    gas_rates = build_gas_rates(contributions)
+    motion_reading, pressure_reading = contributions.motion_reading, contributions.pressure_reading
+
+    @inner
+    def right_hand_side(
+        time: float,
+        state: Floats,
+        rate: Floats,
+        arrow: Floats,
+        memory: Floats,
+        voltages: Floats,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        signals = mechanics(time, state, rate, arrow, memory, voltages, model, effects)
+        gas_rates(signals, state, rate, arrow, model, effects)
+        motion_reading(signals, model, effects, state, rate)  # only the rates of their states
+        pressure_reading(signals, model, effects, state, rate)
+
+    return right_hand_side
