@@ -67,6 +67,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         row = {'name': other.name, 'stated': other.stated, 'true': other.true}
         conditions.insert(0, {**row, 'value': None, 'interval': None, 'unit': ''})
     search, best, unknown = diagnosis.search, diagnosis.best, diagnosis.unknown
+    likely = probability.of_verdict(diagnosis.verdict, diagnosis.system.uncalibrated)
     return {
         'version': VERSION,
         'model': diagnosis.system.name,
@@ -77,7 +78,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             'verify': [each.run.name for each in diagnosis.held_out.comparisons],
         },
         'verdict': diagnosis.verdict,
-        'probability': probability.of_verdict(diagnosis.verdict),
+        'probability': likely,
         'sentence': sentence(diagnosis, parameters, effects, conditions),
         'balances': _balances(diagnosis),
         'where': [_residual(residual) for residual in diagnosis.significant],
@@ -86,7 +87,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             for span in _intervals(diagnosis)
         ],
         'null_scores': _null_scores(diagnosis.windows),
-        'candidates': ranking_rows(search, best, diagnosis.verdict),
+        'candidates': ranking_rows(search, best, diagnosis.verdict, likely),
         'indistinguishable': indistinguishable(search, best),
         'calibration': next((rows for part, rows in estimates if part.name == CALIBRATION), {}),
         'conditions': conditions,

@@ -52,7 +52,8 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
         return _tight(diagnosis)
     if verdict == CONSISTENT:
         allowed = ', '.join(
-            f'{value:.2g} {UNITS[name]}' for name, value in diagnosis.system.repeatability.items()
+            f'{value:.2g} {UNITS[name]}' if name in UNITS else f'friction {100.0 * value:.2g} %'
+            for name, value in diagnosis.system.repeatability.items()
         )
         limits = f'repeatability ({allowed})' if allowed else 'noise'
         agree = f'odel and measurement agree within the {limits}: nothing is missing.'

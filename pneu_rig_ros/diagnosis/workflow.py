@@ -21,6 +21,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
 from pneu_rig_ros.diagnosis.answer.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.answer.next_experiment import NextExperiment, next_experiment
+from pneu_rig_ros.diagnosis.answer.repeatability import repeatability
 from pneu_rig_ros.diagnosis.answer.run_differences import (
     RunDifference,
     run_differences,
@@ -29,7 +30,6 @@ from pneu_rig_ros.diagnosis.answer.run_differences import (
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.inputs.read_inputs import Inputs, read_inputs
-from pneu_rig_ros.diagnosis.inputs.repeatability import repeatability
 from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
@@ -178,7 +178,8 @@ def diagnose(
     search = _search(inputs, data, rng, without, workers, progress)
     found = search.run() is not None or restated is not None
     needs_no_fit = restated is None and not search.base.parts
-    differing = sufficient_differences(search) if where and needs_no_fit else []
+    level = inputs.system.friction_spread
+    differing = sufficient_differences(search, level) if where and needs_no_fit else []
     progress('testing what is left', 0.85)
     remaining, unknown = search.strong(), None
     if differing:
@@ -193,7 +194,7 @@ def diagnose(
         progress('finding the errors of the fitted values', 0.93)
         errors = replicate_errors(best.explanation, search.given, search.training, rng, workers)
     if not (differing or inputs.single or unknown):
-        differing = list(run_differences(*_single_runs(search)).values())
+        differing = list(run_differences(*_single_runs(search), level).values())
     progress('designing the next experiment', 0.97)
     experiment = next_experiment(rivals(search), data[0], inputs.system)
     return Diagnosis(

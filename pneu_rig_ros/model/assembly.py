@@ -54,8 +54,8 @@ def run(
 
 
 @njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
-def readings(states, out, scratch, model, effects):
-    _readings(states, out, scratch, model, effects)
+def readings(times, states, out, scratch, model, effects):
+    _readings(times, states, out, scratch, model, effects)
 
 
 @njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)

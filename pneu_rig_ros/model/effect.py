@@ -147,7 +147,7 @@ class Signals(NamedTuple):
     """
     What a contribution may use besides the parameters; all scalars, SI units.
 
-    Readings see only the state: for them time, voltages, bristle force, dwell and levels are NaN.
+    Readings see only time and state: for them voltages, bristle force, dwell and levels are NaN.
     """
 
     time: float

@@ -242,7 +242,8 @@ class Plant:
         runs = measured, velocity, contacts, np.clip(voltages, 0.0, FULL_VOLTAGE)
         self._along(interval, *runs, rates, states, carry, self._arguments, self.effects)
         if self._sensed:
-            bias = (self._readings(states) - states[:, :4])[:, [0, 2, 3]]
+            middles = (np.arange(count, dtype=np.float64) + 0.5) * interval
+            bias = (self._readings(middles, states) - states[:, :4])[:, [0, 2, 3]]
         return rates, bias
 
     def _check(self) -> None:
@@ -264,7 +265,7 @@ class Plant:
         force = self._friction(p1, p2, acceleration)
         time = float(self._carry.clock[integrator.NOW])
         rest = sticking != 0.0, int(contact), time - rest_start if sticking else 0.0
-        readings = self._readings(self._one_state)[0].tolist()
+        readings = self._readings(np.array([time]), self._one_state)[0].tolist()
         values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
         return PlantState._make(values)
 
@@ -280,12 +281,12 @@ class Plant:
         drive = piston.driving_force(pressure_1, pressure_2, cylinder, gas)
         return drive - self.model.total_mass * acceleration
 
-    def _readings(self, states: Floats) -> Floats:
-        """Return the readings of states, shape (m, n), as rows of x, v, p1, p2."""
+    def _readings(self, times: Floats, states: Floats) -> Floats:
+        """Return the readings at times [s] of states, shape (m, n), as rows of x, v, p1, p2."""
         if not self._sensed:
             return states[:, :4]
         readings, scratch = np.empty((len(states), 4)), np.zeros(self.state_size)
-        self._read(states, readings, scratch, self._arguments, self.effects)
+        self._read(times, states, readings, scratch, self._arguments, self.effects)
         return readings
 
     def _trajectory(self, time: Floats, states: Floats, extras: Floats) -> Trajectory:
@@ -294,6 +295,6 @@ class Plant:
         force = self._friction(p1, p2, acceleration)
         dwell = np.where(sticking != 0.0, time - rest_start, 0.0)
         rest = sticking != 0.0, contact.astype(np.int64), dwell
-        readings = self._readings(states).T
+        readings = self._readings(time, states).T
         values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
         return Trajectory._make(values)

@@ -26,26 +26,28 @@ Readings = Callable[..., None]
 
 
 @compiled
-def visible(state: Floats, model: CompiledModel) -> Signals:
-    """Return the signals that follow from a state alone; the others are NaN."""
+def visible(time: float, state: Floats, model: CompiledModel) -> Signals:
+    """Return the signals that follow from time [s] and state alone; the others are NaN."""
     supply = model.operation.supply_pressure
     ports = Ports(np.nan, np.nan, supply, supply)
     seal = Seal(state[DEFLECTION], np.nan, False, np.nan, np.nan, np.nan)
-    return signals_of(np.nan, state, ports, seal, model)
+    return signals_of(time, state, ports, seal, model)
 
 
 def build_readings(contributions: Contributions) -> Readings:
     """
     Return the compiled readings.
 
-    ``readings(states, out, scratch, model, effects)`` writes the readings of x [m], v [m/s], p1
-    and p2 [Pa, absolute] of each row of ``states``, shape (m, n), into ``out``, shape (m, 4), and
-    rates that are not needed into ``scratch``, shape (n,).
+    ``readings(times, states, out, scratch, model, effects)`` writes the readings of x [m], v
+    [m/s], p1 and p2 [Pa, absolute] at each of ``times`` [s], shape (m,), and row of ``states``,
+    shape (m, n), into ``out``, shape (m, 4), and rates that are not needed into ``scratch``, shape
+    (n,).
     """
     add_motion, add_pressure = contributions.motion_reading, contributions.pressure_reading
 
     @inner
     def readings(
+        times: Floats,
         states: Floats,
         out: Floats,
         scratch: Floats,
@@ -54,7 +56,7 @@ def build_readings(contributions: Contributions) -> Readings:
     ) -> None:
         for i in range(len(states)):
             state = states[i]
-            signals = visible(state, model)
+            signals = visible(times[i], state, model)
             position, velocity = add_motion(signals, model, effects, state, scratch)
             pressure_1, pressure_2 = add_pressure(signals, model, effects, state, scratch)
             out[i, 0], out[i, 1] = state[POSITION] + position, state[VELOCITY] + velocity

@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, cast
 
@@ -19,6 +19,7 @@ from pneu_rig_ros.model.quantity import (
     write_section,
 )
 from pneu_rig_ros.model.shape import read_effect, without_shape, write_effect
+from pneu_rig_ros.rig.repeatability import read_repeatability, write_repeatability
 from pneu_rig_ros.rig.sensors import Sensors
 from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml
 
@@ -56,6 +57,8 @@ class RigConfiguration:
     :param sensors: sensors and converter
     :param interval_ns: sampling interval [ns]
     :param seed: of noise and calibration
+    :param repeatability: balance -> standard deviation of what the model left of recordings; the
+        plant does not use it
     """
 
     name: str
@@ -64,6 +67,7 @@ class RigConfiguration:
     sensors: Sensors
     interval_ns: int
     seed: int
+    repeatability: Mapping[str, float] = field(default_factory=dict)
 
     def to_yaml(self) -> str:
         """Return the complete configuration as YAML that loads back unchanged."""
@@ -74,6 +78,8 @@ class RigConfiguration:
         sections['sensors'] = write_section(self.sensors)
         sampling = Sampling(self.interval_ns, self.seed)
         sections['sampling'] = write_section(sampling)
+        if self.repeatability:
+            sections['repeatability'] = write_repeatability(self.repeatability)
         return to_yaml(sections)
 
     def with_parameter(self, section: str, key: str, value: Any) -> 'RigConfiguration':
@@ -152,12 +158,14 @@ def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
         sensors=sensors,
         interval_ns=int(sampling.interval),
         seed=int(sampling.seed),
+        repeatability=read_repeatability(merged.get('repeatability'), origin),
     )
     return _consistent(configuration, origin)
 
 
 def _mapping(text: str, origin: str) -> dict[str, Any]:
-    return mapping_of(parse_yaml(text, origin), ('name', *_ALL_SECTIONS, 'effects'), origin)
+    keys = 'name', *_ALL_SECTIONS, 'effects', 'repeatability'
+    return mapping_of(parse_yaml(text, origin), keys, origin)
 
 
 def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> RigConfiguration:

@@ -49,9 +49,12 @@ is hidden. Another mix of causes than that of these trials has other shares.
 ## Answers
 
 {answers}"""
-RELIABILITY = """Each answer says how probable it is: the share of its verdict of seeds 60 to 64,
-and of a name its weight among what was fitted beside it (`diagnosis/answer/probability.py`). Of
-trials since seed 65, which had no part in that, the expected calibration error is {error:.2f}:
+LAST_COUNTED = 67
+"""Seeds up to this one gave the stated probabilities; on later ones these are judged."""
+RELIABILITY = """Each answer says how probable it is: the share of its verdict of seeds 60 to
+{last}, of systems with exact sensors or of those known to their class only, and of a name its
+weight among what was fitted beside it (`diagnosis/answer/probability.py`). Of {count} answers to
+later seeds, which had no part in that, the expected calibration error is {error:.2f}:
 
 {table}
 """
@@ -59,8 +62,11 @@ trials since seed 65, which had no part in that, the expected calibration error 
 
 def reliability(answers: list[Answer]) -> str:
     """Return how often answers were true by what they say; nothing where none says it."""
-    rows, error = by_probability(answers)
-    return '' if error is None else RELIABILITY.format(error=error, table=rows)
+    later = [a for a in answers if seed_of(a) > LAST_COUNTED]
+    rows, error = by_probability(later)
+    if error is None:
+        return ''
+    return RELIABILITY.format(last=LAST_COUNTED, count=len(later), error=error, table=rows)
 
 
 def coverage(answers: list[Answer], seeds: list[int]) -> str:

@@ -33,6 +33,15 @@ def configured(
     return replace(given, effects=effects or {}, sensors=sensors)
 
 
+def rubbing(rig: RigConfiguration, factor: float) -> RigConfiguration:
+    """Return a rig whose friction is larger by a factor."""
+    law = rig.model.friction
+    law = law._replace(
+        coulomb_force=factor * law.coulomb_force, breakaway_force=factor * law.breakaway_force
+    )
+    return replace(rig, model=rig.model._replace(friction=law))
+
+
 def recorded(name: str, rig: RigConfiguration, timeline: Timeline = TIMELINE) -> Recording:
     """Return what the sensors of a rig read of a run."""
     emulated = Rig(rig)

@@ -15,9 +15,12 @@ from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.shooting import simulate_worn
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
 
 from .parts import BENCH, bench_run, mapping, system_file, table
-from .runs import configured, measured, system_of
+from .runs import configured, measured, rubbing, system_of
 
 SIGNALS = ('position', 'pressure_2', 'force')
 COULOMB = (6.4, 5.6, 6.3)
@@ -75,3 +78,39 @@ def test_replicates_have_the_friction_of_another_recording(tmp_path: Path) -> No
     same = positions(simulate_replicate, run)
     np.testing.assert_array_equal(positions(simulate_worn, run), same)
     assert np.abs(positions(simulate_worn, worn) - same).max() > 1e-3
+
+
+def test_rig_keeps_its_repeatability_and_the_plant_runs_as_before(tmp_path: Path) -> None:
+    rig, kept = configured('cylinder_1'), {'force': 0.3, 'friction_level': 0.02}
+    system = replace(system_of(tmp_path, rig), repeatability=kept)
+    path = tmp_path / 'improved.yaml'
+    path.write_text(system.to_yaml())
+    assert load_system(path).repeatability == kept
+    assert replace(load_configuration(path), repeatability={}) == rig
+    run = measured(load_system(path), 'run', rig)
+    assert run.level_error == pytest.approx(0.02 * rig.model.friction.coulomb_force)
+
+
+def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path) -> None:
+    """Friction 6 % higher: a cause, but not where levels differ by 5 %."""
+    rig = configured('cylinder_1')
+    worn = rubbing(rig, 1.06)
+    bags = [
+        simulate(replace(worn, seed=seed), 0.34, 6.0, tmp_path / f'run_{seed}') for seed in (1, 2)
+    ]
+    verdicts = {}
+    for spread in (0.0, 0.05):
+        system = replace(system_of(tmp_path, rig), repeatability={'friction_level': spread})
+        path = tmp_path / f'model_{spread}.yaml'
+        path.write_text(system.to_yaml())
+        verdicts[spread] = diagnose(bags, path).verdict
+    assert verdicts[0.0] in ('effect', 'parameter')
+    assert verdicts[0.05] == 'consistent'
+
+
+@pytest.mark.parametrize('text', ['{friction: 0.1 -}', '{force: 0.1 bar}', '{force: -1 N}', '[1]'])
+def test_wrong_repeatability_of_a_rig_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / 'rig.yaml'
+    path.write_text(configured('cylinder_1').to_yaml() + f'repeatability: {text}\n')
+    with pytest.raises(RigError, match=r'rig\.yaml: repeatability'):
+        load_configuration(path)

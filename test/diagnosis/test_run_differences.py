@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.answer.run_differences import (
-    RunDifference,
+    level_spread,
     spread_between,
     sufficient_differences,
 )
@@ -21,10 +20,9 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import diagnose
-from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.simulate import simulate
 
-from .runs import configured, measured, system_of
+from .runs import configured, measured, rubbing, system_of
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.schema.json'
 RUNS = 5
@@ -32,17 +30,8 @@ WORN = 1.15
 """Ratio of the forces of a worn seal to those of the model."""
 
 
-def rubbing(rig: RigConfiguration, factor: float) -> RigConfiguration:
-    """Return a rig whose friction is larger by a factor."""
-    law = rig.model.friction
-    law = law._replace(
-        coulomb_force=factor * law.coulomb_force, breakaway_force=factor * law.breakaway_force
-    )
-    return replace(rig, model=rig.model._replace(friction=law))
-
-
-def differences(folder: Path, factors: tuple[float, ...]) -> list[RunDifference]:
-    """Return what is found in runs of cylinder 1, each with its level of friction."""
+def searched(folder: Path, factors: tuple[float, ...]) -> Search:
+    """Return the search in runs of cylinder 1, each with its level of friction."""
     system, rng = system_of(folder, configured('cylinder_1')), np.random.default_rng(0)
     runs = [
         measured(system, f'run_{seed}', rubbing(configured('cylinder_1', seed=seed), factor))
@@ -57,13 +46,13 @@ def differences(folder: Path, factors: tuple[float, ...]) -> list[RunDifference]
         given=system.hypothesis, training=training, held_out=held_out, rng=rng, pool=candidates
     )
     search.initial = training, held_out
-    return sufficient_differences(search)
+    return search
 
 
 def test_seal_that_is_worn_in_one_recording_is_a_difference_of_that_recording(
     tmp_path: Path,
 ) -> None:
-    (found,) = differences(tmp_path, (1.0, 1.0, 1.0, WORN, 1.0))
+    (found,) = sufficient_differences(searched(tmp_path, (1.0, 1.0, 1.0, WORN, 1.0)))
     assert found.recording == 'run_3'
     assert found.quantity.name == 'conditions.friction_level'
     low, high = found.interval
@@ -92,7 +81,26 @@ def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_pat
 def test_recordings_that_are_alike_or_few_do_not_differ(
     tmp_path: Path, factors: tuple[float, ...]
 ) -> None:
-    assert differences(tmp_path, factors) == []
+    assert sufficient_differences(searched(tmp_path, factors)) == []
+
+
+def test_two_others_suffice_where_the_spread_of_earlier_recordings_is_known(
+    tmp_path: Path,
+) -> None:
+    search = searched(tmp_path, (1.0, 1.0, WORN))
+    (found,) = sufficient_differences(search, level=0.02)
+    assert found.recording == 'run_2'
+    assert found.interval[0] < WORN - 1.0 < found.interval[1]
+    assert sufficient_differences(search, level=WORN - 1.0) == []  # as it was to be expected
+
+
+def test_spread_of_the_level_is_that_of_the_recordings(tmp_path: Path) -> None:
+    factors = (0.9, 1.1, 1.0, 0.95, 1.05)
+    search = searched(tmp_path, factors)
+    assert search.initial is not None
+    runs = [run for data in search.initial for run in data.single_runs]
+    assert level_spread(search.given, runs) == pytest.approx(np.std(factors, ddof=1), rel=0.25)
+    assert level_spread(search.given, runs[:3]) == 0.0
 
 
 def test_spread_of_values_of_one_variance_is_that_of_the_sample_beyond_it() -> None:

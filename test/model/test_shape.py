@@ -36,6 +36,7 @@ SEEN_BY_SENSORS = {
     'pressure_1',
     'pressure_2',
     'difference',
+    'time',
 }
 EVERY = [(name, over) for name in effects.causes() for over in effects.load(name).drivers]
 
@@ -75,6 +76,15 @@ def test_doubled_leak_is_a_leak_of_twice_the_area(over: str) -> None:
     shaped = Plant(MODEL, library(chamber_leak=Shaped(LEAK(1e-8, 2e-8), shape)))
     doubled = Plant(MODEL, library(chamber_leak=LEAK(2e-8, 4e-8)))
     same(stroke(shaped, 0.5, 1.0), stroke(doubled, 0.5, 1.0))
+
+
+def test_zero_of_a_sensor_drifts_with_the_time() -> None:
+    offset = effects.load('pressure_offset').parameters(1e3, -2e3)
+    own = Shaped(offset, Shape('time', (0.0, 1.0), (0.5, 2.0)))
+    run = drive(Plant(MODEL, library(pressure_offset=own)), (2.6, 2.4), 2.0)
+    factor = np.interp(run.time, (0.0, 1.0), (0.5, 2.0))
+    np.testing.assert_allclose(run.pressure_1_reading - run.pressure_1, 1e3 * factor)
+    np.testing.assert_allclose(run.pressure_2_reading - run.pressure_2, -2e3 * factor)
 
 
 def test_state_of_an_effect_is_its_own_whatever_the_shape() -> None:

@@ -16,15 +16,18 @@ RIVALS = 3
 """Explanations that the next experiment is to separate."""
 
 
-def ranking_rows(search: Search, best: ScoredFit | None, verdict: str) -> list[dict[str, Any]]:
+def ranking_rows(
+    search: Search, best: ScoredFit | None, verdict: str, probability: float
+) -> list[dict[str, Any]]:
     """
     Return the candidates of diagnosis.json: the answer, other fitted ones, screened ones.
 
     :param best: the fit of the answer, None where nothing is missing
     :param verdict: of the answer, which may be none of the causes
+    :param probability: of the verdict [-]
     """
     explanation = Explanation() if best is None else best.explanation
-    likely = of_names(search, explanation, verdict)
+    likely = of_names(search, explanation, verdict in ('effect', 'parameter'), probability)
     residuals = search.held_out.without_cycles
     before = excess(residuals, search.given)
 

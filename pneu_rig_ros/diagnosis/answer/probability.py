@@ -2,7 +2,8 @@
 How probable it is that a verdict, and each name, is true.
 
 The share of a verdict is counted: how often answers with it were true in trials whose laws all
-differ from those of the library. What was fitted shares it by pseudo-BMA+ weights (Y. Yao et al.,
+differ from those of the library, of systems whose sensors are exact or known to their class only.
+What was fitted shares it by pseudo-BMA+ weights (Y. Yao et al.,
 Bayesian Anal. 13 (2018) 917): by the log predictive densities of stretches of the runs, under a
 Bayesian bootstrap of these.
 """
@@ -20,35 +21,50 @@ from pneu_rig_ros.diagnosis.search.scoring import ScoredFit
 from pneu_rig_ros.diagnosis.search.selection import Search
 
 TRUE_ANSWERS = {
-    'conditions': (11, 11),
-    'consistent': (9, 12),
-    'effect': (28, 40),
-    'parameter': (0, 5),
-    'uncalibrated': (11, 17),
-    'unknown': (10, 17),
+    ('conditions', False): (11, 11),
+    ('consistent', False): (9, 12),
+    ('effect', False): (19, 30),
+    ('effect', True): (32, 36),
+    ('parameter', False): (0, 5),
+    ('parameter', True): (0, 2),
+    ('uncalibrated', True): (31, 39),
+    ('unknown', False): (10, 18),
+    ('unknown', True): (0, 6),
 }
-"""Verdict -> true answers and all answers, of seeds 60 to 64 in ``docs/blind_foreign.md``."""
+"""
+Verdict, and whether sensors are known to their class only -> true answers and all answers, of
+seeds 60 to 67 in ``docs/blind_foreign.md``.
+"""
 DRAWS, SEED = 2000, 1
 """Of the bootstrap."""
 
 Names = frozenset[str]
 
 
-def of_verdict(verdict: str) -> float:
-    """Return the probability that an answer with a verdict is true, by Laplace's rule [-]."""
-    right, count = TRUE_ANSWERS[verdict]
+def of_verdict(verdict: str, uncalibrated: bool) -> float:
+    """
+    Return the probability that an answer with a verdict is true, by Laplace's rule [-].
+
+    :param uncalibrated: whether the sensors are known to their class only
+    """
+    own, other = (verdict, uncalibrated), (verdict, not uncalibrated)
+    right, count = TRUE_ANSWERS.get(own) or TRUE_ANSWERS[other]
     return (right + 1.0) / (count + 2.0)
 
 
-def of_names(search: Search, explanation: Explanation, verdict: str) -> dict[Names, float]:
+def of_names(
+    search: Search, explanation: Explanation, named: bool, share: float
+) -> dict[Names, float]:
     """
     Return the names of causes -> probability that they are what is missing [-].
 
     Those of one size that can be compared; what is left of 1 is for a cause that was not fitted.
     Of a verdict without a name they share what that leaves.
+
+    :param named: whether the verdict names a cause
+    :param share: probability of the verdict [-]
     """
-    named = verdict in ('effect', 'parameter')
-    share = of_verdict(verdict) if named else 1.0 - of_verdict(verdict)
+    share = share if named else 1.0 - share
     fits = _comparable(search, explanation)
     found = weights([fit.losses for fit in fits.values()], [fit.penalty for fit in fits.values()])
     return dict(zip(fits, (share * found).tolist(), strict=True))

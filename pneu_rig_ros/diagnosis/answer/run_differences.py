@@ -114,6 +114,7 @@ def run_differences(
     runs: Sequence[Dataset],
     candidates: Sequence[Candidate],
     executor: Executor,
+    level: float | None = None,
 ) -> dict[int, RunDifference]:
     """
     Return the runs that differ from the others, each with the quantity that shows it best.
@@ -123,9 +124,11 @@ def run_differences(
 
     :param runs: of one recording each
     :param candidates: whose conditions and parameters of friction are the quantities
+    :param level: standard deviation of the level of friction between earlier recordings, with
+        which it is compared where there are too few others [-]
     """
     odd = [i for i, run in enumerate(runs) if localise(windows_of(run, hypothesis))]
-    if not odd or len(runs) <= FEWEST_OTHERS:
+    if not odd or (len(runs) <= FEWEST_OTHERS and level is None):
         return {}
     quantities = [c for c in candidates if c.is_condition or c.name in CHANGING]
     if any(quantity.group == FORCE for quantity in quantities):
@@ -135,7 +138,9 @@ def run_differences(
     tests = [
         (i, test)
         for quantity, (values, variances) in zip(quantities, results, strict=True)
-        for i, test in _tests(quantity, hypothesis, runs, values, variances)
+        for i, test in _tests(
+            quantity, hypothesis, runs, values, variances, level if quantity is LEVEL else None
+        )
         if i in odd
     ]
     rates = false_discovery_control([test.p_value for _, test in tests]) if tests else []
@@ -147,17 +152,19 @@ def run_differences(
     return best
 
 
-def sufficient_differences(search: Search) -> list[RunDifference]:
+def sufficient_differences(search: Search, level: float | None = None) -> list[RunDifference]:
     """
     Return the differences between runs if these are all that is wrong, else none.
 
     The other runs agree with the given model, and no cause that acts in all runs explains as much.
+
+    :param level: see :func:`run_differences`
     """
     assert search.initial is not None
     runs = [run for data in search.initial for run in data.single_runs]
-    found = run_differences(search.given, runs, search.pool, search.executor)
+    found = run_differences(search.given, runs, search.pool, search.executor, level)
     others = [run for i, run in enumerate(runs) if i not in found]
-    if not found or len(others) < FEWEST_OTHERS:
+    if not found or len(others) < (FEWEST_OTHERS if level is None else 1):
         return []
     if localise([each for run in others for each in windows_of(run, search.given)]):
         return []
@@ -224,18 +231,27 @@ def _tests(
     runs: Sequence[Dataset],
     values: Floats,
     variances: Floats,
+    earlier: float | None,
 ) -> Iterator[tuple[int, RunDifference]]:
-    """Yield the test of each run against the others that show the quantity."""
+    """
+    Yield the test of each run against the others that show the quantity.
+
+    :param earlier: standard deviation between earlier recordings, those of the hypothesis [-]
+    """
     factor, shows = _unit(quantity, _value(quantity, hypothesis)), np.isfinite(variances)
     for i in np.flatnonzero(shows).tolist():
         others = shows & (np.arange(shows.size) != i)
-        if others.sum() < FEWEST_OTHERS:
+        if others.sum() >= FEWEST_OTHERS:
+            spread = spread_between(values[others], variances[others])
+            weights = 1.0 / (variances[others] + spread**2)
+            expected, uncertain = weights @ values[others] / weights.sum(), 1.0 / weights.sum()
+            freedom = float(others.sum() - 1)
+        elif earlier is not None:
+            spread, expected, uncertain, freedom = earlier, 0.0, 0.0, np.inf
+        else:
             continue
-        spread = spread_between(values[others], variances[others])
-        weights = 1.0 / (variances[others] + spread**2)
-        difference = float(values[i] - weights @ values[others] / weights.sum())
-        error = float(np.sqrt(variances[i] + spread**2 + 1.0 / weights.sum()))
-        freedom = int(others.sum()) - 1
+        difference = float(values[i] - expected)
+        error = float(np.sqrt(variances[i] + spread**2 + uncertain))
         p_value = 2.0 * float(t.sf(abs(difference) / error, freedom))
         half = float(t.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) * error
         low, size, high, spread = (
@@ -258,3 +274,11 @@ def spread_between(values: Floats, variances: Floats) -> float:
         return 0.0
     best = float(minimize_scalar(negative_log, bounds=(0.0, widest), method='bounded').x)
     return best if negative_log(best) < negative_log(0.0) else 0.0
+
+
+def level_spread(hypothesis: Hypothesis, runs: Sequence[Dataset]) -> float:
+    """Return the standard deviation of the level of friction between runs, 0 of too few [-]."""
+    base = [run.whitened(hypothesis) for run in runs]
+    values, variances = estimates(LEVEL, hypothesis, runs, base)
+    shows = np.isfinite(variances)
+    return spread_between(values[shows], variances[shows]) if shows.sum() > FEWEST_OTHERS else 0.0

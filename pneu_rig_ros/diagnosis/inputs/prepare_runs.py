@@ -103,6 +103,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         voltages = np.column_stack([recording.voltage_1, recording.voltage_2])[:-1]
     deviations, noise = system.each_recording, _noise(recording, system.sensors)
     worn = system.rig is not None and system.uncalibrated  # no such rig is kept like new
+    level_error = max(FRICTION_ERROR if worn else 0.0, system.friction_spread or 0.0)
     position = signal('position', 0.0)
     if on_bench(recording):
         position = without_outliers(position, noise.position)
@@ -123,7 +124,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
         system.repeatability,
-        FRICTION_ERROR * model.friction.coulomb_force if worn else 0.0,
+        level_error * model.friction.coulomb_force,
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
 

@@ -11,7 +11,7 @@ Sections and keys are those of a rig's configuration, as far as they are known::
     each_recording: [force_offset]        # differs between recordings, see ``nuisances``
     refit:                                # may be wrong, within a range
       cylinder.cap_dead_volume: [0.02 m^3, 0.03 m^3]
-    repeatability: {force: 0.6 N}         # what the model left of earlier recordings
+    repeatability: {force: 0.6 N}         # what the model left of earlier recordings, of a rig too
 
 A balance is open when its signals are recorded and the file has the sections it needs.
 """
@@ -41,12 +41,13 @@ from pneu_rig_ros.model.quantity import (
 from pneu_rig_ros.model.shape import write_effect
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.configuration import read_effects
+from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL, read_repeatability, write_repeatability
 from pneu_rig_ros.rig.sensors import Sensors
 from pneu_rig_ros.rig.yaml_file import mapping_of, read_yaml, to_yaml
 
 SHUT = 'shut'
 """In place of the valve section: nothing flows."""
-OWN_KEYS = ('fixed', 'each_recording', 'refit', 'repeatability')
+OWN_KEYS = ('fixed', 'each_recording', 'refit')
 """Keys that a rig's configuration does not have."""
 FIXED = {
     'position': Quantity('m', 0.0, 10.0, 'of a piston that does not move'),
@@ -54,12 +55,6 @@ FIXED = {
     'pressure_2': Quantity('Pa', 5e4, 1.1e6, 'of a chamber at constant pressure'),
 }
 """Signals that may be constant and not recorded."""
-REPEATABILITY = {
-    'gas_1': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 1'),
-    'gas_2': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 2'),
-    'force': Quantity('N', 0.0, 1e4, 'of the force while sliding'),
-}
-"""Balance -> standard deviation by which recordings of one system differ from its model."""
 PLACEHOLDERS: dict[str, dict[str, Any]] = {
     'cylinder': {
         'cap_area': 1e-3,
@@ -103,7 +98,8 @@ class System:
     :param each_recording: nuisance parameter -> its standard deviation [SI]
     :param refit: parameter -> range within which it may be wrong [SI]
     :param repeatability: balance -> standard deviation of what the model left of recordings to
-        which it was fitted or on which it was validated [unit of the balance]
+        which it was fitted or on which it was validated [unit of the balance], and
+        ``friction_level`` [-]
     :param rig: the configuration of a complete rig, else None
     """
 
@@ -125,6 +121,11 @@ class System:
         return sensors is not None and max(sensors.position_class, sensors.pressure_class) > 0.0
 
     @property
+    def friction_spread(self) -> float | None:
+        """Standard deviation of the level of friction between recordings, None if unknown [-]."""
+        return self.repeatability.get(FRICTION_LEVEL)
+
+    @property
     def constant_volume(self) -> bool:
         """Whether gas is sealed in chambers of constant volume."""
         return self.shut and 'position' in self.fixed
@@ -134,7 +135,8 @@ class System:
         hypothesis = self.hypothesis
         if self.rig is not None:
             effects = dict(hypothesis.effects)
-            return replace(self.rig, model=hypothesis.model, effects=effects).to_yaml()
+            rig = replace(self.rig, model=hypothesis.model, effects=effects)
+            return replace(rig, repeatability=self.repeatability).to_yaml()
         data: dict[str, Any] = {'name': self.name}
         for section in SECTIONS:
             written = write_section(getattr(hypothesis.model, section))
@@ -153,9 +155,7 @@ class System:
             full: [quantity_of(full).format(limit) for limit in limits]
             for full, limits in self.refit.items()
         }
-        data['repeatability'] = {
-            name: REPEATABILITY[name].format(value) for name, value in self.repeatability.items()
-        }
+        data['repeatability'] = write_repeatability(self.repeatability)
         return to_yaml(data)
 
 
@@ -171,7 +171,8 @@ def load_system(source: Path | str) -> System:
     rig = load_configuration(source)
     given = {name: tuple(specifications(section)) for name, section in SECTIONS.items()}
     hypothesis = Hypothesis(rig.model, dict(rig.effects))
-    return System(rig.name, hypothesis, given, rig.sensors, rig=rig)
+    kept = rig.repeatability
+    return System(rig.name, hypothesis, given, rig.sensors, repeatability=kept, rig=rig)
 
 
 def _is_rig(data: dict[str, Any]) -> bool:
@@ -185,7 +186,7 @@ def _is_rig(data: dict[str, Any]) -> bool:
 
 
 def _read(data: dict[str, Any], origin: str) -> System:
-    mapping_of(data, ('name', *SECTIONS, 'effects', 'sensors', *OWN_KEYS), origin)
+    mapping_of(data, ('name', *SECTIONS, 'effects', 'sensors', 'repeatability', *OWN_KEYS), origin)
     shut = data.get('valve') == SHUT
     model, given = load_configuration('cylinder_1').model, {}
     for name, section in SECTIONS.items():
@@ -222,7 +223,7 @@ def _read(data: dict[str, Any], origin: str) -> System:
         fixed,
         each_recording,
         refit,
-        _parsed(data.get('repeatability') or {}, REPEATABILITY, f'{origin}: repeatability'),
+        read_repeatability(data.get('repeatability'), origin),
     )
 
 

@@ -37,5 +37,5 @@ EFFECT = Effect(
         Parameters(-4e3, 4e3),
         Parameters(8e3, 8e3),
     ),
-    drivers=('pressure',),
+    drivers=('pressure', 'time'),  # of another slope; a zero that drifts or warms up
 )

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneu_rig_ros.diagnosis.answer.run_differences import level_spread
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
+from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL
 
 
 def repeatability(
@@ -19,7 +21,8 @@ def repeatability(
     """
     Return balance -> standard deviation of the residuals beyond their noise [unit].
 
-    What the system had before is part of it.
+    What the system had before is part of it. Of four recordings and more there is also the spread
+    of the level of friction between them.
     """
     groups = [each for data in datasets for each in windows_of(data, improved)]
     deviations = dict(system.repeatability)
@@ -35,4 +38,8 @@ def repeatability(
         noise = np.mean(np.concatenate([group.deviation**2 for group in own]))
         before = deviations.get(balance, 0.0)
         deviations[balance] = float(np.sqrt(before**2 + max(squares - noise, 0.0)))
-    return {balance: value for balance, value in deviations.items() if value > 0.0}
+    if 'force' in deviations:
+        runs = [run for data in datasets for run in data.single_runs]
+        spread = level_spread(improved, runs)
+        deviations[FRICTION_LEVEL] = float(np.hypot(deviations.get(FRICTION_LEVEL, 0.0), spread))
+    return {name: value for name, value in deviations.items() if value > 0.0}
