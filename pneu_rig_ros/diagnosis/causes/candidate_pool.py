@@ -160,7 +160,7 @@ def _refit_parameter(model: Model, name: str, low: float, high: float) -> Candid
     key = name.split('.')[1]
     coordinate = Coordinate(key, quantity, low, high, scale, logarithmic, value)
     starts = tuple((value + 0.2 * (end - value),) for end in (low, high))
-    group = FORCE if name.startswith('friction') else GAS
+    group = FORCE if name in FORCE_PARAMETERS or name.startswith('friction') else GAS
     return Candidate(name, group, (coordinate,), starts, value)
 
 

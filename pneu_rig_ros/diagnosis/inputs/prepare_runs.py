@@ -89,7 +89,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     _check_signals(recording, system, balances, path)
     model = system.hypothesis.model
     conditions = recording.conditions
-    zero = conditions.get('atmospheric_pressure', model.gas.atmospheric_pressure)
+    zero = _atmosphere(recording, system)
     stated = {name: value for name, value in conditions.items() if name in Operation._fields}
 
     def signal(name: str, default: float) -> Floats:
@@ -127,6 +127,12 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         level_error * model.friction.coulomb_force,
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
+
+
+def _atmosphere(recording: Recording, system: System) -> float:
+    """Return the atmospheric pressure of a recording, that of the model where none is stated."""
+    usual = system.hypothesis.model.gas.atmospheric_pressure
+    return recording.conditions.get('atmospheric_pressure', usual)
 
 
 def _noise(recording: Recording, sensors: Sensors | None) -> Noise:
@@ -170,12 +176,10 @@ def _check_signals(
                 f'{path}: {name} is {recording[name][0]:g} throughout: is it connected? '
                 'Omit it, or name it under fixed, if it does not change'
             )
-    atmosphere = system.hypothesis.model.gas.atmospheric_pressure
     if system.rig is not None:
         conditioned = apply_conditions(system.rig, dict(recording.conditions))
         check_plausible(path, recording.signals, conditioned)
-        atmosphere = conditioned.model.gas.atmospheric_pressure
-    span = _span(system.sensors, atmosphere)
+    span = _span(system.sensors, _atmosphere(recording, system))
     ends = {'position': span.position, **dict.fromkeys(PRESSURES, span.high)}
     for name, end in ends.items():
         if name in recording:
