@@ -24,18 +24,8 @@ Bytes = NDArray[np.uint8]
 
 _STAMP = slice(4, 12)
 """Bytes of the stamp in a message that has one, after the encapsulation."""
-_HEAD = np.dtype(
-    [
-        ('opcode', '<u1'),
-        ('length', '<u8'),
-        ('channel', '<u2'),
-        ('sequence', '<u4'),
-        ('log_time', '<u8'),
-        ('publish_time', '<u8'),
-    ]
-)
-"""What precedes the data of a message in an MCAP file."""
-_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
+_HEAD = struct.Struct('<BQHI')
+"""Opcode and length of a record, channel, sequence of a message or size of an index [byte]."""
 
 
 def fill_rows(template: Template, stamps: Stamps, columns: Sequence[Floats]) -> Bytes:
@@ -75,35 +65,31 @@ def chunk_of(
     :param start: offset of the first record in its chunk [byte]
     """
     records = [
-        np.hstack([_heads(row.messages, channel, log_times), row.messages])
+        _records(channel, log_times, row.messages)
         for row, channel in zip(rows, channels, strict=True)
     ]
     sizes = np.array([record.shape[1] for record in records])
     present = np.stack([row.present for row in rows], axis=1)
     together = np.hstack(records)
-    content = (
-        together if present.all() else together[np.repeat(present, sizes, axis=1)]
-    ).tobytes()
+    if not present.all():
+        together = together[np.repeat(present, sizes, axis=1)]
     ends = np.cumsum(present * sizes).reshape(present.shape)
     index = b''.join(
         _index(channel, log_times[there], start + end[there] - size)
         for channel, there, end, size in zip(channels, present.T, ends.T, sizes, strict=True)
         if there.any()
     )
-    return content, index
+    return together.tobytes(), index
 
 
-def _heads(messages: Bytes, channel: int, log_times: Stamps) -> Bytes:
-    heads = np.zeros(log_times.size, dtype=_HEAD)
-    heads['opcode'] = Opcode.MESSAGE
-    heads['length'] = MESSAGE.size + messages.shape[1]
-    heads['channel'] = channel
-    heads['log_time'] = heads['publish_time'] = log_times
-    return heads.view(np.uint8).reshape(-1, _HEAD.itemsize)
+def _records(channel: int, log_times: Stamps, messages: Bytes) -> Bytes:
+    head = _HEAD.pack(Opcode.MESSAGE, MESSAGE.size + messages.shape[1], channel, 0)
+    heads = np.tile(np.frombuffer(head, dtype=np.uint8), (log_times.size, 1))
+    # the log time is that of publishing, too
+    times = np.stack([log_times, log_times], axis=1).astype('<u8').view(np.uint8)
+    return np.hstack([heads, times, messages])
 
 
 def _index(channel: int, log_times: Stamps, offsets: Stamps) -> bytes:
-    entries = np.empty(log_times.size, dtype=_ENTRY)
-    entries['log_time'], entries['offset'] = log_times, offsets
-    head = struct.pack('<BQHI', Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes)
-    return head + entries.tobytes()
+    entries = np.stack([log_times, offsets], axis=1).astype('<u8').tobytes()
+    return _HEAD.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries)) + entries
