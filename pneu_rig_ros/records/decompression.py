@@ -49,16 +49,15 @@ def decompress(data: bytes, compression: str, size: int) -> bytes:
 
 def _at_most(new: Callable[[], Any], data: bytes, limit: int) -> bytes:
     """Return the decompressed data, or the first `limit` bytes of them; any number of frames."""
-    content = bytearray()
-    while data and len(content) < limit:
-        decompressor = new()
-        while len(content) < limit and not decompressor.eof:
-            part = decompressor.decompress(data, max_length=limit - len(content))
-            content += part
-            data = b''
-            if not part and not decompressor.eof:
-                return bytes(content)  # cut off
+    content, decompressor = bytearray(), new()
+    while len(content) < limit:
+        part = decompressor.decompress(data, max_length=limit - len(content))
+        content += part
         data = decompressor.unused_data if decompressor.eof else b''
+        if decompressor.eof and data:
+            decompressor = new()
+        elif decompressor.eof or not part:
+            break  # the end, or cut off
     return bytes(content)
 
 
