@@ -94,18 +94,17 @@ def to_grid(columns: Columns) -> Grid:
     time = columns.time
     if time.size < 2:
         raise RigError(f'{time.size} samples, at least 2 are needed')
-    steps = np.diff(time)
     if np.abs(time).max() > LONGEST:
         raise RigError(
             f'times from {time[0]:g} to {time[-1]:g} s: allowed are up to {LONGEST:g} s'
         )
-    index, interval, off = fit_grid(time, steps)
+    index, interval, off = fit_grid(time)
     rounding = _resolution(time)
     if index is not None and off <= max(rounding, JITTER * interval):
         interval_ns = round(shortest_decimal(interval, int(index[-1]), rounding) * 1e9)
         recorded, signals, note = _filled(index, columns.signals)
     else:
-        interval_ns = round(float(np.median(steps)) * 1e9)
+        interval_ns = round(float(np.median(np.diff(time))) * 1e9)
         recorded, signals, note = _interpolated(time, interval_ns, columns.signals)
     start_ns = columns.epoch_ns + round(float(time[0]) * 1e9)
     if start_ns < 0:
@@ -154,16 +153,16 @@ def resample(wanted: Floats, known: Floats, values: Floats, name: str) -> Floats
     return np.asarray(np.interp(wanted, known, values))
 
 
-def fit_grid(time: Floats, steps: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
+def fit_grid(time: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
     """
     Return sample numbers, interval and largest distance of stamps from the grid nearest to them.
 
     The numbers are None where the stamps are too uneven for a grid.
 
     :param time: increasing, shape (n,)
-    :param steps: its differences
     :raises RigError: where no interval fits the steps
     """
+    steps = np.diff(time)
     typical = float(np.median(steps))
     if typical < 1e-9 or steps.max() / typical > LONGEST:
         raise RigError(f'time steps of {typical:g} to {steps.max():g} s: no interval fits them')

@@ -70,7 +70,7 @@ Signal -> topic without its namespace and field, in a bag of this project. Witho
 which is an estimate that starts late and ends early.
 """
 
-_STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[([^\[\]]+)\]')
+_STEP = re.compile(r'\.?[A-Za-z_]\w*|\[[^\[\]]+\]')
 
 Stream = tuple[Stamps, Floats]
 """One signal as it was recorded: stamps [ns] and values in SI units, shape (m,)."""
@@ -156,16 +156,10 @@ def _read_stream(
 
 def _steps(path: str, where: str) -> list[str]:
     """Return the steps of a path such as 'pose.position.x', 'data[0]' or 'position[piston]'."""
-    steps, at = [], 0
-    while at < len(path):
-        match = _STEP.match(path, at)
-        if match is None:
-            raise RigError(
-                f'{where}.field: {path!r} is not of the form pose.position.x or data[0]'
-            )
-        steps.append(match[0].removeprefix('.'))
-        at = match.end()
-    return steps
+    steps = _STEP.findall(path)
+    if ''.join(steps) != path:
+        raise RigError(f'{where}.field: {path!r} is not of the form pose.position.x or data[0]')
+    return [step.removeprefix('.') for step in steps]
 
 
 def _stamp(message: Any, log_time: int) -> int:

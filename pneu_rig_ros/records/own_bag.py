@@ -154,7 +154,7 @@ def _without_jitter(streams: dict[str, Stream]) -> dict[str, Stream]:
     if stamps.size < 2 or steps.min() <= 0 or not (steps % steps.min()).any():
         return streams
     since = (stamps - stamps[0]).astype(np.float64)
-    index, interval, off = fit_grid(since, np.diff(since))
+    index, interval, off = fit_grid(since)
     if index is None or off > MOST_JITTER * interval:
         return streams
     interval = shortest_decimal(interval, int(index[-1]), off)
