@@ -63,9 +63,8 @@ class BagWriter:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, Channel] = {}
-        self._channel_ids: dict[str, int] = {}
+        self._schemas: dict[str, Schema] = {}
+        self._channels: dict[str, Channel] = {}
         self._content = bytearray()
         self._entries: dict[int, list[tuple[int, int]]] = defaultdict(list)
         self._flushed = time.monotonic()
@@ -81,8 +80,8 @@ class BagWriter:
 
     def add_topic(self, topic: str, type_name: str) -> int:
         """Return the number of a topic, which the bag lists even if no message comes."""
-        if topic in self._channel_ids:
-            return self._channel_ids[topic]
+        if topic in self._channels:
+            return self._channels[topic].id
         if type_name not in typestore().fielddefs:
             raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
         metadata = {
@@ -96,16 +95,14 @@ class BagWriter:
             metadata=metadata,
             schema_id=self._schema_id(type_name),
         )
-        self._channels[channel.id] = channel
-        self._channel_ids[topic] = channel.id
+        self._channels[topic] = channel
         self._content += encode(channel)
         return channel.id
 
     def _schema_id(self, type_name: str) -> int:
         """Return the number of a type's schema, written with its first topic."""
-        for schema in self._schemas.values():
-            if schema.name == type_name:
-                return schema.id
+        if type_name in self._schemas:
+            return self._schemas[type_name].id
         definition, _ = typestore().generate_msgdef(type_name, ros_version=2)
         schema = Schema(
             id=len(self._schemas) + 1,
@@ -113,7 +110,7 @@ class BagWriter:
             encoding=SchemaEncoding.ROS2,
             name=type_name,
         )
-        self._schemas[schema.id] = schema
+        self._schemas[type_name] = schema
         self._content += encode(schema)
         return schema.id
 
@@ -165,16 +162,14 @@ class BagWriter:
         """Close the current chunk and hand it to the operating system: it survives a SIGKILL."""
         self._flushed = time.monotonic()
         with deferred_interrupts():
-            self._write_chunk()
-
-    def _write_chunk(self) -> None:
-        if not any(self._entries.values()):
-            return
-        content, entries = bytes(self._content), self._entries
-        self._content, self._entries = bytearray(), defaultdict(list)
-        times = [time_ns for records in entries.values() for time_ns, _ in records]
-        filled = (MessageIndex(channel, found) for channel, found in entries.items() if found)
-        self._append(content, min(times), max(times), encode(*filled))
+            entries = self._entries.items()
+            filled = [MessageIndex(channel, found) for channel, found in entries if found]
+            if not filled:
+                return
+            content = bytes(self._content)
+            self._content, self._entries = bytearray(), defaultdict(list)
+            times = [time_ns for index in filled for time_ns, _ in index.records]
+            self._append(content, min(times), max(times), encode(*filled))
 
     def _append(self, content: bytes, first_ns: int, last_ns: int, index: bytes) -> None:
         """Write a chunk and the records of its index."""
@@ -206,7 +201,9 @@ class BagWriter:
         try:
             with self._storage.open('rb') as stream:
                 summary, start = scan_chunks(stream)
-            summary.schemas, summary.channels = self._schemas, self._channels
+            # those in the file, and topics without a message, which may be in no chunk
+            summary.schemas = {schema.id: schema for schema in self._schemas.values()}
+            summary.channels = {channel.id: channel for channel in self._channels.values()}
             text = format_metadata(self._storage.name, summary, custom_data)
             # rosbag2 finds the text in the file too, should metadata.yaml be lost
             record = encode(Metadata('rosbag2', {'serialized_metadata': text}))
