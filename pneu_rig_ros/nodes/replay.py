@@ -50,8 +50,8 @@ class ReplayNode(RigNode):
         super().__init__(context, overrides)
         if not self.text('bag'):
             raise RigError('replay: bag is empty; pass the bag directory')
-        playback = Playback(self.text('bag'), self._names('topics'), self._names('exclude'))
-        self._playback = playback.__enter__()
+        topics, exclude = self._names('topics'), self._names('exclude')
+        self._playback = Playback(self.text('bag'), topics, exclude)
         self._publish = {t: self.advertise(t).publish for t in self._playback.topics}
         self._clock_publisher = self.advertise(CLOCK) if self.flag('clock') else None
         self._repeat = self.flag('repeat')
@@ -131,7 +131,7 @@ class ReplayNode(RigNode):
 
     def close(self) -> None:
         """Close the bag."""
-        self._playback.__exit__(None, None, None)
+        self._playback.close()
 
     def status(self) -> NodeStatus:
         """Return progress for `/diagnostics`."""

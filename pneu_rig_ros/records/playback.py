@@ -34,7 +34,7 @@ class Message(NamedTuple):
 
 class Playback:
     """
-    A bag to be played; a context manager, open from ``__enter__`` on.
+    A bag that is open for playback. Use as a context manager or call ``close``.
 
     :param path: the bag's directory, or a file in it
     :param only: topics to play, relative; default: those of the rig that are not computed
@@ -51,21 +51,23 @@ class Playback:
         self, path: Path | str, only: Iterable[str] = (), without: Iterable[str] = ()
     ) -> None:
         self._opened = open_bag(path)
-        self._path = path
-        self._only, self._without = set(only), set(without)
+        self._bag = self._opened.__enter__()
+        try:
+            self._connections = _chosen(self._bag, set(only), set(without))
+        except RigError as error:
+            self.close()
+            raise RigError(f'{path}: {error}') from error
+        self.start_ns = self._bag.start_time
+        self.duration = (self._bag.end_time - self.start_ns) * 1e-9
 
     def __enter__(self) -> Playback:
-        self._reader = self._opened.__enter__()
-        try:
-            self._connections = self._choose(self._reader)
-        except RigError as error:
-            self._opened.__exit__(None, None, None)
-            raise RigError(f'{self._path}: {error}') from error
-        self.start_ns = self._reader.start_time
-        self.duration = (self._reader.end_time - self.start_ns) * 1e-9
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the bag."""
         self._opened.__exit__(None, None, None)
 
     @property
@@ -82,23 +84,25 @@ class Playback:
         names = {connection: topic for topic, connection in self._connections.items()}
         found = (
             Message(time_ns, names[connection], cdr)
-            for connection, time_ns, cdr in self._reader.messages(self._connections.values())
+            for connection, time_ns, cdr in self._bag.messages(self._connections.values())
         )
-        with reading(self._reader.directory):
+        with reading(self._bag.directory):
             for _, together in groupby(found, key=lambda message: message.time_ns):
                 yield from sorted(together, key=lambda message: ORDER.index(message.topic))
 
-    def _choose(self, reader: Bag) -> dict[str, Connection]:
-        namespace = find_namespace(c.topic for c in reader.connections)
-        present = {c.topic: c for c in reader.connections if c.msgcount}
-        names = absolute_names(namespace).items()
-        known = {t: present[name] for t, name in names if name in present}
-        for topic in (self._only | self._without) - set(TOPICS):
-            raise RigError(f'{topic} is not a topic of a rig, allowed: {", ".join(TOPICS)}')
-        for topic in self._only - set(known):
-            raise RigError(f'the bag has no message on {topic}, it has {", ".join(known)}')
-        wanted = self._only or set(known) - COMPUTED
-        chosen = {t: c for t, c in known.items() if t in wanted - self._without}
-        if not chosen:
-            raise RigError('no topic is left to play')
-        return chosen
+
+def _chosen(bag: Bag, only: set[str], without: set[str]) -> dict[str, Connection]:
+    """Return topic -> connection of what is to be played."""
+    namespace = find_namespace(c.topic for c in bag.connections)
+    present = {c.topic: c for c in bag.connections if c.msgcount}
+    names = absolute_names(namespace).items()
+    known = {t: present[name] for t, name in names if name in present}
+    for topic in (only | without) - set(TOPICS):
+        raise RigError(f'{topic} is not a topic of a rig, allowed: {", ".join(TOPICS)}')
+    for topic in only - set(known):
+        raise RigError(f'the bag has no message on {topic}, it has {", ".join(known)}')
+    wanted = only or set(known) - COMPUTED
+    chosen = {t: c for t, c in known.items() if t in wanted - without}
+    if not chosen:
+        raise RigError('no topic is left to play')
+    return chosen
