@@ -28,8 +28,6 @@ NANOSECONDS = 1_000_000_000
 _TIME = struct.Struct('<iI')
 _DOUBLE = struct.Struct('<d')
 _COUNT = struct.Struct('<I')
-_CLOCK = struct.Struct('<4siI')
-_FLOAT64 = struct.Struct('<4sd')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _ENCAPSULATION = len(_LITTLE_ENDIAN)
 _MOST_PADDING = 3
@@ -174,13 +172,13 @@ class PlantMessages:
             'chamber_2/pressure': self._pressure.at(stamp_ns, sample.pressure_2),
         }
         if self._has_clock:
-            messages[CLOCK] = _CLOCK.pack(_LITTLE_ENDIAN, *divmod(stamp_ns, NANOSECONDS))
+            messages[CLOCK] = _LITTLE_ENDIAN + _TIME.pack(*divmod(stamp_ns, NANOSECONDS))
         return messages
 
 
 def pack_float64(value: float) -> bytes:
     """Encode std_msgs/Float64."""
-    return _FLOAT64.pack(_LITTLE_ENDIAN, value)
+    return _LITTLE_ENDIAN + _DOUBLE.pack(value)
 
 
 def pack_valve_voltages(voltage_1: float, voltage_2: float) -> bytes:
@@ -260,7 +258,7 @@ def _decoder(read: Callable[[Reader], _Value]) -> Callable[[bytes | Reader], _Va
         reader = message if isinstance(message, Reader) else Reader(message)
         try:
             return read(reader)
-        except (struct.error, IndexError) as error:
+        except struct.error as error:
             raise RigError(f'{read.__name__}: {reader.size} bytes are too few: {error}') from error
         except UnicodeDecodeError as error:
             raise RigError(f'{read.__name__}: not UTF-8: {error}') from error
