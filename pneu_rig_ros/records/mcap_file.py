@@ -2,70 +2,42 @@
 MCAP files: their index, their checksums and their messages.
 
 A bag of this project has a checksum over each chunk and over the index, so that a changed bit
-anywhere is found. In a file of others without checksums only contradictions are found. A file that
-is being recorded, or whose recorder was killed, has no index: it is made from the chunks.
+anywhere is found. In a file of others without checksums only contradictions are found.
 """
 
 from __future__ import annotations
 
 import io
-import struct
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Collection, Iterator
-from dataclasses import replace
 from operator import itemgetter
 from pathlib import Path
 from typing import BinaryIO
 from zlib import crc32
 
-from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from mcap.records import (
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    McapRecord,
-    Schema,
-    Statistics,
-)
+from mcap.records import Footer, Statistics
 from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.decompression import LARGEST_CHUNK, decompress
-
-MAGIC = b'\x89MCAP0\r\n'
+from pneu_rig_ros.records.decompression import LARGEST_CHUNK
+from pneu_rig_ros.records.mcap_chunks import (
+    HEAD,
+    MAGIC,
+    Message,
+    chunk_content,
+    chunk_messages,
+    scan_chunks,
+)
 
 CHUNK_CRC_OFFSET = 33
 """From the start of a chunk record to its checksum [byte]: after opcode, length, times, size."""
 
 FOOTER_SIZE = 29
 """Of the record at the end of the file [byte]."""
-
-HEAD = struct.Struct('<BQ')
-"""Opcode and length of a record."""
-
-MESSAGE = struct.Struct('<HIQQ')
-"""Channel, sequence, log time [ns] and publish time [ns], which precede the data of a message."""
-
-_MESSAGE_OPCODE = int(Opcode.MESSAGE)
-
-_CHUNK = struct.Struct('<QQQII')
-"""First and last log time [ns], size [byte] and checksum of the content, length of a name."""
-
-Message = tuple[int, int, bytes]
-"""Log time [ns], channel, data."""
-
-
-def encode(*records: McapRecord) -> bytes:
-    """Return records as they are in a file."""
-    builder = RecordBuilder()
-    for record in records:
-        record.write(builder)
-    return bytes(builder.end())
 
 
 class McapFile:
@@ -185,153 +157,3 @@ def read_index(stream: BinaryIO) -> Summary:
     if summary and summary.chunk_indexes and summary.channels and summary.statistics:
         return summary
     return scan_chunks(stream)[0]
-
-
-def scan_chunks(stream: BinaryIO) -> tuple[Summary, int]:
-    """
-    Return the index made from the complete chunks of a file, and the offset of their end.
-
-    Only record heads are read, and the content of chunks with messages of new channels: 30 minutes
-    of the rig take a fraction of a second.
-    """
-    summary = Summary()
-    counts, end = scan_records(stream, summary)
-    for number, chunk in enumerate(summary.chunk_indexes):
-        # A channel is in the chunk of its first message, silent channels are in the first chunk.
-        if number == 0 or not summary.channels.keys() >= chunk.message_index_offsets.keys():
-            chunk_messages(chunk_content(stream, chunk), summary)
-    filled = [chunk for chunk in summary.chunk_indexes if chunk.message_index_offsets]
-    summary.statistics = Statistics(
-        attachment_count=0,
-        channel_count=len(summary.channels),
-        channel_message_counts=dict(counts),
-        chunk_count=len(summary.chunk_indexes),
-        message_count=counts.total(),
-        message_start_time=min((chunk.message_start_time for chunk in filled), default=0),
-        message_end_time=max((chunk.message_end_time for chunk in filled), default=0),
-        metadata_count=0,
-        schema_count=len(summary.schemas),
-    )
-    return summary, end
-
-
-def scan_records(stream: BinaryIO, summary: Summary) -> tuple[Counter[int], int]:
-    """
-    Return the number of messages of each channel, and the offset of the end of the chunks.
-
-    :param summary: receives the chunks, and the channels that are declared outside of them
-    """
-    counts: Counter[int] = Counter()
-    chunks, end, in_data = summary.chunk_indexes, len(MAGIC), True
-    for opcode, start, after in _records(stream, stream.seek(0, io.SEEK_END)):
-        if opcode == Opcode.CHUNK:
-            chunks.append(_chunk_index(stream, start, after))
-        elif opcode == Opcode.MESSAGE_INDEX and chunks:
-            channel, size = struct.unpack('<HI', stream.read(6))
-            counts[channel] += size // 16
-            chunk = chunks[-1]
-            chunk.message_index_offsets[channel] = start
-            chunk.message_index_length = after - chunk.chunk_start_offset - chunk.chunk_length
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            _note(opcode, stream.read(after - start - HEAD.size), summary)
-        in_data = in_data and opcode != Opcode.DATA_END
-        end = after if in_data else end
-    return counts, end
-
-
-def _records(stream: BinaryIO, end: int) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, start and end of each complete record, with the stream at its content."""
-    start = len(MAGIC)
-    while start + HEAD.size <= end:
-        stream.seek(start)
-        opcode, length = HEAD.unpack(stream.read(HEAD.size))
-        after = start + HEAD.size + length
-        if after > end:
-            return
-        yield opcode, start, after
-        start = after
-
-
-def _chunk_index(stream: BinaryIO, start: int, after: int) -> ChunkIndex:
-    first, last, size, _, name_length = _CHUNK.unpack(stream.read(_CHUNK.size))
-    compression = stream.read(name_length).decode()
-    (compressed,) = struct.unpack('<Q', stream.read(8))
-    return ChunkIndex(
-        chunk_length=after - start,
-        chunk_start_offset=start,
-        compression=compression,
-        compressed_size=compressed,
-        message_end_time=last,
-        message_index_length=0,
-        message_index_offsets={},
-        message_start_time=first,
-        uncompressed_size=size,
-    )
-
-
-def chunk_content(stream: BinaryIO, chunk: ChunkIndex) -> bytes:
-    """
-    Return the decompressed content of a chunk.
-
-    :raises ValueError: when it does not fit its checksum
-    :raises RigError: when it does not have the size that the index says
-    """
-    stream.seek(chunk.chunk_start_offset + HEAD.size)
-    # Within the record's own bytes, so that no length in it can ask for more memory.
-    record = Chunk.read(ReadDataStream(io.BytesIO(stream.read(chunk.chunk_length - HEAD.size))))
-    content = decompress(record.data, record.compression, chunk.uncompressed_size)
-    if record.uncompressed_crc not in (0, crc32(content)):
-        raise ValueError(f'the chunk at {chunk.chunk_start_offset} does not fit its checksum')
-    return content
-
-
-def chunk_messages(content: bytes, summary: Summary) -> list[Message]:
-    """
-    Return the messages in the content of a chunk, in their order.
-
-    :param summary: receives the schemas and channels that are declared among them
-    """
-    messages = []
-    at, size = 0, len(content)
-    while at < size:
-        opcode, length = HEAD.unpack_from(content, at)
-        start = at + HEAD.size
-        at = start + length
-        if at > size:
-            raise ValueError('a record goes beyond its chunk')
-        if opcode == _MESSAGE_OPCODE:
-            channel, _, log_time, _ = MESSAGE.unpack_from(content, start)
-            messages.append((log_time, channel, content[start + MESSAGE.size : at]))
-        else:
-            _note(opcode, content[start:at], summary)
-    return messages
-
-
-def _note(opcode: int, content: bytes, summary: Summary) -> None:
-    """Add a schema or a channel to the summary; a channel without its schema cannot be read."""
-    stream = ReadDataStream(io.BytesIO(content))
-    if opcode == Opcode.SCHEMA:
-        schema = Schema.read(stream)
-        summary.schemas[schema.id] = schema
-    elif opcode == Opcode.CHANNEL:
-        channel = Channel.read(stream)
-        if channel.schema_id in summary.schemas:
-            summary.channels[channel.id] = channel
-
-
-def index_bytes(summary: Summary, end: int) -> bytes:
-    """Return what follows the data section of a file that ends at an offset: its index."""
-    assert summary.statistics is not None
-    statistics = replace(
-        summary.statistics,
-        channel_count=len(summary.channels),
-        metadata_count=len(summary.metadata_indexes),
-        schema_count=len(summary.schemas),
-    )
-    records: list[McapRecord] = [*summary.schemas.values(), *summary.channels.values()]
-    records += [statistics, *summary.chunk_indexes, *summary.metadata_indexes]
-    data_end, content = encode(DataEnd(0)), encode(*records)
-    start = end + len(data_end)
-    # The checksum covers the summary and the footer up to the checksum itself.
-    head = struct.pack('<BQQQ', Opcode.FOOTER, 20, start, 0)
-    return data_end + content + encode(Footer(start, 0, crc32(content + head))) + MAGIC

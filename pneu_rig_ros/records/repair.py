@@ -27,7 +27,7 @@ from pneu_rig_ros.records.bag import (
     storage_files,
 )
 from pneu_rig_ros.records.description import bag_metadata
-from pneu_rig_ros.records.mcap_file import chunk_content, chunk_messages, scan_records
+from pneu_rig_ros.records.mcap_chunks import chunk_content, chunk_messages, scan_records
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.writer import BagWriter
 

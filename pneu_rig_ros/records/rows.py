@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.records.cdr import NANOSECONDS, Template
-from pneu_rig_ros.records.mcap_file import MESSAGE
+from pneu_rig_ros.records.mcap_chunks import MESSAGE
 from pneu_rig_ros.records.recording import Stamps
 
 Bytes = NDArray[np.uint8]

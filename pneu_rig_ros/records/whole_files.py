@@ -12,7 +12,7 @@ from pathlib import Path
 from mcap.records import DataEnd, Footer
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.mcap_file import MAGIC, encode
+from pneu_rig_ros.records.mcap_chunks import MAGIC, encode
 
 
 def atomic_write(path: Path, content: str | Callable[[Path], object]) -> Path:

@@ -28,7 +28,7 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr import typestore
-from pneu_rig_ros.records.mcap_file import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
+from pneu_rig_ros.records.mcap_chunks import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.rosbag2_metadata import (
     TYPE_HASH,
