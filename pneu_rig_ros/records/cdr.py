@@ -10,17 +10,14 @@ import math
 import struct
 from collections.abc import Callable
 from functools import cache, wraps
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.topics import BASE, CLOCK, PISTON, TOPICS, TUBE
-
-if TYPE_CHECKING:
-    from pneu_rig_ros.rig import Sample
+from pneu_rig_ros.records.topics import BASE, JOINT, PISTON, STRING, TOPICS, TUBE
 
 _Value = TypeVar('_Value')
 NANOSECONDS = 1_000_000_000
@@ -105,19 +102,26 @@ class Template:
         return self.fill(*values)
 
 
-def _joint_state(frame_prefix: str, *given: str) -> Template:
-    marks = dict(zip(given, _MARKS, strict=False))
+def template(topic: str, frame_prefix: str = '', variance: float = 0.0) -> Template:
+    """
+    Return the message of a topic of the rig, its shadow or a measured `force`, for its numbers.
+
+    :param frame_prefix: of the frame in the header, as robot_state_publisher gives it to it
+    :param variance: of a pressure [Pa^2]; 0 for one that is not known, as sensor_msgs says
+    """
+    if topic == 'valve_voltages':
+        return _voltages()
+    if topic in ('u', 'position', 'velocity'):
+        return Template(_message(TOPICS[topic].type, data=_MARKS[0]))
+    if topic.endswith('/pressure'):
+        content = {'fluid_pressure': _MARKS[0], 'variance': variance}
+        header = _header(frame_prefix + TUBE)
+        return Template(_message(TOPICS[topic].type, header=header, **content))
+    marks = dict(zip(_JOINT_FIELDS.get(topic, ('effort',)), _MARKS, strict=False))
     fields = ('position', 'velocity', 'effort')
     arrays = {name: np.array([marks[name]] if name in marks else [], float) for name in fields}
-    type_name = TOPICS['joint_states'].type
     header = _header(frame_prefix + BASE)
-    return Template(_message(type_name, header=header, name=[PISTON], **arrays))
-
-
-def _fluid_pressure(frame_prefix: str, variance: float) -> Template:
-    type_name, header = TOPICS['chamber_1/pressure'].type, _header(frame_prefix + TUBE)
-    message = _message(type_name, header=header, fluid_pressure=_MARKS[0], variance=variance)
-    return Template(message)
+    return Template(_message(JOINT, header=header, name=[PISTON], **arrays))
 
 
 @cache
@@ -127,53 +131,6 @@ def _voltages() -> Template:
     layout = _message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
     data = np.array(_MARKS[:2])
     return Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data))
-
-
-def template(topic: str, frame_prefix: str = '') -> Template:
-    """
-    Return the message of a topic of the rig, its shadow or a measured `force`, for its numbers.
-
-    :param frame_prefix: of the frame in the header, as robot_state_publisher gives it to it
-    """
-    if topic == 'valve_voltages':
-        return _voltages()
-    if topic in ('u', 'position', 'velocity'):
-        return Template(_message(TOPICS[topic].type, data=_MARKS[0]))
-    if topic.endswith('/pressure'):
-        # a variance of 0 is not known, as sensor_msgs says
-        return _fluid_pressure(frame_prefix, 0.0)
-    return _joint_state(frame_prefix, *_JOINT_FIELDS.get(topic, ('effort',)))
-
-
-class PlantMessages:
-    """
-    The messages of one sampling instant, ready to publish or to write.
-
-    :param pressure_variance: variance of the pressure sensors [Pa^2]
-    :param frame_prefix: of the frames in the headers
-    :param clock: whether the plant is the clock
-    """
-
-    def __init__(
-        self, pressure_variance: float, frame_prefix: str = '', clock: bool = False
-    ) -> None:
-        self._joint_states = template('joint_states', frame_prefix)
-        self._pressure = _fluid_pressure(frame_prefix, pressure_variance)
-        self._has_clock = clock
-
-    def pack(self, sample: 'Sample', stamp_ns: int) -> dict[str, bytes]:
-        """Return topic -> message of a sample (SI) at a stamp [ns], in the order of publishing."""
-        position, velocity = sample.position, sample.velocity
-        messages = {
-            'joint_states': self._joint_states.at(stamp_ns, position, velocity),
-            'position': pack_float64(position),
-            'velocity': pack_float64(velocity),
-            'chamber_1/pressure': self._pressure.at(stamp_ns, sample.pressure_1),
-            'chamber_2/pressure': self._pressure.at(stamp_ns, sample.pressure_2),
-        }
-        if self._has_clock:
-            messages[CLOCK] = _LITTLE_ENDIAN + _TIME.pack(*divmod(stamp_ns, NANOSECONDS))
-        return messages
 
 
 def pack_float64(value: float) -> bytes:
@@ -186,9 +143,14 @@ def pack_valve_voltages(voltage_1: float, voltage_2: float) -> bytes:
     return _voltages().fill(voltage_1, voltage_2)
 
 
+def pack_clock(stamp_ns: int) -> bytes:
+    """Encode a stamp [ns] as rosgraph_msgs/Clock."""
+    return _LITTLE_ENDIAN + _TIME.pack(*divmod(stamp_ns, NANOSECONDS))
+
+
 def pack_string(text: str) -> bytes:
     """Encode std_msgs/String."""
-    return _serialize(_message('std_msgs/msg/String', data=text))
+    return _serialize(_message(STRING, data=text))
 
 
 class Reader:

@@ -9,6 +9,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import cdr
+from pneu_rig_ros.records.plant_messages import PlantMessages
 from pneu_rig_ros.records.topics import CLOCK, TOPICS
 from pneu_rig_ros.rig import Sample
 
@@ -46,7 +47,7 @@ def joint_state(stamp_ns, position=(), velocity=(), effort=(), frame_id='', name
 @pytest.mark.parametrize('value', VALUES)
 def test_plant_messages_equal_the_typestore(value, stamp_ns, prefix):
     sample = Sample(7, value, -value, 6e5 + 1, value)
-    messages = cdr.PlantMessages(2.5, prefix, clock=True).pack(sample, stamp_ns)
+    messages = PlantMessages(2.5, prefix, clock=True).pack(sample, stamp_ns)
     stamped = {'header': header(stamp_ns, f'{prefix}cylinder'), 'variance': 2.5}
     frame_id = f'{prefix}base'
     pressure = 'sensor_msgs/msg/FluidPressure'
@@ -58,7 +59,7 @@ def test_plant_messages_equal_the_typestore(value, stamp_ns, prefix):
         'chamber_2/pressure': serialize(pressure, fluid_pressure=value, **stamped),
         CLOCK: serialize('rosgraph_msgs/msg/Clock', clock=time(stamp_ns)),
     }
-    assert CLOCK not in cdr.PlantMessages(2.5).pack(sample, stamp_ns)
+    assert CLOCK not in PlantMessages(2.5).pack(sample, stamp_ns)
 
 
 @pytest.mark.parametrize('stamp_ns', STAMPS)
@@ -72,7 +73,7 @@ def test_friction_equals_the_typestore(value, stamp_ns):
 
 
 def test_an_earlier_message_is_not_changed_by_a_later_one():
-    messages = cdr.PlantMessages(1.0)
+    messages = PlantMessages(1.0)
     before = messages.pack(Sample(0, 1.0, 2.0, 3.0, 4.0), 1)['joint_states']
     messages.pack(Sample(1, 5.0, 6.0, 7.0, 8.0), 2)
     assert cdr.unpack_joint_state(before)[:3] == (1, 1.0, 2.0)
@@ -163,7 +164,7 @@ def test_rclpy_reads_every_message_back():
     from std_msgs.msg import Float64, Float64MultiArray
 
     sample = Sample(0, 0.1, -0.2, 6e5, 1e5)
-    messages = cdr.PlantMessages(2.5, clock=True).pack(sample, STAMPS[-1])
+    messages = PlantMessages(2.5, clock=True).pack(sample, STAMPS[-1])
     read = serialization.deserialize_message
     joint = read(messages['joint_states'], JointState)
     assert (list(joint.name), list(joint.position), list(joint.velocity)) == (
