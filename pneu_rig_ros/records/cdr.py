@@ -72,10 +72,6 @@ def _header(frame_id: str) -> Any:
     return _message('std_msgs/msg/Header', stamp=stamp, frame_id=frame_id)
 
 
-def _serialize(message: Any) -> bytes:
-    return bytes(typestore().serialize_cdr(message, message.__msgtype__))
-
-
 class Template:
     """
     A serialised message whose stamp (if any) and marked doubles are patched in place.
@@ -85,9 +81,9 @@ class Template:
 
     def __init__(self, message: Any) -> None:
         self.stamped = hasattr(message, 'header')
-        self.buffer = bytearray(_serialize(message))
-        found = (self.buffer.find(_DOUBLE.pack(mark)) for mark in _MARKS)
-        self.offsets = [offset for offset in found if offset >= 0]
+        self.buffer = bytearray(typestore().serialize_cdr(message, message.__msgtype__))
+        marks = map(_DOUBLE.pack, _MARKS)
+        self.offsets = [self.buffer.index(mark) for mark in marks if mark in self.buffer]
 
     def fill(self, *values: float) -> bytes:
         """Return the message with these numbers."""
@@ -120,8 +116,7 @@ def template(topic: str, frame_prefix: str = '', variance: float = 0.0) -> Templ
     marks = dict(zip(_JOINT_FIELDS.get(topic, ('effort',)), _MARKS, strict=False))
     fields = ('position', 'velocity', 'effort')
     arrays = {name: np.array([marks[name]] if name in marks else [], float) for name in fields}
-    header = _header(frame_prefix + BASE)
-    return Template(_message(JOINT, header=header, name=[PISTON], **arrays))
+    return Template(_message(JOINT, header=_header(frame_prefix + BASE), name=[PISTON], **arrays))
 
 
 @cache
@@ -150,7 +145,7 @@ def pack_clock(stamp_ns: int) -> bytes:
 
 def pack_string(text: str) -> bytes:
     """Encode std_msgs/String."""
-    return _serialize(_message(STRING, data=text))
+    return bytes(typestore().serialize_cdr(_message(STRING, data=text), STRING))
 
 
 class Reader:
@@ -208,11 +203,9 @@ class Reader:
 
 def _decoder(read: Callable[[Reader], _Value]) -> Callable[[bytes | Reader], _Value]:
     """
-    Return the decoder of one type of message, from its CDR or from a reader that has it.
+    Return a decoder, of CDR or of a reader that has it, from a function that takes the reader.
 
     It raises RigError when the message is cut short or has a text that is not UTF-8.
-
-    :param read: takes the values from a reader
     """
 
     @wraps(read)

@@ -98,11 +98,10 @@ class Recording:
             )
         if not self.size:
             raise RigError(f'{self.name}: no samples')
-        if not self.arrival_ns.size:
-            object.__setattr__(self, 'arrival_ns', self.stamps)
         values = {name: self._checked(name, values) for name, values in self.signals.items()}
+        arrival = self.arrival_ns if self.arrival_ns.size else self.stamps
         object.__setattr__(self, 'signals', values)
-        object.__setattr__(self, 'arrival_ns', self._of_size('arrival_ns', self.arrival_ns))
+        object.__setattr__(self, 'arrival_ns', self._of_size('arrival_ns', arrival))
         for topic, stamps in self.missing.items():
             check_stamps(stamps, self.start_ns, self.interval_ns, f'{self.name}: {topic}')
 
@@ -296,9 +295,6 @@ def low_pass(signal: Floats, interval: float, cutoff: float) -> Floats:
 
 def voltages_of(u: Floats) -> tuple[Floats, Floats]:
     """Return the voltages of valve 1 and 2 [V] by Eq. 1 for commands u [V], shape (n,) each."""
-
-    def quantised(voltages: Floats) -> Floats:
-        steps = np.round(np.clip(voltages, 0.0, FULL_VOLTAGE) / DAC_STEP)
-        return np.asarray(steps * DAC_STEP, dtype=np.float64)
-
-    return quantised(CENTRE_VOLTAGE + u), quantised(CENTRE_VOLTAGE - u)
+    saturated = (np.clip(v, 0.0, FULL_VOLTAGE) for v in (CENTRE_VOLTAGE + u, CENTRE_VOLTAGE - u))
+    voltage_1, voltage_2 = (np.round(v / DAC_STEP) * DAC_STEP for v in saturated)
+    return voltage_1, voltage_2
