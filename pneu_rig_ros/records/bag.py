@@ -18,7 +18,7 @@ from pneu_rig_ros.records.mcap_chunks import scan_records
 from pneu_rig_ros.records.mcap_file import McapFile
 from pneu_rig_ros.records.rosbag2_metadata import FILE_NAME as METADATA
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
-from pneu_rig_ros.records.topics import DERIVED
+from pneu_rig_ros.records.topics import DERIVED, STRING
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
@@ -232,9 +232,7 @@ def custom_data(bag: Bag | AnyReader, information: Mapping[str, Any]) -> dict[st
 def last_text(bag: Bag | AnyReader, topic: str) -> str:
     """Return the last text on a topic in any namespace, empty if there was none."""
     wanted: list[Any] = [
-        c
-        for c in bag.connections
-        if c.topic.endswith(f'/{topic}') and c.msgtype == 'std_msgs/msg/String'
+        c for c in bag.connections if c.topic.endswith(f'/{topic}') and c.msgtype == STRING
     ]
     text = ''
     for _, _, cdr in bag.messages(wanted) if wanted else ():

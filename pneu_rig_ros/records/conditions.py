@@ -55,8 +55,7 @@ def conditions_of(
     :raises RigError: when a source holds anything else
     """
     found = configured_conditions(configuration) if configuration else {}
-    text = metadata.get('conditions')
-    if text:
+    if text := metadata.get('conditions'):
         found |= parse_conditions(text, f'{path}: metadata conditions')
     return found | conditions_beside(path)
 

@@ -31,7 +31,7 @@ from pneu_rig_ros.records.description import bag_metadata, describe, git_revisio
 from pneu_rig_ros.records.reader import read_recording
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
 from pneu_rig_ros.records.rows import TopicRows, fill_rows
-from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.topics import STRING, TOPICS
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.records.writer import BagWriter
 from pneu_rig_ros.rig import RigConfiguration
@@ -133,7 +133,6 @@ def _write(
         'package_version': package_version(),
         'git_revision': git_revision(),
     }
-    start_ns = recording.start_ns
     with BagWriter(path) as writer:
         if configuration is not None:
             sampled = replace(configuration, interval_ns=recording.interval_ns)
@@ -141,10 +140,9 @@ def _write(
             metadata |= bag_metadata(description)
             # A real rig has neither; those in the description belong to its model.
             del metadata['friction_model'], metadata['seed']
-            texts = {'rig': description, 'robot': robot_description(sampled)}
-            for name, text in texts.items():
-                topic = TOPICS[f'{name}_description']
-                writer.write(f'/{topic.name}', topic.type, start_ns, pack_string(text))
+            robot = robot_description(sampled)
+            for name, text in {'rig_description': description, 'robot_description': robot}.items():
+                writer.write(f'/{name}', STRING, recording.start_ns, pack_string(text))
         for number, (stamps, rows) in enumerate(_blocks(recording)):
             progress(number * BLOCK)
             writer.write_rows(rows, stamps)
@@ -176,18 +174,16 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
     for first in range(0, recording.size, BLOCK):
         part = slice(first, first + BLOCK)
         values = {name: signal[part] for name, signal in signals.items()}
-        yield (
-            stamps[part],
-            [
-                TopicRows(
-                    topic,
-                    TOPICS['friction' if topic == FORCE else topic].type,
-                    fill_rows(message, stamps[part], [values[name] for name in NUMBERS[topic]]),
-                    _present(recording, topic, stamps[part], values),
-                )
-                for topic, message in templates.items()
-            ],
-        )
+        rows = [
+            TopicRows(
+                topic,
+                TOPICS['friction' if topic == FORCE else topic].type,
+                fill_rows(message, stamps[part], [values[name] for name in NUMBERS[topic]]),
+                _present(recording, topic, stamps[part], values),
+            )
+            for topic, message in templates.items()
+        ]
+        yield stamps[part], rows
 
 
 def _present(

@@ -224,8 +224,7 @@ class Recording:
 
     def cut(self, first: int, end: int) -> Recording:
         """Return the samples from `first` to before `end`."""
-        start_ns = self.start_ns + first * self.interval_ns
-        end_ns = self.start_ns + end * self.interval_ns
+        start_ns, end_ns = (self.start_ns + k * self.interval_ns for k in (first, end))
         inside = {
             topic: stamps[(stamps >= start_ns) & (stamps < end_ns)]
             for topic, stamps in self.missing.items()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -38,7 +39,7 @@ def offered_qos(topic: str) -> dict[str, Any]:
     known = topic_named(topic)
     latched = known is not None and known.latched
 
-    def forever() -> dict[str, int]:
+    def forever() -> dict[str, int]:  # each time another object: YAML needs no alias for it
         return {'sec': 9_223_372_036, 'nsec': 854_775_807}
 
     return {
@@ -58,15 +59,17 @@ def format_metadata(file_name: str, summary: Summary, custom_data: Mapping[str, 
     """Return the text of metadata.yaml for a bag of one MCAP file with this index."""
     statistics = summary.statistics
     assert statistics is not None
-    start = {'nanoseconds_since_epoch': statistics.message_start_time}
-    length = {'nanoseconds': statistics.message_end_time - statistics.message_start_time}
+    start, end = statistics.message_start_time, statistics.message_end_time
+    extent = {
+        'starting_time': {'nanoseconds_since_epoch': start},
+        'duration': {'nanoseconds': end - start},
+        'message_count': statistics.message_count,
+    }
     counts = statistics.channel_message_counts
     information = {
         'version': 9,
         'storage_identifier': 'mcap',
-        'duration': dict(length),
-        'starting_time': dict(start),
-        'message_count': statistics.message_count,
+        **extent,
         'topics_with_message_count': [
             {
                 'topic_metadata': {
@@ -83,14 +86,8 @@ def format_metadata(file_name: str, summary: Summary, custom_data: Mapping[str, 
         'compression_format': '',
         'compression_mode': '',
         'relative_file_paths': [file_name],
-        'files': [
-            {
-                'path': file_name,
-                'starting_time': dict(start),
-                'duration': dict(length),
-                'message_count': statistics.message_count,
-            }
-        ],
+        # a copy, as YAML would refer to the same objects by an alias
+        'files': [{'path': file_name, **deepcopy(extent)}],
         'custom_data': dict(custom_data) or None,
         # that of the message definitions where no ROS 2 is sourced
         'ros_distro': os.environ.get('ROS_DISTRO') or 'jazzy',

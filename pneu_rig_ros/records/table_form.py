@@ -23,11 +23,6 @@ from pneu_rig_ros.records.units import as_number
 DETECTION_LINES = 50
 """Lines of data from which the separator is detected."""
 
-_MARKS = (
-    (codecs.BOM_UTF8, 'utf-8-sig'),
-    (codecs.BOM_UTF16_LE, 'utf-16'),
-    (codecs.BOM_UTF16_BE, 'utf-16'),
-)
 DECIMAL_COMMA = re.compile(r'\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*')
 _ONE_SIGN = re.compile(
     r'\s*[-+]?(?=[.,]?\d)(?P<before>\d*)(?P<sign>[.,])(?P<after>\d*)(?P<exponent>[eE][-+]?\d+)?\s*'
@@ -60,9 +55,9 @@ def read_utf8(path: Path) -> bytes:
     if data.isascii():
         content = data  # without a copy: tables are large
     else:
-        encoding = next((name for mark, name in _MARKS if data.startswith(mark)), 'utf-8')
+        is_utf_16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         try:
-            content = data.decode(encoding).encode()
+            content = data.decode('utf-16' if is_utf_16 else 'utf-8-sig').encode()
         except UnicodeDecodeError:
             content = data.decode('cp1252', errors='replace').encode()
     if b'\0' in content:
