@@ -39,10 +39,9 @@ def bag_metadata(description: str) -> dict[str, str]:
     """
     head = _HEAD_PATTERN.match(description)
     try:
-        loaded = parse_yaml(description, 'rig_description')
+        sections = parse_yaml(description, 'rig_description')
     except RigError:
-        loaded = None
-    sections = loaded if isinstance(loaded, dict) else {}
+        sections = None
     return {
         'configuration': description,
         'cylinder': _entry(sections, 'name'),

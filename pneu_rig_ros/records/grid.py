@@ -131,8 +131,6 @@ def _interpolated(
     time: Floats, interval_ns: int, signals: Mapping[str, Floats]
 ) -> tuple[Flags, Mapping[str, Floats], str]:
     """Return the same for stamps that are not on the grid, as if all samples were recorded."""
-    if interval_ns < 1:
-        raise RigError('the time steps are so uneven that no sampling interval fits them')
     interval, steps = interval_ns * 1e-9, np.diff(time)
     last = (time[-1] - time[0]) / interval
     check_gaps(int(last) + 1, time.size)

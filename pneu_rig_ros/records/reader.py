@@ -57,9 +57,8 @@ def read_recording(
         atmospheric_pressure,
     )
     zero = next((value for value in given if value is not None), STANDARD_ATMOSPHERE)
-    if is_bag(path):
+    if known is None or is_bag(path):
         return _on_grid(path, read_mapped_bag(path, known, zero), zero)
-    assert known is not None
     return _on_grid(path, read_columns(path, known, zero), zero)
 
 
