@@ -52,7 +52,7 @@ def write_page(
         rows=rows,
         shares=shares,
         strokes=stroke_texts(laboratory),
-        pictures=list(draw_all(list(drawings(laboratory)), progress)),
+        pictures=draw_all(drawings(laboratory), progress),
         shows=SHOWS,
         reading=laboratory.reading,
         values=list(reading_table(laboratory)),

@@ -223,7 +223,7 @@ def write_page(
         pairs=list(itertools.zip_longest(*(run.events.cycles for run in runs))),
         conditions=condition_texts(comparison),
         note=ratio_note(comparison),
-        pictures=list(draw_all(list(_drawings(comparison)), progress)),
+        pictures=draw_all(_drawings(comparison), progress),
         duration=comparison.measured.recording.duration,
     )
     return atomic_write(path, text)
