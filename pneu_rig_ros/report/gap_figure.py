@@ -33,7 +33,6 @@ DRAWN_BELOW = 5.0
 @matplotlib.rc_context(STYLE)
 def draw_gap(
     path: Path,
-    title: str,
     measured: AnalysedRun,
     models: tuple[AnalysedRun, AnalysedRun],
     gaps: tuple[Gaps, Gaps],
@@ -49,6 +48,7 @@ def draw_gap(
     :raises RigError: when the file cannot be written
     """
     figure = Figure(figsize=(8.6, 6.4), dpi=110, layout='constrained')
+    title = 'A held-out run: the rig, its model before and after the diagnosis'
     figure.suptitle(title, fontsize=10.5, x=0.01, ha='left')
     grid = figure.subplots(3, 2, width_ratios=(3.6, 1.0))
     for index, ((curves, bars), name) in enumerate(zip(grid, SIGNALS, strict=True)):

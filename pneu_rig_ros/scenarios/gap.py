@@ -197,8 +197,7 @@ def _draw(path: Path, bags: Sequence[Path], model: Path) -> tuple[Gaps, Gaps]:
         compare_signals(truth.signals, before.signals, noise),
         compare_signals(truth.signals, after.signals, noise),
     )
-    title = 'A held-out run: the rig, its model before and after the diagnosis'
-    draw_gap(path, title, truth, (before, after), gaps)
+    draw_gap(path, truth, (before, after), gaps)
     return gaps
 
 
