@@ -165,7 +165,7 @@ def gap_rows(answer: Answer, which: str = 'signals') -> list[Row]:
     :param which: 'signals' or 'free_run'
     """
     rows: list[Row] = []
-    for name, one in answer['gap'].get(which, {}).items():
+    for name, one in answer['gap'][which].items():
         unit, scale = display(one['unit'])
         noise = one['noise']
         values = [one['before'], one['after'], noise]
