@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
@@ -34,8 +34,8 @@ DRAWN_BELOW = 5.0
 def draw_gap(
     path: Path,
     measured: AnalysedRun,
-    models: tuple[AnalysedRun, AnalysedRun],
-    gaps: tuple[Gaps, Gaps],
+    models: Sequence[AnalysedRun],
+    gaps: Sequence[Gaps],
 ) -> Path:
     """
     Write a PNG with position, pressure p1 and friction, and beside each the gap in numbers.
@@ -67,7 +67,7 @@ def draw_gap(
 
 
 def _draw_curves(
-    axes: Axes, name: str, measured: AnalysedRun, models: tuple[AnalysedRun, AnalysedRun]
+    axes: Axes, name: str, measured: AnalysedRun, models: Sequence[AnalysedRun]
 ) -> None:
     signal = SHOWN[name]
     styles = (
@@ -101,7 +101,7 @@ def smoothed(values: Floats, interval: float) -> Floats:
     return np.asarray(filtfilt(b, a, values, padlen=beyond))
 
 
-def _draw_bars(axes: Axes, name: str, gaps: tuple[Gaps, Gaps]) -> None:
+def _draw_bars(axes: Axes, name: str, gaps: Sequence[Gaps]) -> None:
     """Draw the RMSE before and after, and the noise as a line that crosses no number."""
     unit, scale = display(gaps[0][name].unit)
     values = [scale * gap[name].rmse for gap in gaps]
