@@ -128,26 +128,25 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
 def _latent_drawings(
     diagnosis: Diagnosis, answer: rows.Answer, improved: Hypothesis | None
 ) -> Iterator[Drawing]:
-    @cache
-    def tracks(given: bool) -> dict[str, list[Track]]:
-        if given:
-            return tracks_of(diagnosis.training, diagnosis.given, improved)
-        return tracks_of(diagnosis.training, diagnosis.improved, None)
+    hypotheses = {'where': (diagnosis.given, improved), 'left': (diagnosis.improved, None)}
 
-    def draw(balance: str, given: bool) -> Figure | None:
-        if balance not in tracks(given):
-            return None
-        spans = spans_of(answer, balance) if given else {}
-        return draw_latent(balance, tracks(given)[balance], spans)
+    @cache
+    def tracks(place: str) -> dict[str, list[Track]]:
+        return tracks_of(diagnosis.training, *hypotheses[place])
+
+    def draw(balance: str, place: str) -> Figure | None:
+        spans = spans_of(answer, balance) if place == 'where' else {}
+        found = tracks(place).get(balance)
+        return None if found is None else draw_latent(balance, found, spans)
 
     for one in answer['balances']:
         if one['open']:
             name = one['name']
             title, caption = f'{TITLES[name]} ({name})', LATENT[name.split('_')[0]]
-            yield Drawing(title, caption, partial(draw, name, True), 'where')
+            yield Drawing(title, caption, partial(draw, name, 'where'), 'where')
             if improved is not None:
                 caption = 'The same with the improved model.'
-                yield Drawing(title, caption, partial(draw, name, False), 'left')
+                yield Drawing(title, caption, partial(draw, name, 'left'), 'left')
 
 
 def spans_of(answer: rows.Answer, balance: str) -> dict[str, list[tuple[float, float]]]:
