@@ -3,9 +3,9 @@
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.motion import at_rest, find_rests
 from pneu_rig_ros.arrays import Flags, Floats
@@ -64,7 +64,7 @@ def creeping_share(stroke: Stroke) -> float:
     return float(np.mean(creep > VISIBLE_CREEP)) if len(creep) else np.nan
 
 
-def breakaway_samples(stroke: Stroke) -> np.ndarray[Any, np.dtype[np.intp]]:
+def breakaway_samples(stroke: Stroke) -> NDArray[np.intp]:
     """Return the sample of each breakaway, shape (n,)."""
     return np.rint(stroke.column('breakaway_time') / INTERVAL).astype(np.intp)
 

@@ -161,7 +161,7 @@ def heavy_finding(stroke: Stroke, mass_factor: float = 1.0) -> Finding:
 
 
 def _within(says: str, stroke: Stroke, error: Floats, bound: float) -> Finding:
-    says = f'{says} RMS error within {bound:.0%} of F_smax'.replace('%', ' %')
+    says = f'{says} RMS error within {100 * bound:.0f} % of F_smax'
     if not error.size:
         return Finding(says, 'no slips', np.nan)
     rms = float(np.sqrt(np.mean(error**2)))
