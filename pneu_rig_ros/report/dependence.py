@@ -15,8 +15,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.residuals.latent import Latent, smooth
 from pneu_rig_ros.diagnosis.residuals.localisation import LEAST_WIDTH
 from pneu_rig_ros.diagnosis.residuals.windows import VARIABLES, Windows
-from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS
-from pneu_rig_ros.report.figure import BLUE, ORANGE, display
+from pneu_rig_ros.report.figure import BLUE, ORANGE
 
 COLOURS = {'out': BLUE, 'in': ORANGE, '': '#5f6570'}
 NAMES = {'out': 'outstroke', 'in': 'instroke', '': 'at rest'}
@@ -100,15 +99,12 @@ class Dependence:
 
     :param variable: name of the signal
     :param bins: direction -> what is drawn
-    :param unit, scale: display unit, and how many of it are one SI unit
     :param joined: whether the points are means that a line may join
     """
 
     title: str
     variable: str
     bins: Mapping[str, Bins]
-    unit: str
-    scale: float
     joined: bool
     logarithmic: bool = False
 
@@ -158,7 +154,6 @@ def _best(recordings: Sequence[Samples], title: str, bins: int) -> Dependence | 
     shares = {name: explained(samples, name, bins or FEW_BINS) for name in samples.variables}
     # Every signal changes with time, so time must explain clearly more to be chosen.
     name = max(shares, key=lambda key: shares[key] - (LEAD if key == 'time' else 0.0))
-    unit, scale = display(VARIABLE_UNITS[name])
     directions = [direction for direction in COLOURS if direction in samples.direction]
     rows = {direction: binned(samples, name, direction, bins) for direction in directions}
     filled = {direction: row for direction, row in rows.items() if row.middle.size}
@@ -168,7 +163,7 @@ def _best(recordings: Sequence[Samples], title: str, bins: int) -> Dependence | 
     wide = name == 'dwell' and values.max() > DECADES * values.min() > 0.0
     if bins and shares[name] >= 0.01:
         title += f'\n{shares[name]:.0%} of the variance'
-    return Dependence(title, name, filled, unit, scale, bins > 0, bool(wide))
+    return Dependence(title, name, filled, bins > 0, bool(wide))
 
 
 def explained(samples: Samples, name: str, bins: int) -> float:
