@@ -167,10 +167,7 @@ def simulate_record(
     first = plant.state
     voltages = np.column_stack([recording.voltage_1, recording.voltage_2])
     run = plant.run(voltages[:-1], recording.interval)
-    signals = {
-        signal: np.concatenate([[getattr(first, signal)], getattr(run, signal)])
-        for signal in WHOLE
-    }
+    signals = {key: np.append(getattr(first, key), getattr(run, key)) for key in WHOLE}
     signals |= {'voltage_1': voltages[:, 0], 'voltage_2': voltages[:, 1]}
     return Recording(
         name or configuration.name,

@@ -14,6 +14,7 @@ slow, has no rest and so no cycle but that of its breakaway.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -99,6 +100,14 @@ def rests_of(speed: Floats, interval: float, noise: float) -> list[Rest]:
     ]
 
 
+def at_rest(rests: Sequence[Rest], size: int) -> Flags:
+    """Return which of a number of samples are in one of the rests, shape (size,)."""
+    flags = np.zeros(size, dtype=np.bool_)
+    for rest in rests:
+        flags[rest.first : rest.end] = True
+    return flags
+
+
 def end_stops(
     position: Floats,
     stroke: float,
@@ -131,10 +140,8 @@ def end_stops(
             pushed = near & (side * running_mean(push, interval, PUSH_WINDOW) > LEAST_PUSH)
         else:
             came = np.logical_or.accumulate(side * mean < side * end)
-            resting = np.zeros(position.size, dtype=np.bool_)
-            for rest in find_rests(position, interval, noise):
-                resting[rest.first : rest.end] = True
-            pushed = near & came & resting
+            rests = find_rests(position, interval, noise)
+            pushed = near & came & at_rest(rests, position.size)
         if pushed.any():
             held |= pushed & (side * position >= (side * mean[pushed]).max() - margin)
     return held

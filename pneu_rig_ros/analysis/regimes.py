@@ -77,6 +77,7 @@ class Slide(NamedTuple):
     :param start: first sample faster than V/2, but for short dips
     :param onset: where gross sliding begins: first sample faster than 1.4 V; equal to ``start``
         when the piston glides off without overshoot, or glides further than it slips
+    :param fed: first sample faster than V, the onset at the latest
     :param end: one after the last sample
     """
 

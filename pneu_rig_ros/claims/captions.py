@@ -51,7 +51,7 @@ def cylinder_1(laboratory: Laboratory) -> list[Finding]:
     stroke = laboratory.perform(CAPTIONS['cylinder_1'])
     peaks, waits = stroke.column('peak_friction'), stroke.column('dwell')
     first = float(peaks[0]) if len(peaks) else np.nan
-    longest = float(waits.max()) if len(waits) else 0.0
+    longest = float(waits.max(initial=0.0))
     shorter = at_most(float(waits[1:].max()), float(waits[0])) if len(waits) > 1 else np.nan
     drops = pressure_drops(stroke)
     near_15 = 1.0 - abs(first - 15.0) / 1.5

@@ -3,11 +3,11 @@
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.motion import find_rests
+from pneu_rig_ros.analysis.motion import at_rest, find_rests
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
 
@@ -64,7 +64,7 @@ def creeping_share(stroke: Stroke) -> float:
     return float(np.mean(creep > VISIBLE_CREEP)) if len(creep) else np.nan
 
 
-def breakaway_samples(stroke: Stroke) -> np.ndarray[Any, np.dtype[np.intp]]:
+def breakaway_samples(stroke: Stroke) -> NDArray[np.intp]:
     """Return the sample of each breakaway, shape (n,)."""
     return np.rint(stroke.column('breakaway_time') / INTERVAL).astype(np.intp)
 
@@ -112,10 +112,7 @@ def largest_flow(stroke: Stroke) -> float:
 
 def in_slips(stroke: Stroke) -> Flags:
     """Return which samples are between a breakaway and the next rest, shape (n,)."""
-    where = np.ones(stroke.run.time.size, dtype=bool)
-    for rest in find_rests(stroke.run.position, INTERVAL):
-        where[rest.first : rest.end] = False
-    return where
+    return ~at_rest(find_rests(stroke.run.position, INTERVAL), stroke.run.time.size)
 
 
 @dataclass(frozen=True)
@@ -149,7 +146,7 @@ class Statement:
     """
     One statement of the paper.
 
-    :param number: 1-10
+    :param number: of the statement, from 1
     :param text: what the paper says, in a sentence
     :param measure: carries out the experiments and returns the findings
     """
@@ -184,16 +181,17 @@ def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> 
     :param rows: statements, measured
     :param shares: number of a statement -> share of the neighbours under which it holds [-]
     """
-    heads = '| | the paper says | holds | neighbours | tightest finding: measured |'
-    lines = [heads, '| --- | --- | --- | --- | --- |']
+    head, rule = (' neighbours |', ' --- |') if shares else ('', '')
+    lines = [
+        f'| | the paper says | holds |{head} tightest finding: measured |',
+        f'| --- | --- | --- |{rule} --- |',
+    ]
     for row in rows:
         number, tightest = row.statement.number, row.tightest
-        verdict, share = 'yes' if row.holds else 'no', f'{(shares or {}).get(number, 0.0):.0%}'
+        verdict = 'yes' if row.holds else 'no'
+        share = f' {shares[number]:.0%} |' if shares else ''
         finding = f'{tightest.says}: {tightest.measured}'.replace('cylinder_', 'cylinder ')
-        lines.append(f'| {number} | {row.statement.text} | {verdict} | {share} | {finding} |')
-    if not shares:
-        cells = [line.split(' | ') for line in lines]
-        lines = [' | '.join([*line[:3], *line[4:]]) for line in cells]
+        lines.append(f'| {number} | {row.statement.text} | {verdict} |{share} {finding} |')
     return '\n'.join(lines)
 
 
@@ -234,7 +232,7 @@ def falls(values: Floats) -> float:
     return -slope * (len(values) - 1) / float(np.mean(values))
 
 
-def rises_throughout(values: Sequence[float]) -> float:
+def rises_throughout(values: Sequence[float] | Floats) -> float:
     """Return the least relative rise from a value to the next [-]."""
     return float(np.min([at_least(b, a) for a, b in itertools.pairwise(values)]))
 

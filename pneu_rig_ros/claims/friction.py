@@ -25,7 +25,7 @@ def dwell_law(laboratory: Laboratory) -> list[Finding]:
         findings.append(along_equation_16(own, f'{name}, after pauses', waits, peaks))
         says = f'{name}, after pauses: peaks grow with the dwell'
         text = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
-        findings.append(Finding(says, text, rises_throughout([float(peak) for peak in peaks])))
+        findings.append(Finding(says, text, rises_throughout(peaks)))
     return findings
 
 
@@ -85,21 +85,17 @@ def pauses(laboratory: Laboratory, name: str) -> tuple[Floats, Floats]:
 
     As friction is measured against dwell time elsewhere: run in, stop, wait, push.
     """
-    waits, peaks = [], []
     plant = laboratory.plant(replace(CAPTIONS[name], u=0.0))
-    for pause in PAUSES:
-        wait, peak = push_after(plant, pause)
-        waits.append(wait)
-        peaks.append(peak)
-    return np.array(waits), np.array(peaks)
+    waits, peaks = np.array([push_after(plant, pause) for pause in PAUSES]).T
+    return waits, peaks
 
 
 def push_after(plant: Plant, pause: float) -> tuple[float, float]:
     """Return the dwell [s] and the friction peak [N] of a breakaway after a pause [s]."""
     stroke = plant.model.cylinder.stroke
     push, shut = valve_voltages(0.35), valve_voltages(0.0)
+    out, back = valve_voltages(RUN_IN_COMMAND), valve_voltages(-RUN_IN_COMMAND)
     for _ in range(RUN_IN):
-        out, back = valve_voltages(RUN_IN_COMMAND), valve_voltages(-RUN_IN_COMMAND)
         advance(plant, out, 30.0, lambda state: state.position > 0.9 * stroke)
         advance(plant, back, 30.0, lambda state: state.position < 0.1 * stroke)
     advance(plant, push, 30.0, lambda state: state.position > 0.25 * stroke)
@@ -165,7 +161,7 @@ def heavy_finding(stroke: Stroke, mass_factor: float = 1.0) -> Finding:
 
 
 def _within(says: str, stroke: Stroke, error: Floats, bound: float) -> Finding:
-    says = f'{says} RMS error within {bound:.0%} of F_smax'.replace('%', ' %')
+    says = f'{says} RMS error within {100 * bound:.0f} % of F_smax'
     if not error.size:
         return Finding(says, 'no slips', np.nan)
     rms = float(np.sqrt(np.mean(error**2)))

@@ -106,11 +106,11 @@ def short_text(specification: Specification, value: Any) -> str:
     return specification.format(value).replace('_', ' ')
 
 
-def open_quantities() -> Iterator[tuple[str, str]]:
-    """Yield section and field of all that the paper leaves open or that can be read twice."""
+def open_quantities() -> Iterator[str]:
+    """Yield section.field of all that the paper leaves open or that can be read twice."""
     for section in SPECIFICATIONS:
         for key in (*NOT_PRINTED.get(section, ()), *AS_PRINTED.get(section, ())):
-            yield section, key
+            yield f'{section}.{key}'
 
 
 def printed_values_changed(reading: Reading) -> list[str]:

@@ -60,9 +60,9 @@ def supplies(name: str) -> list[Experiment]:
     return [replace(CAPTIONS[name], supply=supply) for supply in SUPPLIES]
 
 
-def loads() -> list[Experiment]:
-    """Return the experiments of Fig. 9."""
-    point = replace(CAPTIONS['cylinder_1'], u=LOAD_COMMAND)
+def loads(name: str = 'cylinder_1') -> list[Experiment]:
+    """Return the experiments of Fig. 9, which has cylinder 1 only."""
+    point = replace(CAPTIONS[name], u=LOAD_COMMAND)
     return [replace(point, load_mass=mass) for mass in LOADS]
 
 

@@ -82,8 +82,6 @@ class Staircase(NamedTuple):
 
     def level(self, time: float) -> float:
         """Return the level at a time since the start [s]."""
-        if not self.levels:
-            return 0.0
         return self.levels[min(max(int(time / self.hold), 0), len(self.levels) - 1)]
 
 

@@ -116,7 +116,7 @@ def _trends(laboratory: Laboratory) -> Iterator[Drawing]:
         'Fig. 9: effect of the external load',
         f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
         f'at {LOAD_COMMAND:.2f} V and 4 bar.',
-        partial(draw, lambda _: loads(), lambda one: f'{one.load_mass:g} kg', CYLINDERS[:1]),
+        partial(draw, loads, lambda one: f'{one.load_mass:g} kg', CYLINDERS[:1]),
         'fig-9',
     )
     yield Drawing(

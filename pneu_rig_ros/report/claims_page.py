@@ -52,10 +52,10 @@ def write_page(
         rows=rows,
         shares=shares,
         strokes=stroke_texts(laboratory),
-        pictures=list(draw_all(list(drawings(laboratory)), progress)),
+        pictures=draw_all(drawings(laboratory), progress),
         shows=SHOWS,
         reading=laboratory.reading,
-        values=list(reading_table(laboratory)),
+        values=reading_table(laboratory),
         changed=printed_values_changed(laboratory.reading),
         cylinders=[plain_name(name) for name in CYLINDERS],
         end_share=END_SHARE,
@@ -67,9 +67,10 @@ def write_page(
 def reading_table(laboratory: Laboratory) -> Iterator[Value]:
     """Yield what the paper does not print, and what the reading changes of the printed."""
     models = [laboratory.reading.model(name) for name in CYLINDERS]
-    changed = [tuple(name.split('.')) for name in printed_values_changed(laboratory.reading)]
-    for section, key in dict.fromkeys([*open_quantities(), *changed]):
+    changed = printed_values_changed(laboratory.reading)
+    for name in dict.fromkeys([*open_quantities(), *changed]):
+        section, key = name.split('.')
         specification = SPECIFICATIONS[section][key]
         used = [getattr(getattr(model, section), key) for model in models]
         texts = tuple(short_text(specification, value) for value in used)
-        yield Value(key, specification.description, texts, (section, key) in changed)
+        yield Value(key, specification.description, texts, name in changed)

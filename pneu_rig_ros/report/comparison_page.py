@@ -34,12 +34,8 @@ COLOURS = (BLUE, ORANGE)
 """Of measured and simulated."""
 CYCLES_IN_DETAIL = 3
 """So many cycles are shown in the detail."""
-CYCLE_COLUMNS = (
-    ('dwell', 'dwell [s]', 1.0),
-    ('slip', 'slip [mm]', 1e3),
-    ('peak_friction', 'peak friction [N]', 1.0),
-)
-"""Field of a cycle, label with unit, units of it in one SI unit."""
+CYCLE_UNITS = {'breakaway_time': 's', 'dwell': 's', 'slip': 'm', 'peak_friction': 'N'}
+"""Field of a cycle -> SI unit."""
 
 
 @matplotlib.rc_context(STYLE)
@@ -62,11 +58,11 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
     figure.legend(curves, ('measured', comparison.second), loc='outside upper right', ncols=2)
     for run, colour, height in zip((measured, simulated), COLOURS, (1.0, 0.93), strict=True):
         times = [cycle.breakaway_time for cycle in run.events.cycles]
-        inside_span = [t for t in times if start <= t <= end]
-        if inside_span:  # the layout fails on a line without points
+        times = [time for time in times if start <= time <= end]
+        if times:  # the layout fails on a line without points
             panels[0].plot(
-                inside_span,
-                [height] * len(inside_span),
+                times,
+                [height] * len(times),
                 'v',
                 color=colour,
                 markersize=4.0,
@@ -99,12 +95,14 @@ def draw_cycles(comparison: Comparison) -> Figure | None:
     if not any(run.events.cycles for run in runs):
         return None
     figure = Figure(figsize=(8.6, 2.9), layout='constrained')
-    for axes, (name, label, scale) in zip(figure.subplots(1, 3), CYCLE_COLUMNS, strict=True):
+    columns = ('dwell', 'slip', 'peak_friction')
+    for axes, name in zip(figure.subplots(1, 3), columns, strict=True):
+        unit, scale = display(CYCLE_UNITS[name])
         for run, colour, marker in zip(runs, COLOURS, 'ov', strict=True):
             times = [cycle.breakaway_time for cycle in run.events.cycles]
             values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
             axes.plot(times, values, marker, color=colour, markersize=4.5, alpha=0.85)
-        axes.set_ylabel(label)
+        axes.set_ylabel(f'{plain_name(name)} [{unit}]')
         axes.set_xlabel('breakaway [s]')
         axes.set_ylim(bottom=0.0)
     handles = axes.get_lines()
@@ -148,14 +146,14 @@ def signal_rows(comparison: Comparison) -> list[tuple[str, ...]]:
 
 
 OF_CYCLES = (
-    ('first breakaway', 'breakaway_time', 's', min),
-    ('median dwell', 'dwell', 's', statistics.median_high),
-    ('longest dwell', 'dwell', 's', max),
-    ('median slip', 'slip', 'mm', statistics.median_high),
-    ('median peak friction', 'peak_friction', 'N', statistics.median_high),
-    ('largest peak friction', 'peak_friction', 'N', max),
+    ('first breakaway', 'breakaway_time', min),
+    ('median dwell', 'dwell', statistics.median_high),
+    ('longest dwell', 'dwell', max),
+    ('median slip', 'slip', statistics.median_high),
+    ('median peak friction', 'peak_friction', statistics.median_high),
+    ('largest peak friction', 'peak_friction', max),
 )
-"""Name, field of a cycle, display unit and statistic of each number."""
+"""Name, field of a cycle and statistic of each number."""
 
 
 def event_rows(comparison: Comparison) -> list[tuple[str, ...]]:
@@ -164,16 +162,14 @@ def event_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         ('stick-slip cycles', *(str(len(events.cycles)) for events in both))
     ]
-    for what, name, unit, statistic in OF_CYCLES:
-        rows.append((what, *(_of_cycles(events, name, unit, statistic) for events in both)))
+    for what, name, statistic in OF_CYCLES:
+        rows.append((what, *(_of_cycles(events, name, statistic) for events in both)))
     rows.append(('stroke time', *(_stroke_time(events) for events in both)))
     return rows
 
 
-def _of_cycles(
-    events: Events, name: str, unit: str, statistic: Callable[[list[float]], float]
-) -> str:
-    scale = 1e3 if unit == 'mm' else 1.0
+def _of_cycles(events: Events, name: str, statistic: Callable[[list[float]], float]) -> str:
+    unit, scale = display(CYCLE_UNITS[name])
     values = [scale * getattr(cycle, name) for cycle in events.cycles]
     known = [value for value in values if value == value]
     return f'{statistic(known):.3g} {unit}' if known else '-'
@@ -223,7 +219,7 @@ def write_page(
         pairs=list(itertools.zip_longest(*(run.events.cycles for run in runs))),
         conditions=condition_texts(comparison),
         note=ratio_note(comparison),
-        pictures=list(draw_all(list(_drawings(comparison)), progress)),
+        pictures=draw_all(_drawings(comparison), progress),
         duration=comparison.measured.recording.duration,
     )
     return atomic_write(path, text)

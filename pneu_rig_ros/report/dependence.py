@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import block_diag, spmatrix
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.residuals.latent import Latent, smooth
 from pneu_rig_ros.diagnosis.residuals.localisation import LEAST_WIDTH
 from pneu_rig_ros.diagnosis.residuals.windows import VARIABLES, Windows
-from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS
-from pneu_rig_ros.report.figure import BLUE, ORANGE, display
+from pneu_rig_ros.report.figure import BLUE, ORANGE
 
 COLOURS = {'out': BLUE, 'in': ORANGE, '': '#5f6570'}
 NAMES = {'out': 'outstroke', 'in': 'instroke', '': 'at rest'}
@@ -78,16 +78,16 @@ class Track:
 @dataclass(frozen=True)
 class Samples:
     """
-    Values of one latent input of one recording.
+    Values of one latent input, of a recording or of several one after the other.
 
     :param values: shape (m,)
-    :param covariance: of their errors, shape (m, m)
+    :param covariance: of their errors, shape (m, m); sparse of several recordings
     :param variables: signal -> values, shape (m,)
     :param direction: of each
     """
 
     values: Floats
-    covariance: Floats
+    covariance: Floats | spmatrix
     variables: Mapping[str, Floats]
     direction: NDArray[np.str_]
 
@@ -99,15 +99,12 @@ class Dependence:
 
     :param variable: name of the signal
     :param bins: direction -> what is drawn
-    :param unit, scale: display unit, and how many of it are one SI unit
     :param joined: whether the points are means that a line may join
     """
 
     title: str
     variable: str
     bins: Mapping[str, Bins]
-    unit: str
-    scale: float
     joined: bool
     logarithmic: bool = False
 
@@ -139,38 +136,46 @@ def _breaking(track: Track) -> Samples | None:
     return Samples(breaks.residual, covariance, variables, breaks.direction)
 
 
-def _best(samples: Sequence[Samples], title: str, bins: int) -> Dependence | None:
+def _joined(samples: Sequence[Samples]) -> Samples:
+    names = samples[0].variables
+    return Samples(
+        np.concatenate([one.values for one in samples]),
+        block_diag([one.covariance for one in samples], format='csr'),
+        {name: np.concatenate([one.variables[name] for one in samples]) for name in names},
+        np.concatenate([one.direction for one in samples]),
+    )
+
+
+def _best(recordings: Sequence[Samples], title: str, bins: int) -> Dependence | None:
     """Return the samples against the signal that explains most; unbinned for ``bins`` of 0."""
-    if not samples:
+    if not recordings:
         return None
-    shares = {name: explained(samples, name, bins or FEW_BINS) for name in samples[0].variables}
+    samples = _joined(recordings)
+    shares = {name: explained(samples, name, bins or FEW_BINS) for name in samples.variables}
     # Every signal changes with time, so time must explain clearly more to be chosen.
     name = max(shares, key=lambda key: shares[key] - (LEAD if key == 'time' else 0.0))
-    unit, scale = display(VARIABLE_UNITS[name])
-    rows = {direction: binned(samples, name, direction, bins) for direction in COLOURS}
+    directions = [direction for direction in COLOURS if direction in samples.direction]
+    rows = {direction: binned(samples, name, direction, bins) for direction in directions}
     filled = {direction: row for direction, row in rows.items() if row.middle.size}
     if bins and all(row.middle.size < 2 for row in filled.values()):
         return None  # nothing that it could depend on varies
-    values = np.concatenate([one.variables[name] for one in samples])
+    values = samples.variables[name]
     wide = name == 'dwell' and values.max() > DECADES * values.min() > 0.0
     if bins and shares[name] >= 0.01:
         title += f'\n{shares[name]:.0%} of the variance'
-    return Dependence(title, name, filled, unit, scale, bins > 0, bool(wide))
+    return Dependence(title, name, filled, bins > 0, bool(wide))
 
 
-def explained(samples: Sequence[Samples], name: str, bins: int) -> float:
+def explained(samples: Samples, name: str, bins: int) -> float:
     """Return the share of the variance that bins of a signal explain, for their number [-]."""
-    values = np.concatenate([one.values for one in samples])
-    weights = np.concatenate([1.0 / one.covariance.diagonal() for one in samples])
-    values = np.clip(values, *np.percentile(values, [1.0, 99.0]))
-    column = np.concatenate([one.variables[name] for one in samples])
-    direction = np.concatenate([one.direction for one in samples])
+    values = np.clip(samples.values, *np.percentile(samples.values, [1.0, 99.0]))
+    weights = 1.0 / samples.covariance.diagonal()
+    column = samples.variables[name]
     numbers = np.zeros(values.size, dtype=np.intp)
-    for index, one in enumerate(COLOURS):
-        here = direction == one
-        if here.any():
-            cuts = cuts_of(column[here], name, bins)
-            numbers[here] = (bins + 1) * index + np.digitize(column[here], cuts)
+    for index, direction in enumerate(np.unique(samples.direction)):
+        here = samples.direction == direction
+        cuts = cuts_of(column[here], name, bins)
+        numbers[here] = (bins + 1) * index + np.digitize(column[here], cuts)
     kinds, groups = np.unique(numbers, return_inverse=True)
     if kinds.size >= values.size - 1:
         return 0.0
@@ -192,16 +197,12 @@ def cuts_of(values: Floats, name: str, bins: int) -> Floats:
     return cuts
 
 
-def binned(samples: Sequence[Samples], name: str, direction: str, bins: int) -> Bins:
+def binned(samples: Samples, name: str, direction: str, bins: int) -> Bins:
     """Return the means over bins of a signal in one direction; the values themselves for 0."""
-    column = np.concatenate([one.variables[name] for one in samples])
-    here = np.concatenate([one.direction for one in samples]) == direction
-    if not here.any():
-        return Bins(*np.empty((3, 0)))
+    column, here = samples.variables[name], samples.direction == direction
     if not bins:
-        values = np.concatenate([one.values for one in samples])[here]
-        variance = np.concatenate([one.covariance.diagonal() for one in samples])[here]
-        return Bins(column[here], values, np.sqrt(variance))
+        deviation = np.sqrt(samples.covariance.diagonal()[here])
+        return Bins(column[here], samples.values[here], deviation)
     cuts = cuts_of(column[here], name, bins)
     numbers = np.digitize(column, cuts)
     parts = [here & (numbers == number) for number in range(cuts.size + 1)]
@@ -210,16 +211,10 @@ def binned(samples: Sequence[Samples], name: str, direction: str, bins: int) -> 
 
 
 def _mean(
-    samples: Sequence[Samples], column: Floats, inside: NDArray[np.bool_]
+    samples: Samples, column: Floats, inside: NDArray[np.bool_]
 ) -> tuple[float, float, float]:
     """Return the mean of a signal, of the values inside, and its standard deviation."""
-    total = variance = norm = 0.0
-    begin = 0
-    for one in samples:
-        flags = inside[begin : begin + one.values.size]
-        begin += one.values.size
-        weights = flags / one.covariance.diagonal()
-        total += float(weights @ one.values)
-        variance += float(weights @ one.covariance @ weights)
-        norm += float(weights.sum())
-    return float(column[inside].mean()), total / norm, float(np.sqrt(variance)) / norm
+    weights = inside / samples.covariance.diagonal()
+    weights /= weights.sum()
+    variance = weights @ (samples.covariance @ weights)
+    return float(column[inside].mean()), float(weights @ samples.values), float(variance**0.5)

@@ -41,8 +41,6 @@ LATENT = {
     'force by which the seal held more than in the model.',
 }
 """Captions of the latent inputs."""
-PLACES = ('where', 'added', 'left', 'validation', 'free', 'next')
-"""Parts of the page that have figures."""
 HEADS = ('>supply, absolute', '>load', '>rest before')
 """Conditions of a rig's recordings."""
 
@@ -62,31 +60,20 @@ def write_files(
     :raises RigError: when a file cannot be written, or a rig does not accept a fitted value
     """
     atomic_write(out / 'diagnosis.json', json.dumps(answer, indent=2, allow_nan=False) + '\n')
-    write_page(out / 'report.html', diagnosis, answer, progress)
+    _write_page(out / 'report.html', diagnosis, answer, progress)
     model = diagnosis.improved_system.to_yaml()
     if diagnosis.system.rig is not None:
         configuration_from_yaml(model, 'improved.yaml')
     atomic_write(out / 'improved.yaml', model)
 
 
-def write_page(
-    path: Path,
-    diagnosis: Diagnosis,
-    answer: rows.Answer,
-    progress: Callable[[float], None] = lambda share: None,
-) -> Path:
-    """
-    Write the page.
-
-    :param answer: of the diagnosis, as in diagnosis.json
-    :param progress: callback(fraction of the figures drawn)
-    :raises RigError: when the file cannot be written
-    """
+def _write_page(
+    path: Path, diagnosis: Diagnosis, answer: rows.Answer, progress: Callable[[float], None]
+) -> None:
     drawings = list(_drawings(diagnosis, answer))
-    pictures = list(draw_all(drawings, lambda number: progress(number / len(drawings))))
     text = render(
         'diagnosis_page.html',
-        pictures={place: [one for one in pictures if one.key == place] for place in PLACES},
+        pictures=draw_all(drawings, lambda number: progress(number / len(drawings))),
         answer=answer,
         rows=rows,
         balances=[(name, TITLES[name], *rest) for name, *rest in rows.balance_rows(answer)],
@@ -95,7 +82,7 @@ def write_page(
         most_ranked=MOST_RANKED,
         sources={one['name']: library.load(one['name']).source for one in answer['effects']},
     )
-    return atomic_write(path, text)
+    atomic_write(path, text)
 
 
 def recorded(diagnosis: Diagnosis) -> Iterator[rows.Row]:
@@ -141,26 +128,25 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
 def _latent_drawings(
     diagnosis: Diagnosis, answer: rows.Answer, improved: Hypothesis | None
 ) -> Iterator[Drawing]:
-    @cache
-    def tracks(given: bool) -> dict[str, list[Track]]:
-        if given:
-            return tracks_of(diagnosis.training, diagnosis.given, improved)
-        return tracks_of(diagnosis.training, diagnosis.improved, None)
+    hypotheses = {'where': (diagnosis.given, improved), 'left': (diagnosis.improved, None)}
 
-    def draw(balance: str, given: bool) -> Figure | None:
-        if balance not in tracks(given):
-            return None
-        spans = spans_of(answer, balance) if given else {}
-        return draw_latent(balance, tracks(given)[balance], spans)
+    @cache
+    def tracks(place: str) -> dict[str, list[Track]]:
+        return tracks_of(diagnosis.training, *hypotheses[place])
+
+    def draw(balance: str, place: str) -> Figure | None:
+        spans = spans_of(answer, balance) if place == 'where' else {}
+        found = tracks(place).get(balance)
+        return None if found is None else draw_latent(balance, found, spans)
 
     for one in answer['balances']:
         if one['open']:
             name = one['name']
             title, caption = f'{TITLES[name]} ({name})', LATENT[name.split('_')[0]]
-            yield Drawing(title, caption, partial(draw, name, True), 'where')
+            yield Drawing(title, caption, partial(draw, name, 'where'), 'where')
             if improved is not None:
                 caption = 'The same with the improved model.'
-                yield Drawing(title, caption, partial(draw, name, False), 'left')
+                yield Drawing(title, caption, partial(draw, name, 'left'), 'left')
 
 
 def spans_of(answer: rows.Answer, balance: str) -> dict[str, list[tuple[float, float]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from pneu_rig_ros.analysis.metrics import UNITS
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS
 from pneu_rig_ros.report.figure import display, plain_name
 
@@ -14,14 +15,7 @@ Answer = Mapping[str, Any]
 Row = tuple[str, ...]
 """Texts of a row of a table."""
 
-VARIABLE_UNITS = {
-    'position': 'm',
-    'velocity': 'm/s',
-    'pressure_1': 'Pa',
-    'pressure_2': 'Pa',
-    'dwell': 's',
-    'time': 's',
-}
+VARIABLE_UNITS = {**UNITS, 'dwell': 's', 'time': 's'}
 """Variable that bounds a significant residual -> SI unit."""
 SHORT = {'position': 'x', 'velocity': 'v', 'pressure_1': 'p1', 'pressure_2': 'p2', 'time': 't'}
 
@@ -171,7 +165,7 @@ def gap_rows(answer: Answer, which: str = 'signals') -> list[Row]:
     :param which: 'signals' or 'free_run'
     """
     rows: list[Row] = []
-    for name, one in answer['gap'].get(which, {}).items():
+    for name, one in answer['gap'][which].items():
         unit, scale = display(one['unit'])
         noise = one['noise']
         values = [one['before'], one['after'], noise]

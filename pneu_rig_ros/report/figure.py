@@ -189,8 +189,8 @@ def draw_stroke(recording: Recording, path: Path | str) -> Path:
         breakaways = [cycle.breakaway_time for cycle in cycles]
         peaks = [cycle.peak_friction for cycle in cycles]
         force.plot(breakaways, peaks, 'v', color=ORANGE, markersize=4.5, label='breakaway')
-    for axes in (pressures, force) if cycles else (pressures,):
-        add_legend(axes)
+        add_legend(force)
+    add_legend(pressures)
     return save_png(figure, Path(path))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
@@ -33,10 +33,9 @@ DRAWN_BELOW = 5.0
 @matplotlib.rc_context(STYLE)
 def draw_gap(
     path: Path,
-    title: str,
     measured: AnalysedRun,
-    models: tuple[AnalysedRun, AnalysedRun],
-    gaps: tuple[Gaps, Gaps],
+    models: Sequence[AnalysedRun],
+    gaps: Sequence[Gaps],
 ) -> Path:
     """
     Write a PNG with position, pressure p1 and friction, and beside each the gap in numbers.
@@ -49,6 +48,7 @@ def draw_gap(
     :raises RigError: when the file cannot be written
     """
     figure = Figure(figsize=(8.6, 6.4), dpi=110, layout='constrained')
+    title = 'A held-out run: the rig, its model before and after the diagnosis'
     figure.suptitle(title, fontsize=10.5, x=0.01, ha='left')
     grid = figure.subplots(3, 2, width_ratios=(3.6, 1.0))
     for index, ((curves, bars), name) in enumerate(zip(grid, SIGNALS, strict=True)):
@@ -67,7 +67,7 @@ def draw_gap(
 
 
 def _draw_curves(
-    axes: Axes, name: str, measured: AnalysedRun, models: tuple[AnalysedRun, AnalysedRun]
+    axes: Axes, name: str, measured: AnalysedRun, models: Sequence[AnalysedRun]
 ) -> None:
     signal = SHOWN[name]
     styles = (
@@ -101,7 +101,7 @@ def smoothed(values: Floats, interval: float) -> Floats:
     return np.asarray(filtfilt(b, a, values, padlen=beyond))
 
 
-def _draw_bars(axes: Axes, name: str, gaps: tuple[Gaps, Gaps]) -> None:
+def _draw_bars(axes: Axes, name: str, gaps: Sequence[Gaps]) -> None:
     """Draw the RMSE before and after, and the noise as a line that crosses no number."""
     unit, scale = display(gaps[0][name].unit)
     values = [scale * gap[name].rmse for gap in gaps]

@@ -56,21 +56,21 @@ STRIDE = 8
 @dataclass(frozen=True)
 class Traces:
     """
-    Signals over time.
+    Signals of a measured run and of its simulations over time.
 
     :param time: [s], shape (n,)
     :param position: measured [m], shape (n,)
-    :param signals: name -> values [SI], shape (n,)
+    :param signals: measured or model -> name -> values [SI], shape (n,)
     """
 
     time: Floats
     position: Floats
-    signals: Mapping[str, Floats]
+    signals: Mapping[str, Mapping[str, Floats]]
 
 
 def runs_of(
     comparison: Comparison, given: Hypothesis, improved: Hypothesis | None, free: bool = False
-) -> dict[str, Traces]:
+) -> Traces:
     """
     Return the measured run and those of the models whose simulation succeeds.
 
@@ -87,7 +87,7 @@ def runs_of(
         with contextlib.suppress(RigError):  # a simulation that fails
             signals |= {} if hypothesis is None else {name: simulate(comparison, hypothesis)}
     time: Floats = run.begin + run.interval * np.arange(1.0, run.size)
-    return {name: Traces(time, run.position[1:], one) for name, one in signals.items()}
+    return Traces(time, run.position[1:], signals)
 
 
 def open_signals(run: Run) -> tuple[str, ...]:
@@ -116,52 +116,51 @@ def _of_part(comparison: Comparison, hypothesis: Hypothesis) -> dict[str, Floats
 
 
 @matplotlib.rc_context(STYLE)
-def draw_improvement(runs: Mapping[str, Traces]) -> Figure:
+def draw_improvement(runs: Traces) -> Figure:
     """Return all signals against time; beside it where the given model is worst."""
-    measured = runs[MEASURED]
-    span = detail(measured, runs.get(GIVEN, measured))
-    rows = len(measured.signals)
-    figure = Figure(figsize=(8.6, 1.65 * rows + 0.9), layout='constrained')
-    grid = figure.subplots(rows, 2, sharex='col', width_ratios=(2.2, 1.0), squeeze=False)
-    for (whole, part), name in zip(grid, measured.signals, strict=True):
+    span = detail(runs)
+    worst = slice(*np.searchsorted(runs.time, span))
+    names = list(runs.signals[MEASURED])
+    figure = Figure(figsize=(8.6, 1.65 * len(names) + 0.9), layout='constrained')
+    grid = figure.subplots(len(names), 2, sharex='col', width_ratios=(2.2, 1.0), squeeze=False)
+    for (whole, part), name in zip(grid, names, strict=True):
         signal = SHOWN[name]
-        for label, run in runs.items():
-            for axes, inside in (
-                (whole, slice(None)),
-                (part, slice(*np.searchsorted(run.time, span))),
-            ):
-                time, values = thinned(run.time[inside], signal.scale * run.signals[name][inside])
+        for label, signals in runs.signals.items():
+            for axes, inside in ((whole, slice(None)), (part, worst)):
+                time, values = thinned(runs.time[inside], signal.scale * signals[name][inside])
                 axes.plot(time, values, **STYLES[label])
                 axes.ticklabel_format(useOffset=False)
         whole.axvspan(*span, color='#f0ead9', linewidth=0, zorder=0)
         whole.set_ylabel(f'{signal.label}\n[{signal.unit}]')
-    whole.set_xlim(0.0, measured.time[-1])
+    whole.set_xlim(0.0, runs.time[-1])
     part.set_xlim(*span)
     whole.set_xlabel('time [s]')
     part.set_xlabel('time [s], shaded interval')
-    figure.legend(grid[0, 0].get_lines(), list(runs), loc='outside upper center', ncols=3)
+    figure.legend(grid[0, 0].get_lines(), list(runs.signals), loc='outside upper center', ncols=3)
     figure.align_ylabels()
     return figure
 
 
-def detail(measured: Traces, simulated: Traces) -> tuple[float, float]:
+def detail(runs: Traces) -> tuple[float, float]:
     """
-    Return from and to [s] of the stretch in which a simulation is farthest off.
+    Return from and to [s] of the stretch in which the given model is farthest off.
 
     The piston moves in it, if it moves at all: at rest only an offset would be visible.
     """
-    size = max(2, round(DETAIL * measured.time.size))
-    windows = sliding_window_view(measured.position, size)[::STRIDE]
+    measured = runs.signals[MEASURED]
+    simulated = runs.signals.get(GIVEN, measured)
+    size = max(2, round(DETAIL * runs.time.size))
+    windows = sliding_window_view(runs.position, size)[::STRIDE]
     way = np.ptp(windows, axis=1)
     far = np.zeros(way.size)
-    for name in measured.signals:
-        off = ((simulated.signals[name] - measured.signals[name]) ** 2).cumsum()
+    for name, values in measured.items():
+        off = ((simulated[name] - values) ** 2).cumsum()
         every = np.concatenate([[0.0], off])
         sums = (every[size:] - every[:-size])[::STRIDE]
-        far += sums / max(float(np.ptp(measured.signals[name])), 1e-12) ** 2
+        far += sums / max(float(np.ptp(values)), 1e-12) ** 2
     moving = way >= MOVING * float(way.max())
     start = STRIDE * int(np.argmax(np.where(moving, far, -1.0)))
-    return float(measured.time[start]), float(measured.time[start + size - 1])
+    return float(runs.time[start]), float(runs.time[start + size - 1])
 
 
 @matplotlib.rc_context(STYLE)

@@ -26,6 +26,7 @@ from pneu_rig_ros.report.dependence import (
     Track,
     dependence,
 )
+from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS
 from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, display, literal
 
 Spans = Sequence[tuple[float, float]]
@@ -183,10 +184,11 @@ def connected(time: Floats) -> Iterator[slice]:
 
 
 def _draw_dependence(axes: Axes, side: Dependence, unit: str, scale: float) -> None:
+    own_unit, own_scale = display(VARIABLE_UNITS[side.variable])
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     for direction, bins in side.bins.items():
         axes.errorbar(
-            side.scale * bins.middle,
+            own_scale * bins.middle,
             scale * bins.mean,
             2.0 * scale * bins.deviation,
             fmt='o-' if side.joined else 'o',
@@ -199,7 +201,7 @@ def _draw_dependence(axes: Axes, side: Dependence, unit: str, scale: float) -> N
     if side.logarithmic:
         axes.set_xscale('log')
     axes.set_title(side.title, fontsize=8, loc='left', pad=2)
-    axes.set_xlabel(f'{SYMBOLS[side.variable]} [{side.unit}]', fontsize=8)
+    axes.set_xlabel(f'{SYMBOLS[side.variable]} [{own_unit}]', fontsize=8)
     axes.set_ylabel(f'[{unit}]', fontsize=8)
     axes.tick_params(labelsize=8)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
@@ -42,16 +42,18 @@ class Picture(NamedTuple):
     key: str
 
 
-def draw_all(drawings: Sequence[Drawing], progress: Callable[[int], None]) -> Iterator[Picture]:
+def draw_all(drawings: Iterable[Drawing], progress: Callable[[int], None]) -> list[Picture]:
     """
-    Yield the figures in which there is something to be seen.
+    Return the figures in which there is something to be seen.
 
     :param progress: callback(number of figures drawn)
     """
+    pictures = []
     for number, one in enumerate(drawings, start=1):
         if (figure := one.draw()) is not None:
-            yield Picture(one.title, one.caption, data_address(figure), one.key)
+            pictures.append(Picture(one.title, one.caption, data_address(figure), one.key))
         progress(number)
+    return pictures
 
 
 def render(template: str, **content: Any) -> str:

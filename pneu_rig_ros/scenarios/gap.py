@@ -166,11 +166,10 @@ def close_gap(
         )
     data = answer(diagnosis)
     write_files(out, diagnosis, data, lambda _: diagnosing('drawing the report', 0.96))
+    models = {'before': model, 'after': out / 'improved.yaml'}
     again = [
         Run(VERIFY[0], CYLINDER, rig, folder / name / held_out[0].name, noise_seed(seed, -index))
-        for index, (name, rig) in enumerate(
-            (('before', model), ('after', out / 'improved.yaml')), start=1
-        )
+        for index, (name, rig) in enumerate(models.items(), start=1)
     ]
     title = 'recording again with the model before and after'
     record(again, lambda part: progress(title, DIAGNOSED + (REPEATED - DIAGNOSED) * part))
@@ -188,18 +187,14 @@ def _draw(path: Path, bags: Sequence[Path], model: Path) -> tuple[Gaps, Gaps]:
     """Draw the rig, the model before and after; return the gaps of both models."""
     stroke = load_configuration(model).model.cylinder.stroke
     rig = load_configuration(model, **set_up(VERIFY[0], CYLINDER, stroke))
-    truth, before, after = _analysed(bags, rig)
+    truth, *models = _analysed(bags, rig)
     interval, balance = truth.recording.interval, ForceBalance.of(rig)
     single = signal_noise(*sensor_noise(rig.sensors), interval, balance)
     # All runs went through the sensors: a difference of two has the noise of both.
     noise = {name: math.sqrt(2.0) * value for name, value in single.items()}
-    gaps = (
-        compare_signals(truth.signals, before.signals, noise),
-        compare_signals(truth.signals, after.signals, noise),
-    )
-    title = 'A held-out run: the rig, its model before and after the diagnosis'
-    draw_gap(path, title, truth, (before, after), gaps)
-    return gaps
+    before, after = (compare_signals(truth.signals, model.signals, noise) for model in models)
+    draw_gap(path, truth, models, (before, after))
+    return before, after
 
 
 def _analysed(bags: Sequence[Path], rig: RigConfiguration) -> list[AnalysedRun]:

@@ -154,9 +154,9 @@ def _stribeck(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]
 
 def _hysteresis(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # beside the springs of the model one more slips at a part of the Coulomb force
-    stiffness = _graded(grade, (0.5, 1.0, 2.0)) * sum(friction['element_stiffness'])
-    limit = _graded(grade, (0.3, 0.5, 0.7)) * friction['coulomb_force']
     single = sum(friction['element_stiffness'])
+    stiffness = _graded(grade, (0.5, 1.0, 2.0)) * single
+    limit = _graded(grade, (0.3, 0.5, 0.7)) * friction['coulomb_force']
     truth = {'element_stiffness': [stiffness, single], 'element_limit': [limit]}
     model = {'element_stiffness': [single], 'element_limit': []}
     return truth, model

@@ -106,12 +106,11 @@ def test_curve_breaks_where_no_window_says_anything() -> None:
 
 def test_improved_model_is_nearer_along_the_measured_motion(bench: Diagnosis) -> None:
     (comparison,) = bench.held_out.comparisons
-    runs = runs_of(comparison, bench.given, bench.improved)
+    runs = runs_of(comparison, bench.given, bench.improved).signals
     assert list(runs) == [MEASURED, GIVEN, IMPROVED]
-    assert list(runs[MEASURED].signals) == ['force']
+    assert list(runs[MEASURED]) == ['force']
     off = {
-        name: float(np.std(run.signals['force'] - runs[MEASURED].signals['force']))
-        for name, run in runs.items()
+        name: float(np.std(run['force'] - runs[MEASURED]['force'])) for name, run in runs.items()
     }
     assert off[IMPROVED] < 0.3 * off[GIVEN]
 

@@ -34,7 +34,7 @@ def drawn_gap(path: Path, monkeypatch: pytest.MonkeyPatch, bias: float) -> Figur
     before, after = (compare_signals(measured.signals, one.signals, NOISE) for one in models)
     figures: list[Figure] = []
     monkeypatch.setattr(Figure, 'savefig', lambda figure, *_, **__: figures.append(figure))
-    draw_gap(path, 'gap', measured, models, (before, after))
+    draw_gap(path, measured, models, (before, after))
     figures[0].canvas.draw()
     return figures[0]
 

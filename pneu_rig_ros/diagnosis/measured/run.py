@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
-from pneu_rig_ros.analysis.motion import Rest, find_rests
+from pneu_rig_ros.analysis.motion import Rest, at_rest, find_rests
 from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, unclipped
@@ -118,9 +118,7 @@ class Run:
     @cached_property
     def resting(self) -> Flags:
         """Whether the piston rests throughout an interval, shape (n - 1,)."""
-        flags = np.zeros(self.size, dtype=np.bool_)
-        for rest in self.rests:
-            flags[rest.first : rest.end] = True
+        flags = at_rest(self.rests, self.size)
         both: Flags = flags[1:] & flags[:-1]
         return both
 
