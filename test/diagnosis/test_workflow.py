@@ -208,6 +208,8 @@ def test_supply_that_is_not_as_stated_is_a_condition_and_no_physics(tmp_path: Pa
     assert low < row['value'] < high
     assert data['verdict'] == 'conditions'
     assert data['sentence'].startswith('Not as stated: supply_pressure ')
+    (chosen,) = (row for row in data['candidates'] if row['chosen'])
+    assert chosen['probability'] > 0.3  # a coefficient of the intake may act alike
     assert data['gap']['cut'] > 0.9
 
 

@@ -27,7 +27,9 @@ def ranking_rows(
     :param probability: of the verdict [-]
     """
     explanation = Explanation() if best is None else best.explanation
-    likely = of_names(search, explanation, verdict in ('effect', 'parameter'), probability)
+    condition = any(part.is_condition for part in explanation.parts)
+    named = condition or verdict in ('effect', 'parameter')
+    likely = of_names(search, explanation, named, probability)
     residuals = search.held_out.without_cycles
     before = excess(residuals, search.given)
 
