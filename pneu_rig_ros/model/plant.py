@@ -265,7 +265,8 @@ class Plant:
         force = self._friction(p1, p2, acceleration)
         time = float(self._carry.clock[integrator.NOW])
         rest = sticking != 0.0, int(contact), time - rest_start if sticking else 0.0
-        readings = self._readings(np.array([time]), self._one_state)[0].tolist()
+        now = self._carry.clock[integrator.NOW :]
+        readings = self._readings(now, self._one_state)[0].tolist()
         values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
         return PlantState._make(values)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.diagnosis.measured.reading import without_outliers
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison, substeps
 from pneu_rig_ros.model import effects as library
 
 from .runs import configured, measured, system_of
@@ -84,3 +84,16 @@ def test_turn_from_a_fast_stroke_to_a_slow_one_is_no_wrong_reading() -> None:
         position = np.where(time < turn, -0.0145 * (time - turn), 0.0022 * (time - turn))
         for there_and_back in (position, position[::-1]):
             np.testing.assert_array_equal(without_outliers(there_and_back, noise), there_and_back)
+
+
+def test_samples_are_divided_by_the_load_of_their_own_run(tmp_path: Path) -> None:
+    """With 0.1 kg it swings ten times as fast as with the 10 kg of the model."""
+    rig = configured('cylinder_1', load_mass=10.0)
+    system = system_of(tmp_path, rig)
+    heavy = measured(system, 'heavy', rig)
+    light = replace(heavy, operation=heavy.operation._replace(load_mass=0.1))
+    joint = library.load('load_compliance').parameters(1e-4, 0.0)
+    swinging = system.hypothesis.with_effect('load_compliance', joint)
+    assert substeps(swinging, heavy) == 1
+    assert substeps(swinging, light) == 2
+    assert substeps(system.hypothesis, light) == 1

@@ -12,7 +12,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
-from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL
+from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL, REPEATABILITY
 
 
 def repeatability(
@@ -41,5 +41,6 @@ def repeatability(
     if 'force' in deviations:
         runs = [run for data in datasets for run in data.single_runs]
         spread = level_spread(improved, runs)
-        deviations[FRICTION_LEVEL] = float(np.hypot(deviations.get(FRICTION_LEVEL, 0.0), spread))
+        both = float(np.hypot(deviations.get(FRICTION_LEVEL, 0.0), spread))
+        deviations[FRICTION_LEVEL] = REPEATABILITY[FRICTION_LEVEL].within(both)
     return {name: value for name, value in deviations.items() if value > 0.0}

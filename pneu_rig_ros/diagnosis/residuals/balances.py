@@ -47,7 +47,7 @@ LOAD_WINDOW = 0.012
 LEAST_LOAD = 0.2
 """A seal that breaks away at a smaller share of its strength is not held by friction [-]."""
 RESOLVED = 5
-"""Parts of the time in which a state changes, at least; the error is then 0.02 of the noise."""
+"""Parts of the time in which a state changes, at least: 0.02 of the noise of the gas is left."""
 FINEST = 0.4 * LEAST_TIME
 """Parts are not shorter [s]."""
 SLOW_SAMPLING = 5e-3
@@ -164,7 +164,7 @@ class Comparison:
 
     def _along(self, hypothesis: Hypothesis, run: Run, velocity: Floats) -> tuple[Floats, Floats]:
         """Return modelled rates and errors of the sensors along a run, shape (n - 1, k) each."""
-        parts = substeps(hypothesis, run.interval)
+        parts = substeps(hypothesis, run)
         rates, bias = hypothesis.plant_of(run).along(
             interpolated(run.smooth, parts),
             np.repeat(velocity, parts),
@@ -235,15 +235,16 @@ def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
     return force
 
 
-def substeps(hypothesis: Hypothesis, interval: float) -> int:
-    """Return the parts of an interval [s] that resolve the states of the acting effects."""
-    parts = 1
+def substeps(hypothesis: Hypothesis, run: Run) -> int:
+    """Return the parts of an interval that resolve the states of the acting effects in a run."""
+    interval, parts = run.interval, 1
+    model = hypothesis.model._replace(operation=run.operation)
     for name, own in hypothesis.effects.items():
         effect, parameters = library.load(name), without_shape(own)
         # an empirical effect has a state for each of its terms: only those in use act
         active = not effect.describes or any(getattr(parameters, s) != 0.0 for s in effect.states)
         if effect.states and active and interval <= SLOW_SAMPLING:
-            time = effect.shortest_time(parameters, hypothesis.model)
+            time = effect.shortest_time(parameters, model)
             parts = max(parts, math.ceil(RESOLVED * interval / time))
     return min(parts, math.ceil(interval / FINEST))
 

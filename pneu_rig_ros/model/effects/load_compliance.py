@@ -47,7 +47,7 @@ def contribution(
 
 
 def swing_time(parameters: Parameters, model: Model) -> float:
-    """Return the shorter of the times in which the load swings by a radian and comes to rest."""
+    """Return the smaller of 1/omega of the load and the time constant of its damping [s]."""
     mass = model.operation.load_mass
     decay = mass / parameters.damping if parameters.damping > 0.0 else math.inf
     return min(math.sqrt(mass * parameters.compliance), decay)
