@@ -58,8 +58,12 @@ def compiled(function: Function) -> Function:
 
 
 def called(function: Function) -> Function:
-    """Compile a block as a function of its own, as is best for long code that seldom runs."""
-    block: Function = register_jitable(**OPTIONS)(function)
+    """
+    Compile a block as a function of its own, as is best for long code that seldom runs.
+
+    Left to itself, Numba gives it the ``forceinline`` of the function that calls it.
+    """
+    block: Function = register_jitable(**OPTIONS, forceinline=False)(function)
     return block
 
 

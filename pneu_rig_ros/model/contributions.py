@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any
+from typing import Any, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled, inner
@@ -44,13 +44,9 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
     sums: dict[Balance, Contribution] = dict.fromkeys(Balance, _nothing)
     ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
     for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
-        effect = effects[index]
-        own = _own(effect, index, ends[index], ends[index + 1])
-        if shaped:
-            own = _shaped(own, index, len(effects) + 1)
-        own = _acting(own, index, len(effects))
-        behind = CHAINS.get(effect.balance, _as_without_them)
-        sums[effect.balance] = _sum(sums[effect.balance], own, behind)
+        place = _Place(index, ends[index], ends[index + 1], len(effects), shaped)
+        balance = effects[index].balance
+        sums[balance] = _sum(sums[balance], effects[index], place)
     return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
 
 
@@ -61,65 +57,54 @@ def _nothing(
     return 0.0, 0.0
 
 
-def _own(effect: Effect, index: int, start: int, end: int) -> Contribution:
-    contribution = effect.contribution
-
-    @inner
-    def own(
-        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
-    ) -> tuple[float, float]:
-        return contribution(signals, model, effects[index], state[start:end], rate[start:end])
-
-    return own
-
-
-def _acting(always: Contribution, index: int, acting: int) -> Contribution:
-    """Return the contributions of an effect, none while it does not act: that costs least."""
-
-    @inner
-    def own(
-        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
-    ) -> tuple[float, float]:
-        if effects[acting][index]:
-            return always(signals, model, effects, state, rate)
-        return 0.0, 0.0
-
-    return own
-
-
-def _shaped(unshaped: Contribution, index: int, shapes: int) -> Contribution:
-    """Return the contributions of an effect times its shape, if it has one."""
-
-    @inner
-    def own(
-        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
-    ) -> tuple[float, float]:
-        a, b = unshaped(signals, model, effects, state, rate)
-        row = effects[shapes][index]
-        if row[COUNT] == 0.0:
-            return a, b
-        first, second = factors(row, signals, model)
-        return first * a, second * b
-
-    return own
-
-
 @compiled
 def _as_without_them(signals: Signals, first: float, second: float) -> Signals:
     """Return the signals that an effect sees where those before it add so much: the same."""
     return signals
 
 
-def _sum(others: Contribution, own: Contribution, behind: Callable[..., Signals]) -> Contribution:
-    """Return both contributions together; ``own`` sees what is behind the others."""
+class _Place(NamedTuple):
+    """
+    Where the plant's arrays and its tuple hold what belongs to an effect.
+
+    :param own: index of its parameters
+    :param start, end: of its states
+    :param acting: index of which effects act; the shapes, if there are any, come after it
+    :param shaped: whether there are shapes
+    """
+
+    own: int
+    start: int
+    end: int
+    acting: int
+    shaped: bool
+
+
+def _sum(others: Contribution, effect: Effect, place: _Place) -> Contribution:
+    """
+    Return both contributions of an effect and of the others; it sees what is behind them.
+
+    While the effect does not act, it costs next to nothing. It is one function of all that
+    belongs to an effect, as each function of its own takes time to compile.
+    """
+    contribution, behind = effect.contribution, CHAINS.get(effect.balance, _as_without_them)
+    index, start, end, acting, shaped = place
+    shapes = acting + 1  # Numba takes no other index of a tuple than a constant
 
     @inner
     def total(
         signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         a, b = others(signals, model, effects, state, rate)
-        seen = behind(signals, a, b)
-        c, d = own(seen, model, effects, state, rate)
-        return a + c, b + d
+        if effects[acting][index]:
+            seen, own = behind(signals, a, b), effects[index]
+            c, d = contribution(seen, model, own, state[start:end], rate[start:end])
+            if shaped:
+                row = effects[shapes][index]
+                if row[COUNT] != 0.0:
+                    first, second = factors(row, seen, model)
+                    c, d = first * c, second * d
+            a, b = a + c, b + d
+        return a, b
 
     return total
