@@ -66,7 +66,7 @@ def test_pressure_is_unknown_once_a_chamber_expands_below_its_sensors_zero(
     assert not back.vacuum[:1490].any()  # chamber 2 shrinks
 
 
-def test_single_wrong_readings_of_a_bench_are_replaced_and_turns_are_not() -> None:
+def test_single_wrong_readings_are_replaced_and_turns_are_not() -> None:
     noise, speed, interval = 1e-5, 0.012, 0.01
     phase = speed * interval * np.arange(4000.0)
     true = 0.02 - np.abs(phase % 0.04 - 0.02)  # to and fro, 20 mm
@@ -75,6 +75,25 @@ def test_single_wrong_readings_of_a_bench_are_replaced_and_turns_are_not() -> No
     wrong = position.copy()
     wrong[[560, 562, 1750]] -= 0.4e-3  # far from turns, two of them close together
     np.testing.assert_allclose(without_outliers(wrong, noise), position, atol=8.0 * noise)
+
+
+def test_up_to_three_wrong_readings_in_succession_are_replaced() -> None:
+    noise = 1e-5
+    phase = 1.2e-4 * np.arange(4000.0)
+    true = 0.02 - np.abs(phase % 0.04 - 0.02)
+    position = true + noise * np.random.default_rng(1).standard_normal(true.size)
+    wrong = position.copy()
+    wrong[560:562] += 0.2e-3
+    wrong[700:703] -= 0.25e-3
+    wrong[900], wrong[901] = wrong[900] + 0.25e-3, wrong[901] + 0.4e-3
+    np.testing.assert_allclose(without_outliers(wrong, noise), position, atol=8.0 * noise)
+
+
+def test_turns_of_a_sine_are_right() -> None:
+    time = 0.01 * np.arange(4000.0)
+    for frequency in (0.05, 0.2, 1.0, 2.0):
+        position = 0.02 * np.sin(2.0 * np.pi * frequency * time)
+        np.testing.assert_array_equal(without_outliers(position, 1e-6), position)
 
 
 def test_turn_from_a_fast_stroke_to_a_slow_one_is_no_wrong_reading() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
 from scipy.special import ndtr
 
 from pneu_rig_ros.arrays import Floats
@@ -13,16 +12,10 @@ from pneu_rig_ros.arrays import Floats
 CLIPPED = 4.0
 """Standard deviations from the end of a span within which noise is cut off on one side [-]."""
 
-OUTLIER_NOISE, OUTLIER_STEP = 6.0, 1.5
-"""
-A reading farther from the line between its neighbours is wrong: so many standard deviations, and
-steps of the motion around it, of which a bench that turns makes one [-].
-"""
-STEPS = 11
-"""
-Steps of which the median is that of the motion before, or after, a reading. The larger counts: by
-that of both a turn from a fast stroke to a slow one would be a wrong reading.
-"""
+OUTLIER_NOISE, OUTLIER_STEP = 6.0, 0.5
+"""A reading is wrong that is farther off: so many standard deviations, and steps around it [-]."""
+AROUND = 6
+"""Readings before and after one, by which it is judged: up to three in succession may be wrong."""
 
 
 @dataclass(frozen=True)
@@ -74,25 +67,29 @@ def unclipped(means: Floats, low: float, noise: float) -> Floats:
 
 def without_outliers(position: Floats, noise: float) -> Floats:
     """
-    Return readings of an imposed motion with single wrong ones replaced by linear interpolation.
+    Return readings of an imposed motion with the wrong ones replaced by linear interpolation.
 
-    A dazzled laser jumps by some tenths of a millimetre for one sample, which would be a velocity
-    of centimetres a second and a spike of viscous friction.
+    A dazzled laser jumps by some tenths of a millimetre, and back after a sample or a few. That
+    would be a velocity of centimetres a second, and two turns, at which the bristles bend over.
+    A wrong reading is off, in one direction, from where the motion before it leads, from where
+    that after it comes from, and from the middle of both. At a turn the first two are beyond a
+    right one, and the middle is on this side of it.
 
     :param position: equally spaced [m], shape (n,), n >= 3
     :param noise: standard deviation [m]
     """
-    steps = median_filter(np.abs(np.diff(position)), STEPS, mode='nearest')
-    around = np.pad(steps, STEPS // 2 + 1, mode='edge')
-    step: Floats = np.maximum(around[: position.size], around[-position.size :])
-    most = OUTLIER_STEP * step + OUTLIER_NOISE * noise
-    padded = np.pad(position, 3, mode='reflect', reflect_type='odd')
-    near, *far = (
-        position - 0.5 * (padded[3 - k : -3 - k] + padded[3 + k : padded.size - 3 + k])
-        for k in (1, 2, 3)
-    )
-    # beside a wrong reading, which has the line to its neighbours displaced, is a right one
-    right = (np.abs(near) <= most) | (np.abs(far) <= most).all(axis=0)
-    right |= near * np.sum(far, axis=0) < 0.0
+    padded = np.pad(position, AROUND + 1, mode='reflect', reflect_type='odd')
+    places = np.arange(position.size)[:, np.newaxis] + AROUND + 1
+    away = np.arange(1, AROUND + 1)
+    steps = np.diff(padded)
+    before, after = padded[places - away], padded[places + away]
+    slope_before = np.median(steps[places - 1 - away], axis=1, keepdims=True)
+    slope_after = np.median(steps[places + away], axis=1, keepdims=True)
+    expected = before + away * slope_before, after - away * slope_after, 0.5 * (before + after)
+    off = position - np.array([np.median(each, axis=1) for each in expected])
+    usual = np.maximum(np.abs(slope_before), np.abs(slope_after))[:, 0]
+    least = OUTLIER_STEP * usual + OUTLIER_NOISE * noise
+    right = ~((off > least).all(axis=0) | (off < -least).all(axis=0))
     place = np.arange(position.size)
-    return np.interp(place, place[right], position[right])
+    cleaned: Floats = np.interp(place, place[right], position[right])
+    return cleaned

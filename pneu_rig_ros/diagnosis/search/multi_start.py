@@ -49,11 +49,7 @@ def multi_start(
     explanation: Explanation, given: Hypothesis, dataset: Dataset, executor: Executor
 ) -> Fit:
     """
-    Return the best fit of several starts where simulations have local minima, else of one.
-
-    Started also from the unfitted values of the last cause, then along the valley of the best fit
-    and around it, and finished by a simplex search, which steps across the minimum of a single
-    slip.
+    Return the best fit from its values and, to simulations, from the last cause's unfitted ones.
     """
     if dataset.cycles is None:
         return fit(explanation, given, dataset, FINAL_ROUNDS)
@@ -61,7 +57,16 @@ def multi_start(
     starts = [replace(explanation, values=(*kept, s)) for s in explanation.parts[-1].starts]
     starts = [explanation, *best_starts(starts, given, dataset, executor)[:FAR_STARTS]]
     fits: Sequence[Fit] = map_tasks(executor, fit, starts, given, dataset, FINAL_ROUNDS)
-    best = min(fits, key=lambda result: result.loss)
+    return min(fits, key=lambda result: result.loss)
+
+
+def over_hills(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executor) -> Fit:
+    """
+    Return the best of a fit to simulations and of others that hills of the loss separate from it.
+
+    They start along its valley and around it. A simplex search, which steps across the minimum of
+    a single slip, finishes the best.
+    """
     steps = np.outer(LONG_STEPS, best.widest[1])
     along = [best.explanation.with_theta(best.explanation.theta + step) for step in steps]
     starts = [
@@ -70,8 +75,7 @@ def multi_start(
         for start in best_starts(points, given, dataset, executor)[:RESTARTS]
     ]
     fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
-    best = min((best, *fits), key=lambda result: result.loss)
-    return simplex_search(best, given, dataset)
+    return simplex_search(min((best, *fits), key=lambda result: result.loss), given, dataset)
 
 
 def over_ridges(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executor) -> Fit:

@@ -166,14 +166,17 @@ class Remainder:
 
         Those of an uncalibrated system have to be so by more than weak effects explain.
         """
-        comparisons = self.training.comparisons
-        if not comparisons[0].free:
+        if not self.training.comparisons[0].free:
             return False
-        test = compare_cycles(self.hypothesis, comparisons, self.rng)
+        test = self.cycle_test(self.hypothesis)
         if self.best is None:
             self.first_cycle_test = test
         strong = not self.uncalibrated or test.loss > WEAK_CYCLES * test.expected
         return test.significant and strong
+
+    def cycle_test(self, hypothesis: Hypothesis) -> CycleTest:
+        """Return the test of the training data's simulated cycles against those of replicates."""
+        return compare_cycles(hypothesis, self.training.comparisons, self.rng)
 
     def cycle_residuals(self) -> list[SignificantResidual]:
         """Return the difference of the given model's cycles, which begins at the breakaways."""

@@ -19,7 +19,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
-from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_ridges
+from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_hills, over_ridges
 from pneu_rig_ros.diagnosis.search.remainder import Remainder
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
@@ -285,14 +285,17 @@ class Search(Remainder):
         self.progress('fitting ' + explanation.name)
         problem = self.given, self.training, self.executor
         best = multi_start(explanation, *problem)
-        if self._may_swing(best):
+        if self.training.cycles is not None:
+            # cycles like those of a true model are in no minimum of a slip at the wrong time
+            if self.cycle_test(best.explanation.apply(self.given)).significant:
+                best = over_hills(best, *problem)
+        elif self._may_swing(best):
             best = over_ridges(best, *problem)
         return score(best, self.given, self.training, self.held_out)
 
     def _may_swing(self, found: Fit) -> bool:
         """Return whether states of the last cause may be out of phase with what is left."""
-        last, data = found.explanation.parts[-1], self.training
+        last = found.explanation.parts[-1]
         swings = last.is_effect and len(library.load(last.name).states) > 1
-        if not swings or data.cycles is not None:
-            return False
-        return bool(localise(windows_of(data, found.explanation.apply(self.given))))
+        improved = found.explanation.apply(self.given)
+        return swings and bool(localise(windows_of(self.training, improved)))
