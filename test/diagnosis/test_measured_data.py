@@ -84,9 +84,10 @@ def test_friction_of_a_compact_seal_grows_with_pressure() -> None:
     data = seal('KDN')
     assert data['verdict'] == 'effect'
     assert data['effects'][0]['name'] == 'pressure_dependent_friction'
-    assert data['gap']['cut'] > 0.4
+    force = data['gap']['signals']['force']
+    assert force['after'] < 0.75 * force['before']
     # a loop of one run of a seal predicts another to 0.8 to 1.4 N
-    assert data['gap']['signals']['force']['after'] < 0.9
+    assert force['after'] < 0.9
 
 
 @pytest.mark.long
