@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.special import ndtr
 
 from pneu_rig_ros.arrays import Floats
@@ -16,6 +17,8 @@ OUTLIER_NOISE, OUTLIER_STEP = 6.0, 0.5
 """A reading is wrong that is farther off: so many standard deviations, and steps around it [-]."""
 AROUND = 6
 """Readings before and after one, by which it is judged: up to three in succession may be wrong."""
+MOST_WRONG = 0.2
+"""Share of the readings around that may be wrong; where a motion turns every few, more seem so."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,8 @@ def without_outliers(position: Floats, noise: float) -> Floats:
     off = position - np.array([np.median(each, axis=1) for each in expected])
     usual = np.maximum(np.abs(slope_before), np.abs(slope_after))[:, 0]
     least = OUTLIER_STEP * usual + OUTLIER_NOISE * noise
-    right = ~((off > least).all(axis=0) | (off < -least).all(axis=0))
+    wrong = (off > least).all(axis=0) | (off < -least).all(axis=0)
+    right = ~wrong | (uniform_filter1d(wrong.astype(float), 4 * AROUND + 1) > MOST_WRONG)
     place = np.arange(position.size)
     cleaned: Floats = np.interp(place, place[right], position[right])
     return cleaned
