@@ -286,12 +286,22 @@ class Search(Remainder):
         problem = self.given, self.training, self.executor
         best = multi_start(explanation, *problem)
         if self.training.cycles is not None:
-            # cycles like those of a true model are in no minimum of a slip at the wrong time
-            if self.cycle_test(best.explanation.apply(self.given)).significant:
+            if self._may_be_behind_a_hill(best):
                 best = over_hills(best, *problem)
         elif self._may_swing(best):
             best = over_ridges(best, *problem)
         return score(best, self.given, self.training, self.held_out)
+
+    def _may_be_behind_a_hill(self, found: Fit) -> bool:
+        """
+        Return whether a fit to simulations may be in the minimum of a slip at the wrong time.
+
+        One value alone, fitted from both sides, is not if its cycles are like those of replicates.
+        Of several that compensate each other, another set may be likelier still.
+        """
+        if found.explanation.calibrates.count(False) > 1:
+            return True
+        return self.cycle_test(found.explanation.apply(self.given)).significant
 
     def _may_swing(self, found: Fit) -> bool:
         """Return whether states of the last cause may be out of phase with what is left."""
