@@ -42,10 +42,12 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
     # on the data on which the description was judged, with their noise
     better = named.explanation.apply(search.given)
     share = remaining_share(search.held_out, search.hypothesis, better)
+    is_effect = any(part.is_effect for part in named.explanation.parts)
     allowed = MOST_LEFT if description.gap_left < share else MOST_LEFT_ALONE
-    if discrepant and any(part.is_effect for part in named.explanation.parts):
+    if discrepant and is_effect:
         allowed = MOST_LEFT_OF_ALL
-    elif reported > MOST_LEFT_REPORTED:
+    # a parameter keeps the form of the model: much of what it leaves has another cause
+    elif reported > (MOST_LEFT_REPORTED if is_effect else MOST_LEFT):
         return description
     much_better = share > NEGLIGIBLE and description.gap_left < MUCH_BETTER * share
     if share > allowed or much_better:
