@@ -19,6 +19,7 @@ from pneu_rig_ros.diagnosis.answer.intervals import (
     residual_intervals,
     value_intervals,
 )
+from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT, UNKNOWN, of_balances
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, UNITS
@@ -29,7 +30,7 @@ from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.profiles import Profile
 from pneu_rig_ros.diagnosis.search.scoring import excess
 from pneu_rig_ros.diagnosis.sentence import sentence
-from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
+from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import DRIVERS
 
@@ -103,18 +104,29 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return each balance with its verdict and the remaining share of its excess."""
-    held_out, significant = diagnosis.held_out, {each.balance for each in diagnosis.significant}
+    held_out, verdicts = diagnosis.held_out, _verdicts(diagnosis)
     windows = [windows_of(held_out, each) for each in (diagnosis.given, diagnosis.improved)]
     rows = []
     for name in BALANCES:
         before, after = (_excess_rms(name, groups) for groups in windows)
         missing = held_out.comparisons[0].run.missing[name]
-        verdict = diagnosis.verdict if name in significant else CONSISTENT
         row = {'name': name, 'unit': UNITS[name], 'open': not missing, 'why': missing}
-        row['verdict'] = None if missing else verdict
+        row['verdict'] = None if missing else verdicts[name]
         row['left'] = after / before if before > 0.0 and not missing else None
         rows.append(row)
     return rows
+
+
+def _verdicts(diagnosis: Diagnosis) -> dict[str, str]:
+    """Return balance -> verdict; significant residuals that show no cause are unknown."""
+    significant = {each.balance for each in diagnosis.significant}
+    if diagnosis.verdict in (CONSISTENT, UNKNOWN) or diagnosis.restated is not None:
+        return {n: diagnosis.verdict if n in significant else CONSISTENT for n in BALANCES}
+    verdicts = of_balances(diagnosis.explanation, diagnosis.given, diagnosis.training)
+    return {
+        name: UNKNOWN if name in significant and each == CONSISTENT else each
+        for name, each in verdicts.items()
+    }
 
 
 def _excess_rms(balance: str, windows: Sequence[Windows]) -> float:

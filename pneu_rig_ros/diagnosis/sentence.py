@@ -9,15 +9,10 @@ import numpy as np
 
 from pneu_rig_ros.diagnosis.answer.intervals import HALF_WIDTH
 from pneu_rig_ros.diagnosis.answer.run_differences import RunDifference
+from pneu_rig_ros.diagnosis.answer.verdict import CONDITIONS, CONSISTENT, UNCALIBRATED, UNKNOWN
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS as CONDITIONS_PREFIX
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
-from pneu_rig_ros.diagnosis.workflow import (
-    CONDITIONS,
-    CONSISTENT,
-    UNCALIBRATED,
-    UNKNOWN,
-    Diagnosis,
-)
+from pneu_rig_ros.diagnosis.workflow import Diagnosis
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -27,8 +27,15 @@ from pneu_rig_ros.diagnosis.answer.run_differences import (
     run_differences,
     sufficient_differences,
 )
+from pneu_rig_ros.diagnosis.answer.verdict import (
+    CONDITIONS,
+    CONSISTENT,
+    UNCALIBRATED,
+    UNKNOWN,
+    of_parts,
+)
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
-from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.inputs.read_inputs import Inputs, read_inputs
 from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
@@ -46,9 +53,6 @@ from pneu_rig_ros.executor import Executor, SerialExecutor
 Progress = Callable[[str, float], None]
 """Called with a stage and the fraction of the work done [-]."""
 
-CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'
-PARAMETER, EFFECT, UNKNOWN = 'parameter', 'effect', 'unknown'
-"""Verdicts."""
 SEARCH_STEPS = 25.0
 """Usual steps of a search, for its progress [-]."""
 
@@ -125,12 +129,8 @@ class Diagnosis:
             return CONDITIONS
         if self.unknown is not None:
             return UNKNOWN
-        causes = [part for part in self.explanation.parts if part.name != CALIBRATION]
-        if not causes:
-            return UNCALIBRATED if self.where and self.explanation.parts else CONSISTENT
-        if any(part.is_effect for part in causes):
-            return EFFECT
-        return PARAMETER if any(part.is_parameter for part in causes) else CONDITIONS
+        verdict = of_parts(self.explanation.parts)
+        return CONSISTENT if verdict == UNCALIBRATED and not self.where else verdict
 
     @property
     def significant(self) -> Sequence[SignificantResidual]:

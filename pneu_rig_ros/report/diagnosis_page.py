@@ -10,9 +10,10 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
+from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis
+from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report import diagnosis_rows as rows

@@ -66,6 +66,8 @@ def balance_rows(answer: Answer, most: int = 100) -> list[Row]:
     for one in answer['balances']:
         if one['open']:
             state = 'agrees' if one['verdict'] == 'consistent' else 'disagrees'
+            if one['verdict'] not in ('consistent', answer['verdict']):
+                state = f'disagrees: {one["verdict"]}'
         else:
             missing = one['why'].split(', ')
             more = f' and {len(missing) - most} more' if len(missing) > most else ''

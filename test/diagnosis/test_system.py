@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.inputs.open_balances import lacks
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
@@ -206,3 +207,13 @@ def test_wrong_file_is_told_in_one_line(tmp_path: Path, old: str, new: str, mess
     assert message in str(error.value)
     assert str(path) in str(error.value)
     assert '\n' not in str(error.value)
+
+
+def test_order_of_refit_does_not_change_what_is_fitted(tmp_path: Path) -> None:
+    system = load_system(system_file(tmp_path, LEAKING))
+    one, other = 'cylinder.cap_dead_volume', 'gas.supply_temperature'
+    ranges = {one: (5e-4, 2e-3), other: (280.0, 310.0)}
+    turned = {name: ranges[name] for name in (other, one)}
+    first, second = (pool(replace(system, refit=each), [])[1] for each in (ranges, turned))
+    assert first == second
+    assert [part.name for part in first.parts] == [one, other]

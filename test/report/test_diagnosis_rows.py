@@ -81,10 +81,12 @@ def test_disagreement_is_told_with_its_place() -> None:
 def test_closed_balance_tells_what_is_missing() -> None:
     closed = {'name': 'gas_2', 'open': False, 'why': 'signal u, valve.a, valve.b', 'left': None}
     opened = {'name': 'force', 'open': True, 'why': '', 'verdict': 'effect', 'left': 0.031}
-    answer = {'balances': [closed, opened]}
+    other = {**opened, 'verdict': 'unknown'}
+    answer = {'verdict': 'effect', 'balances': [closed, opened, other]}
     assert balance_rows(answer, most=1)[0][1] == 'closed: no signal u and 2 more'
     assert balance_rows(answer)[0][1] == 'closed: no signal u, valve.a, valve.b'
     assert balance_rows(answer)[1] == ('force', 'disagrees', '3%')
+    assert balance_rows(answer)[2] == ('force', 'disagrees: unknown', '3%')
 
 
 def test_signals_of_a_simulation_that_broke_down_have_no_number() -> None:

@@ -97,7 +97,7 @@ def pool(
     candidates = [*_conditions(system, runs, balances), *_effects(system, runs, balances, without)]
     if not system.refit:
         return [*_usual_parameters(system, balances), *candidates], base
-    for name, (low, high) in system.refit.items():
+    for name, (low, high) in sorted(system.refit.items()):  # the answer has no order of keys
         parameter = _refit_parameter(system.hypothesis.model, name, low, high)
         base = base.with_part(parameter, (parameter.model_value,))
     return candidates, base

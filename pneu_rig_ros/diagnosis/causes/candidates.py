@@ -230,6 +230,11 @@ class Explanation:
         """Return the explanation with one more part."""
         return Explanation((*self.parts, part), (*self.values, tuple(values)))
 
+    def without(self, part: Candidate) -> Explanation:
+        """Return the explanation without one of its parts, the values of the others kept."""
+        kept = [pair for pair in zip(self.parts, self.values, strict=True) if pair[0] != part]
+        return Explanation(tuple(each for each, _ in kept), tuple(values for _, values in kept))
+
     def apply(self, hypothesis: Hypothesis) -> Hypothesis:
         """Return a hypothesis with all parts."""
         for part, values in zip(self.parts, self.values, strict=True):

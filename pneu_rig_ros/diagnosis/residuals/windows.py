@@ -16,9 +16,11 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions
 from pneu_rig_ros.diagnosis.residuals.whitening import Whitener
 from pneu_rig_ros.model import along
+from pneu_rig_ros.model.effect import Regime
 
 VARIABLES = ('position', 'velocity', 'pressure_1', 'pressure_2')
-DWELL, BREAKAWAY, SLIDING, END_STOP = 'dwell', 'breakaway', 'sliding', 'end stop'
+DWELL, BREAKAWAY = Regime.DWELL.label, Regime.BREAKAWAY.label
+SLIDING, END_STOP = Regime.SLIDING.label, Regime.END_STOP.label
 NEAR_BREAKAWAY = 0.1
 """A window this close to a breakaway is of that regime [s]."""
 

@@ -31,7 +31,7 @@ def contribution(
 EFFECT = Effect(
     title='chambers leak to atmosphere',
     balance=Balance.MASS,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='ISO 6358-1:2013 with the effective area as the parameter',
     null=Parameters(0.0, 0.0),
     contribution=contribution,

@@ -29,7 +29,7 @@ def contribution(
 EFFECT = Effect(
     title='the piston seal leaks',
     balance=Balance.MASS,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000)',
     null=Parameters(0.0),

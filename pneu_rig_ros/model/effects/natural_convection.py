@@ -60,7 +60,7 @@ def contribution(
 EFFECT = Effect(
     title='natural convection of the gas carries heat to and from the chamber walls',
     balance=Balance.HEAT,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='W. H. McAdams, Heat Transmission, McGraw-Hill 1954; S. W. Churchill, H. H. S. Chu, '
     'Correlating Equations for Laminar and Turbulent Free Convection From a Vertical Plate, Int. '
     'J. Heat Mass Transfer 18 (1975)',

@@ -51,7 +51,7 @@ def contribution(
 EFFECT = Effect(
     title='valve ports open nonlinearly',
     balance=Balance.SPOOL,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law',
     null=Parameters(1.0),

@@ -56,7 +56,7 @@ def contribution(
 EFFECT = Effect(
     title='chambers leak through porous walls',
     balance=Balance.MASS,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='P. Forchheimer, Wasserbewegung durch Boden, Z. VDI 45 (1901); G. S. Beavers, '
     'E. M. Sparrow, Non-Darcy Flow Through Fibrous Porous Media, J. Appl. Mech. 36 (1969); as a '
     'power law in ISO 9972:2015',

@@ -67,7 +67,7 @@ def contribution(
 EFFECT = Effect(
     title='valves leak past their spools, most near the centre',
     balance=Balance.MASS,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='H. E. Merritt, Hydraulic Control Systems, Wiley 1967 (null leakage of spool valves), '
     'with the port flow of Eq. 3',
     null=Parameters(0.0, 0.0),

@@ -30,7 +30,7 @@ def contribution(
 EFFECT = Effect(
     title='gas exchanges heat with the chamber walls',
     balance=Balance.HEAT,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='P. Beater, Pneumatic Drives, Springer 2007; Newton cooling, ideal gas',
     null=Parameters(0.0, 0.0),
     contribution=contribution,

@@ -1,0 +1,54 @@
+"""The verdict, of a system and of each of its balances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
+from pneu_rig_ros.diagnosis.residuals.dataset import LARGEST, Dataset, loss
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE
+
+CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'
+PARAMETER, EFFECT, UNKNOWN = 'parameter', 'effect', 'unknown'
+"""Verdicts."""
+
+
+def of_parts(parts: Sequence[Candidate]) -> str:
+    """Return the verdict on what is explained by some causes."""
+    causes = [part for part in parts if part.name != CALIBRATION]
+    if not causes:
+        return UNCALIBRATED if parts else CONSISTENT
+    if any(part.is_effect for part in causes):
+        return EFFECT
+    return PARAMETER if any(part.is_parameter for part in causes) else CONDITIONS
+
+
+def of_balances(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> dict[str, str]:
+    """
+    Return balance -> the verdict by the causes that its residuals show.
+
+    They show a cause without which they are decisively less likely.
+    """
+    with_all = _losses(explanation.apply(given), dataset)
+    shown: dict[str, list[Candidate]] = {name: [] for name in BALANCES}
+    for part in explanation.parts:
+        without = _losses(explanation.without(part).apply(given), dataset)
+        for name in BALANCES:
+            if without[name] - with_all[name] > DECISIVE:
+                shown[name].append(part)
+    return {name: of_parts(parts) for name, parts in shown.items()}
+
+
+def _losses(hypothesis: Hypothesis, dataset: Dataset) -> dict[str, float]:
+    """Return balance -> loss of its residuals, breakaways among the forces [-]."""
+    rows = dataset.residuals_by_run(hypothesis)
+    columns = {name: [getattr(row, name) for row in rows] for name in BALANCES}
+    columns['force'] += [row.breakaway for row in rows]
+    return {
+        name: loss(np.clip(np.concatenate(each), -LARGEST, LARGEST))
+        for name, each in columns.items()
+    }
