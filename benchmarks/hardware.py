@@ -21,8 +21,9 @@ import click
 
 from pneu_rig_ros.cli import command
 from pneu_rig_ros.cli.diagnose import show
+from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.workflow import CONSISTENT, Diagnosis, diagnose
+from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.executor import open_executor
 from pneu_rig_ros.report.diagnosis_page import spans_of
 from pneu_rig_ros.report.figure import save_png
