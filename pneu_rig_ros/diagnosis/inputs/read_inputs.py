@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs, with_unknown_temperature
@@ -12,13 +15,16 @@ from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
+from pneu_rig_ros.records.conditions import CONDITIONS
 from pneu_rig_ros.records.reader import is_bag, read_recording
-from pneu_rig_ros.records.recording import Recording
+from pneu_rig_ros.records.recording import PRESSURES, Recording
 
 HELD_OUT = 3
 """Every third recording is held out when none is named for it."""
 MACHINE = ('cylinder', 'valve')
 """Sections of a recording's configuration that are alike in all recordings of a system."""
+ROUNDING = 1e-8
+"""By how much the samples of one measurement may differ, as texts of nine digits do [-]."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,8 @@ def read_inputs(
     runs = prepare_runs(recordings, system, paths)
     if single:
         runs[1] = with_unknown_temperature(runs[1])
+    else:
+        _check_different(recordings, paths)
     return Inputs(system, paths, recordings, runs, len(training), single)
 
 
@@ -146,6 +154,44 @@ def _check_same_machine(recordings: Sequence[Recording]) -> None:
                     f'{name}: recorded with another {part} than {first}; '
                     'diagnose recordings of one system at a time'
                 )
+
+
+def _check_different(recordings: Sequence[Recording], paths: Sequence[Path]) -> None:
+    """Raise RigError for recordings of the same measurement, whatever their conditions."""
+    pairs = itertools.combinations(zip(recordings, paths, strict=True), 2)
+    for (one, first), (other, second) in pairs:
+        if not _same_samples(one, other):
+            continue
+        if contradictions := _contradictions(one, other):
+            raise RigError(
+                f'{first} and {second}: the same samples under different conditions '
+                f'({contradictions}); omit the one with the wrong conditions'
+            )
+        raise RigError(f'{second}: the same samples as in {first}; give each recording once')
+
+
+def _same_samples(one: Recording, other: Recording) -> bool:
+    """Return whether all signals are the same, gauge pressures from whatever zero."""
+    size, shift = min(one.size, other.size), 0.0
+    if one.atmospheric_pressure is not None and other.atmospheric_pressure is not None:
+        shift = one.atmospheric_pressure - other.atmospheric_pressure
+
+    def alike(name: str) -> bool:
+        moved = other[name][:size] + (shift if name in PRESSURES else 0.0)
+        return np.allclose(one[name][:size], moved, rtol=ROUNDING, atol=0.0)
+
+    both = [name for name in ('position', *PRESSURES, 'force') if name in one and name in other]
+    return one.interval_ns == other.interval_ns and bool(both) and all(map(alike, both))
+
+
+def _contradictions(one: Recording, other: Recording) -> str:
+    """Return the conditions of which two recordings state different values, '' for none."""
+    stated = [(name, one.conditions.get(name), other.conditions.get(name)) for name in CONDITIONS]
+    return ', '.join(
+        f'{name} {a:g} and {b:g} {CONDITIONS[name].unit}'
+        for name, a, b in stated
+        if a is not None and b is not None and a != b
+    )
 
 
 def _read(task: tuple[Path, Path | None], zero: float) -> Recording:
