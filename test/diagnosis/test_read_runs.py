@@ -114,6 +114,14 @@ def test_signal_of_a_bench_at_the_end_of_its_span_is_refused(tmp_path: Path) -> 
     assert "run.csv: position is at the end of its sensor's span (0.05)" in line
 
 
+def test_signal_at_the_lower_end_of_its_span_is_not_refused() -> None:
+    """An exhausted chamber rests at the pressure of the surroundings."""
+    signals = rig_signals()
+    signals['pressure_1'] = np.maximum(signals['pressure_1'] - 2e5, 1e5)
+    run = prepare_run(Recording('run', 0, 1_160_000, signals), load_system('cylinder_1'), Path())
+    assert np.mean(run.pressures[:, 0] == run.span.low) > 0.4
+
+
 def test_recording_that_is_too_short_is_refused() -> None:
     line = said_of({name: values[:500] for name, values in rig_signals().items()})
     assert line == 'run.csv: 0.58 s, at least 1 s needed'
@@ -147,9 +155,10 @@ def test_recordings_of_two_cylinders_are_refused(tmp_path: Path) -> None:
     assert line.startswith('cylinder_2: recorded with another cylinder than cylinder_1')
 
 
-def test_one_recording_alone_is_refused(tmp_path: Path) -> None:
-    (tmp_path / 'a').mkdir()
-    assert 'does not exist' in refused(lambda: split_paths([tmp_path / 'b'], []))
+def test_recording_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / 'b'
+    line = refused(lambda: split_paths([path], []))
+    assert line == f'{path} does not exist; give a bag or a text table'
 
 
 def test_one_recording_twice_is_refused(tmp_path: Path) -> None:
