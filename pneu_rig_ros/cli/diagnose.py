@@ -16,6 +16,8 @@ MOST_RANKED = 8
 """Candidates that are printed."""
 MOST_MISSING = 3
 """Missing keys and signals of a closed balance that are printed."""
+MOST_NAMED = 3
+"""Recordings that are named beside a note."""
 COMPARING, DRAWING = 0.96, 0.97
 """Fractions of the work at which models are compared, and at which the report is drawn [-]."""
 
@@ -150,6 +152,7 @@ def show(data: dict[str, Any], out: Path) -> None:
         else '',
         'remains': rows.remaining_text(data),
         'indistinguishable': '; '.join(alike),
+        'notes': '\n'.join(rows.note_lines(data, MOST_NAMED)),
         'next experiment': '\n'.join(rows.next_lines(data)),
         'took': f'{data["seconds"]:.0f} s',
         'data': out / 'diagnosis.json',

@@ -78,6 +78,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             'fit': [each.run.name for each in diagnosis.training.comparisons],
             'verify': [each.run.name for each in diagnosis.held_out.comparisons],
         },
+        'notes': list(_notes(diagnosis)),
         'verdict': diagnosis.verdict,
         'probability': likely,
         'sentence': sentence(diagnosis, parameters, effects, conditions),
@@ -100,6 +101,14 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'gap': _gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and asdict(diagnosis.next_experiment),
     }
+
+
+def _notes(diagnosis: Diagnosis) -> Iterator[dict[str, str]]:
+    """Yield what was changed in each recording, or may be wrong in it."""
+    for dataset in (diagnosis.training, diagnosis.held_out):
+        for comparison in dataset.comparisons:
+            run = comparison.run
+            yield from ({'recording': run.name, 'note': note} for note in run.notes)
 
 
 def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -197,6 +197,20 @@ def _event(value: float | None, unit: str) -> str:
     return f'{value:g}' if unit == '-' else f'{value:.3g} {unit}'
 
 
+def note_lines(answer: Answer, most: int = 100) -> Iterator[str]:
+    """
+    Yield each note with the recordings that it is of.
+
+    :param most: recordings that are named in a line
+    """
+    recordings: dict[str, list[str]] = {}
+    for one in answer['notes']:
+        recordings.setdefault(one['note'], []).append(one['recording'])
+    for note, names in recordings.items():
+        more = f' and {len(names) - most} more' if len(names) > most else ''
+        yield f'{", ".join(names[:most])}{more}: {note}'
+
+
 def gap_unit(answer: Answer) -> str:
     """Return the unit of the gap, which is in the residuals or in simulated cycles."""
     of_residuals = answer['gap']['of'] == 'residuals'

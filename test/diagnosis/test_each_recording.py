@@ -15,12 +15,15 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.report.diagnosis_page import write_files
 
 from .parts import (
+    BENCH,
     CHAMBERS,
     CONDUCTANCES,
     LEAKING,
     WALL,
+    bench_run,
     chamber_run,
     mapping,
     system_file,
@@ -121,6 +124,50 @@ def test_warm_gas_is_no_cause_where_the_file_names_it(tmp_path: Path) -> None:
 
 def test_warm_gas_is_a_disagreement_where_it_is_not_named(tmp_path: Path) -> None:
     assert chambers(tmp_path, HEAT, CONDUCTANCES, warm=30.0)['verdict'] != 'consistent'
+
+
+def make_gap(path: Path) -> None:
+    """Remove samples from a table with a step of 0.1 s, so that one step is 0.25 s."""
+    rows = np.loadtxt(path, delimiter=',', skiprows=1)
+    rows[502] = rows[501:503].mean(axis=0)
+    rows = np.delete(rows, [500, 501], axis=0)
+    np.savetxt(path, rows, '%.9g', ',', header='time,pressure_1', comments='')
+
+
+def test_interpolation_over_a_long_step_is_noted(tmp_path: Path) -> None:
+    paths = [table(tmp_path / f'run_{i}.csv', 0.1, vessel_run(i, fill, 20.0, 0.0, 0.5))
+             for i, fill in enumerate((6e5, 5e5))]  # fmt: skip
+    make_gap(paths[0])
+    known = mapping(tmp_path / 'map.yaml', 'pressure_1')
+    system = system_file(tmp_path, LEAKING + VESSEL_HEAT + WARM)
+    diagnosis = diagnose(paths[:1], system, paths[1:], mapping=known)
+    (tmp_path / 'answer').mkdir()
+    write_files(tmp_path / 'answer', diagnosis, answer(diagnosis))
+    data = json.loads((tmp_path / 'answer' / 'diagnosis.json').read_text())
+    jsonschema.validate(data, SCHEMA)
+    note = 'time steps of 100 to 250 ms: interpolated onto steps of 100 ms'
+    assert data['notes'] == [{'recording': 'run_0', 'note': note}]
+    page = (tmp_path / 'answer' / 'report.html').read_text()
+    assert f'<li>run_0: {note}</li>' in page
+
+
+@pytest.mark.parametrize(
+    ('places', 'notes'),
+    [
+        ([], ()),
+        ([250], ('1 wrong position reading replaced',)),
+        ([250, 820], ('2 wrong position readings replaced',)),
+    ],
+)
+def test_replaced_readings_of_a_bench_are_counted(
+    tmp_path: Path, places: list[int], notes: tuple[str, ...]
+) -> None:
+    signals = bench_run(0, 3e5, 0.0)
+    signals['position'][places] -= 0.4e-3
+    path = table(tmp_path / 'run.csv', 0.01, signals)
+    known = mapping(tmp_path / 'map.yaml', *signals)
+    (run,) = read_runs([path], load_system(system_file(tmp_path, BENCH)), known)
+    assert run.notes == notes
 
 
 @pytest.mark.parametrize('leak', [0.0, 5e-9])

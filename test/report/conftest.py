@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,19 +27,23 @@ force: {column: force, unit: N}
 """
 GAUGES = (1e5, 4e5, 2.5e5)
 """Pressure beneath the seal in each recording [Pa]."""
+WRONG = ((), (250, 820), ())
+"""Samples of each recording at which the reading of the position is wrong."""
 SLOPE = 1e-5
 """Growth of the friction with it [N/Pa]."""
 
 
-def bench_table(path: Path, gauge: float, rng: np.random.Generator) -> Path:
+def bench_table(path: Path, gauge: float, wrong: Sequence[int], rng: np.random.Generator) -> Path:
     """Return 12 s of a seal that is driven to and fro, by the law of Dahl, as a text table."""
     time = np.arange(0.0, 12.0, 0.01)
     phase = (time / 6.0) % 1.0
     position = 0.03 + 0.06 * np.where(phase < 0.5, phase, 1.0 - phase)
     friction = rubbed(position, 6.0 + SLOPE * gauge)
+    read = position + rng.normal(0.0, 1e-5, time.size)
+    read[list(wrong)] += 4e-4
     columns = [
         time,
-        position + rng.normal(0.0, 1e-5, time.size),
+        read,
         1e5 + gauge + rng.normal(0.0, 150.0, time.size),
         friction + 5e-4 * gauge + 2.0 + rng.normal(0.0, 0.05, time.size),
     ]
@@ -75,7 +80,10 @@ class Bench:
 def bench_files(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     folder = tmp_path_factory.mktemp('bench')
     rng = np.random.default_rng(0)
-    tables = [bench_table(folder / f'run_{i}.csv', gauge, rng) for i, gauge in enumerate(GAUGES)]
+    tables = [
+        bench_table(folder / f'run_{i}.csv', gauge, wrong, rng)
+        for i, (gauge, wrong) in enumerate(zip(GAUGES, WRONG, strict=True))
+    ]
     system, mapping = folder / 'seal.yaml', folder / 'map.yaml'
     system.write_text(SYSTEM)
     mapping.write_text(MAPPING)

@@ -33,6 +33,7 @@ HOSTILE = (
     'x\x1b[2J\x1b]0;owned\x07',
     os.fsdecode(b'$\\frac{$ [red] :bug: {{ 7 * 7 }} \xff'),
 )
+NOTE = '2 wrong position readings replaced'
 GAUGES, SLOPE = (1e5, 4e5), 1e-5
 
 
@@ -133,6 +134,8 @@ def test_files_are_whole_and_the_model_loads(
     assert data['sentence'].split(' (')[0] in page
     assert len(re.findall('<img src="data:image/svg', page)) >= 3
     assert 'no signal pressure_1' in page or 'no cylinder.cap_dead_volume' in page
+    assert data['notes'] == [{'recording': 'run_1', 'note': NOTE}]
+    assert f'<li>run_1: {NOTE}</li>' in page
     COMMAND.show(data, tmp_path)
     _check_terminal(capsys.readouterr().out, tmp_path)
 
@@ -188,6 +191,7 @@ def _check_terminal(text: str, folder: Path) -> None:
     assert re.search(r'gas_1 +closed: no ', text)
     assert re.search(r'force +sliding in', text)
     assert 'RMSE along the measured motion on run_2' in text
+    assert re.search(f'notes +run_1: {NOTE}', text)
     assert 'RMSE in a free run' not in text  # of a system that is not a rig
     assert re.search('gap of +the balances of mass and force', text)
     assert str(folder / 'report.html') in text.replace('\n', '')

@@ -7,6 +7,7 @@ from pneu_rig_ros.report.diagnosis_rows import (
     cut_text,
     gap_rows,
     next_lines,
+    note_lines,
     number,
     ranking,
     where_rows,
@@ -93,6 +94,13 @@ def test_signals_of_a_simulation_that_broke_down_have_no_number() -> None:
     signal = {'unit': 'Pa', 'noise': 150.0, 'before': None, 'after': 300.0}
     (row,) = gap_rows({'gap': {'signals': {'pressure_1': signal}}})
     assert row == ('pressure 1', '-', '0.300', '0.150', 'kPa', '-', '2.0')
+
+
+def test_recordings_with_the_same_note_share_a_line() -> None:
+    notes = [{'recording': name, 'note': 'no checksums'} for name in 'abcd']
+    answer = {'notes': [*notes, {'recording': 'b', 'note': '3 samples'}]}
+    assert list(note_lines(answer)) == ['a, b, c, d: no checksums', 'b: 3 samples']
+    assert next(note_lines(answer, 2)) == 'a, b and 2 more: no checksums'
 
 
 def test_ranking_says_what_was_fitted_and_what_was_chosen() -> None:

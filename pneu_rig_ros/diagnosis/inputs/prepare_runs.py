@@ -104,9 +104,8 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     deviations, noise = system.each_recording, _noise(recording, system.sensors)
     worn = system.rig is not None and system.uncalibrated  # no such rig is kept like new
     level_error = max(FRICTION_ERROR if worn else 0.0, system.friction_spread or 0.0)
-    position = signal('position', 0.0)
-    if on_bench(recording):
-        position = without_outliers(position, noise.position)
+    recorded = signal('position', 0.0)
+    position = without_outliers(recorded, noise.position) if on_bench(recording) else recorded
     run = Run(
         recording.name,
         recording.interval,
@@ -125,8 +124,15 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(INITIAL_TEMPERATURE, 0.0),
         system.repeatability,
         level_error * model.friction.coulomb_force,
+        notes=(*recording.notes, *_replacement(recorded, position)),
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
+
+
+def _replacement(recorded: Floats, used: Floats) -> tuple[str, ...]:
+    """Return a note with the number of positions that were replaced, none if none were."""
+    count = int(np.count_nonzero(recorded != used))
+    return (f'{count} wrong position reading{"s" * (count > 1)} replaced',) if count else ()
 
 
 def _atmosphere(recording: Recording, system: System) -> float:

@@ -67,6 +67,7 @@ class Run:
     :param compression: pressures at the first sample relative to those when the recording began
         [-]: in so short a time the gas takes no heat
     :param original: the whole run with its pressures as recorded, None where it is this one
+    :param notes: remarks for the user
     """
 
     name: str
@@ -90,6 +91,7 @@ class Run:
     temperatures: tuple[float, float] | None = None
     compression: tuple[float, float] = (1.0, 1.0)
     original: Run | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def balances(self) -> frozenset[str]:
