@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtr
 
 from pneu_rig_ros.diagnosis.answer import probability
 from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable, ranking_rows
@@ -22,10 +23,16 @@ from pneu_rig_ros.diagnosis.answer.intervals import (
 from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT, UNKNOWN, of_balances
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, UNITS
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
-from pneu_rig_ros.diagnosis.residuals.nuisances import CLOCK_OFFSET, INITIAL_TEMPERATURE
+from pneu_rig_ros.diagnosis.residuals.nuisances import (
+    CLOCK_OFFSET,
+    INITIAL_TEMPERATURE,
+    Ranges,
+    RunNuisances,
+)
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.profiles import Profile
 from pneu_rig_ros.diagnosis.search.scoring import excess
@@ -239,26 +246,46 @@ def _shape(effect: str, explanation: Explanation) -> dict[str, Any] | None:
 
 
 def _nuisances(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
-    """Yield the nuisance parameters of each run under the answer, with confidence intervals."""
-    names = CLOCK_OFFSET, f'{INITIAL_TEMPERATURE}_1', f'{INITIAL_TEMPERATURE}_2'
+    """Yield the nuisance parameters of each run under the answer."""
+    improved = diagnosis.improved
     for dataset in (diagnosis.search.training, diagnosis.search.held_out):
         for comparison in dataset.comparisons:
-            run, estimate = comparison.run, dataset.nuisances(diagnosis.improved, comparison)
-            if estimate is None:
-                continue
-            warm = run.temperature_offset > 0.0
-            used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
-            values = estimate.delay, *estimate.temperatures
-            halves = (HALF_WIDTH * estimate.deviations).tolist()
-            for name, shows, value, half in zip(names, used, values, halves, strict=True):
-                if shows:
-                    yield {
-                        'recording': run.name,
-                        'name': name,
-                        'value': value,
-                        'interval': [value - half, value + half],
-                        'unit': 's' if name == CLOCK_OFFSET else 'K',
-                    }
+            run, estimate = comparison.run, dataset.nuisances(improved, comparison)
+            if estimate is not None:
+                yield from _of_run(run, estimate, Ranges.of(improved, run).prior.tolist())
+
+
+def _of_run(
+    run: Run, estimate: RunNuisances, expected: Sequence[float]
+) -> Iterator[dict[str, Any]]:
+    """
+    Yield the nuisance parameters of a run, with confidence intervals and p-values.
+
+    :param expected: delay [s] and temperatures of the gas [K] of a run without such an error
+    """
+    names = CLOCK_OFFSET, f'{INITIAL_TEMPERATURE}_1', f'{INITIAL_TEMPERATURE}_2'
+    warm = run.temperature_offset > 0.0
+    used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
+    values = estimate.delay, *estimate.temperatures
+    deviations = estimate.deviations.tolist()
+    for name, shows, value, usual, deviation in zip(
+        names, used, values, expected, deviations, strict=True
+    ):
+        if shows:
+            half = HALF_WIDTH * deviation
+            yield {
+                'recording': run.name,
+                'name': name,
+                'value': value,
+                'interval': [value - half, value + half],
+                'p_value': two_sided(value - usual, deviation),
+                'unit': 's' if name == CLOCK_OFFSET else 'K',
+            }
+
+
+def two_sided(difference: float, deviation: float) -> float:
+    """Return the p-value [-] of a difference with a normal error of this standard deviation."""
+    return float(2.0 * ndtr(-abs(difference) / deviation))
 
 
 def _gap(diagnosis: Diagnosis) -> dict[str, Any]:

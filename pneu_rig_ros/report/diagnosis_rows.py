@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -28,8 +29,11 @@ WHERE = ('balance', 'regime', 'most in', '>mean', '>noise', 'unit', '>significan
 ADDED = ('parameter', '>was', '>value', '>95 % interval', 'unit')
 GAPS = ('signal', '>before', '>after', '>noise', 'unit', '>before/noise', '>after/noise')
 EVENTS = ('', '>measured', '>before', '>after')
+EACH = ('recording', 'quantity', '>value', '>95 % interval', 'unit', '>p-value')
 """Heads of the columns; one that begins with '>' is for numbers."""
 
+LEAST_P = 1e-3
+"""Smallest p-value that is given as a number [-]."""
 PLAIN_BELOW = 10_000
 """Numbers below it have no exponent."""
 
@@ -195,6 +199,25 @@ def _event(value: float | None, unit: str) -> str:
     if value is None:
         return NOT_KNOWN
     return f'{value:g}' if unit == '-' else f'{value:.3g} {unit}'
+
+
+def each_rows(answer: Answer) -> list[Row]:
+    """Return clock offset [s] and initial temperatures [K] of each recording, with p-values."""
+    rows: list[Row] = []
+    for one in answer['each_recording']:
+        low, high = one['interval']
+        digits = _decimals(0.5 * (high - low))
+        value, *ends = (f'{each:.{digits}f}' for each in (one['value'], low, high))
+        p = one['p_value']
+        likely = f'{p:.3f}' if p >= LEAST_P else f'< {LEAST_P:g}'
+        texts = plain_name(one['name']), value, ' to '.join(ends), one['unit'], likely
+        rows.append((one['recording'], *texts))
+    return rows
+
+
+def _decimals(error: float) -> int:
+    """Return with how many decimals an error has two digits that count, at least none."""
+    return max(1 - math.floor(math.log10(error)), 0)
 
 
 def note_lines(answer: Answer, most: int = 100) -> Iterator[str]:

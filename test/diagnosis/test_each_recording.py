@@ -12,7 +12,7 @@ import pytest
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.result import answer, two_sided
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.diagnosis_page import write_files
@@ -79,9 +79,9 @@ def vessel(folder: Path, text: str, leak: float) -> dict[str, Any]:
     return told(tables[:2], system_file(folder, LEAKING + text), tables[2:], mapping=known)
 
 
-def found(data: dict[str, Any], recording: str, name: str) -> float:
+def found(data: dict[str, Any], recording: str, name: str, key: str = 'value') -> float:
     """Return what an answer says of a recording [SI]."""
-    rows = {(row['recording'], row['name']): row['value'] for row in data['each_recording']}
+    rows = {(row['recording'], row['name']): row[key] for row in data['each_recording']}
     return float(rows[recording, name])
 
 
@@ -91,6 +91,8 @@ def test_offset_of_a_clock_is_no_cause_where_the_file_names_it(tmp_path: Path) -
     assert {row['name'] for row in data['each_recording']} == {'clock_offset'}
     assert found(data, 'run_0', 'clock_offset') == pytest.approx(LATE, abs=2e-3)
     assert found(data, 'run_1', 'clock_offset') == pytest.approx(0.0, abs=2e-3)
+    assert found(data, 'run_0', 'clock_offset', 'p_value') < 1e-6
+    assert found(data, 'run_1', 'clock_offset', 'p_value') > 0.05
 
 
 def test_offset_of_a_clock_is_a_disagreement_where_it_is_not_named(tmp_path: Path) -> None:
@@ -126,6 +128,16 @@ def test_warm_gas_is_a_disagreement_where_it_is_not_named(tmp_path: Path) -> Non
     assert chambers(tmp_path, HEAT, CONDUCTANCES, warm=30.0)['verdict'] != 'consistent'
 
 
+@pytest.mark.parametrize(
+    ('difference', 'deviation', 'p_value'),
+    [(0.0, 1.0, 1.0), (1.959964, 1.0, 0.05), (-0.1, 0.0388226, 0.01)],
+)
+def test_p_value_is_that_of_a_normal_error(
+    difference: float, deviation: float, p_value: float
+) -> None:
+    assert two_sided(difference, deviation) == pytest.approx(p_value, rel=1e-4)
+
+
 def make_gap(path: Path) -> None:
     """Remove samples from a table with a step of 0.1 s, so that one step is 0.25 s."""
     rows = np.loadtxt(path, delimiter=',', skiprows=1)
@@ -149,6 +161,8 @@ def test_interpolation_over_a_long_step_is_noted(tmp_path: Path) -> None:
     assert data['notes'] == [{'recording': 'run_0', 'note': note}]
     page = (tmp_path / 'answer' / 'report.html').read_text()
     assert f'<li>run_0: {note}</li>' in page
+    assert '<h2>Each recording</h2>' in page
+    assert '<td>initial temperature 1</td>' in page
 
 
 @pytest.mark.parametrize(

@@ -136,6 +136,7 @@ def test_files_are_whole_and_the_model_loads(
     assert 'no signal pressure_1' in page or 'no cylinder.cap_dead_volume' in page
     assert data['notes'] == [{'recording': 'run_1', 'note': NOTE}]
     assert f'<li>run_1: {NOTE}</li>' in page
+    assert '<h2>Each recording</h2>' not in page  # names no clock and no initial temperature
     COMMAND.show(data, tmp_path)
     _check_terminal(capsys.readouterr().out, tmp_path)
 

@@ -5,6 +5,7 @@ import pytest
 from pneu_rig_ros.report.diagnosis_rows import (
     balance_rows,
     cut_text,
+    each_rows,
     gap_rows,
     next_lines,
     note_lines,
@@ -94,6 +95,21 @@ def test_signals_of_a_simulation_that_broke_down_have_no_number() -> None:
     signal = {'unit': 'Pa', 'noise': 150.0, 'before': None, 'after': 300.0}
     (row,) = gap_rows({'gap': {'signals': {'pressure_1': signal}}})
     assert row == ('pressure 1', '-', '0.300', '0.150', 'kPa', '-', '2.0')
+
+
+def test_offset_of_a_clock_has_an_interval_and_a_p_value() -> None:
+    late = {
+        'recording': 'a',
+        'name': 'clock_offset',
+        'value': 0.21,
+        'interval': [0.18, 0.24],
+        'p_value': 1e-40,
+        'unit': 's',
+    }
+    near = late | {'value': 1.93e-5, 'interval': [-2.46e-4, 2.84e-4], 'p_value': 0.8864}
+    rows = each_rows({'each_recording': [late, near]})
+    assert rows[0] == ('a', 'clock offset', '0.210', '0.180 to 0.240', 's', '< 0.001')
+    assert rows[1][2:] == ('0.00002', '-0.00025 to 0.00028', 's', '0.886')
 
 
 def test_recordings_with_the_same_note_share_a_line() -> None:
