@@ -1,9 +1,10 @@
 """The ROS 2 nodes, thin layers over the model, `control`, `analysis` and `records`."""
 
 import os
+import signal
 import sys
+from importlib.util import find_spec
 from pathlib import Path
-from types import TracebackType
 
 OWNER = 'PNEU_RIG_OWNER'
 """Environment variable: number of the parent process, with which a node ends."""
@@ -28,12 +29,22 @@ def _check_middleware() -> None:
         raise SystemExit(2)
 
 
-def _quiet_interrupt(
-    kind: type[BaseException], error: BaseException, trace: TracebackType | None
-) -> None:
-    """Report an exception, but not Ctrl-C while a node still imports its modules."""
-    if not issubclass(kind, KeyboardInterrupt):
-        sys.__excepthook__(kind, error, trace)
+def _is_node() -> bool:
+    """Return whether a module of this package is what the process runs: `plant`, `python -m`."""
+    if sys.argv[0] == '-m':  # while Python looks for the module
+        return any(f'{__name__}.' in word for word in sys.orig_argv)
+    script = Path(sys.argv[0]).name
+    return script.isidentifier() and find_spec(f'{__name__}.{script}') is not None
+
+
+def _exit_on_signals() -> None:
+    """
+    End the process with code 0 on SIGINT and SIGTERM, until `runner` handles them.
+
+    An exception would not do: extension modules may turn it into an ImportError.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: os._exit(0))
 
 
 def _set_profiles() -> None:
@@ -44,7 +55,7 @@ def _set_profiles() -> None:
         os.environ |= dict.fromkeys(PROFILES, str(configuration_folder() / 'fastdds.xml'))
 
 
-if sys.excepthook is sys.__excepthook__:
-    sys.excepthook = _quiet_interrupt  # first, as all else imports for a second
+if _is_node():
+    _exit_on_signals()  # first, as all else imports for a second
 _check_middleware()
 _set_profiles()

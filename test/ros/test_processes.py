@@ -31,6 +31,15 @@ from .bystander import Bystander, until
 pytestmark = pytest.mark.live
 
 INTERVAL = 1_160_000
+
+SIDE_NODES = ('excitation', 'joint_command', 'position_controller', 'shadow', 'replay')
+NODES = ('plant', 'valve_command', 'friction_estimator', 'recorder', 'rig', *SIDE_NODES)
+PARAMETERS = {
+    'recorder': ['output:={}'],
+    'rig': ['recorder:output:={}'],
+    'replay': ['bag:={}', 'repeat:=true'],
+}
+
 FILE_LIMIT = 300_000
 """Largest file of a process, which stands for a full disk [byte]."""
 
@@ -160,14 +169,16 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize(
-    'node', ['excitation', 'joint_command', 'position_controller', 'shadow', 'replay']
-)
-def test_two_signals_end_a_node_beside_the_rig_cleanly(node, number, start, tmp_path, bystander):
-    bag = simulate(load_configuration('cylinder_2'), 0.34, 1.0, tmp_path / 'bag')
-    process = start(node, *([f'bag:={bag}', 'repeat:=true'] if node == 'replay' else []))
+@pytest.mark.parametrize('node', NODES)
+def test_two_signals_end_a_node_cleanly(node, number, start, tmp_path, bystander):
+    bag = tmp_path / 'bag'
+    if node == 'replay':
+        simulate(load_configuration('cylinder_2'), 0.34, 1.0, bag)
+    process = start(node, *(word.format(bag) for word in PARAMETERS.get(node, [])))
     until(bystander.hear(DIAGNOSTICS).take)
-    assert stop(process, number) == ''
+    lines = stop(process, number).splitlines()
+    assert all(str(bag) in line for line in lines), lines  # where it records
+    assert bool(lines) == (node in ('recorder', 'rig'))
 
 
 def test_log_level_of_ros_holds(start, tmp_path, bystander):
@@ -282,16 +293,43 @@ ctypes.PyDLL(None).sleep(60)
     assert done.returncode == code
 
 
-def test_ctrl_c_while_a_node_imports_ends_it_without_a_word() -> None:
-    code = 'import pneu_rig_ros.nodes, signal; signal.raise_signal(signal.SIGINT)'
-    done = subprocess.run(
-        [sys.executable, '-c', code],
-        env=dict(os.environ),
-        capture_output=True,
+SCRIPT = 'from pneu_rig_ros.nodes.{} import main; raise SystemExit(main())'
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('by', ['script', 'module'])
+@pytest.mark.parametrize('node', ['plant', 'recorder'])
+def test_signal_while_a_node_imports_ends_it_without_a_word(
+    node: str, by: str, number: int, tmp_path: Path
+) -> None:
+    script = tmp_path / node  # as pip and colcon write them
+    script.write_text(SCRIPT.format(node))
+    words = [str(script)] if by == 'script' else ['-m', f'pneu_rig_ros.nodes.{node}']
+    process = subprocess.Popen(
+        [sys.executable, '-X', 'importtime', *words],  # a line for each module
+        stderr=subprocess.PIPE,
         text=True,
-        check=False,
+        env=dict(os.environ),
     )
-    assert (done.returncode, done.stderr) == (-signal.SIGINT, '')
+    assert process.stderr is not None
+    while not (line := process.stderr.readline()).endswith(' numpy\n'):
+        assert line, 'ended before the signal'
+    process.send_signal(number)
+    _, rest = process.communicate(timeout=30)
+    assert process.returncode == 0, rest
+    assert [line for line in rest.splitlines() if not line.startswith('import time:')] == []
+    assert f'pneu_rig_ros.nodes.{node}\n' not in rest  # it was not complete
+
+
+@pytest.mark.parametrize('name', ['SIGINT', 'SIGTERM'])
+def test_other_program_that_imports_the_nodes_keeps_its_handlers(name: str) -> None:
+    code = f"""
+import signal
+before = signal.getsignal(signal.{name})
+import pneu_rig_ros.nodes.plant
+assert signal.getsignal(signal.{name}) is before
+"""
+    subprocess.run([sys.executable, '-c', code], env=dict(os.environ), timeout=60, check=True)
 
 
 def test_node_ends_with_the_process_that_owns_it(start, monkeypatch, bystander):
