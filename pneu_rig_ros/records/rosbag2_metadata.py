@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
@@ -32,6 +33,18 @@ TYPE_HASH = 'topic_type_hash'
 _KEY = 'rosbag2_bagfile_information'
 _CHECKSUM = '# crc32 {:08x}\n'
 _WITH_CHECKSUM = re.compile(rb'(?P<text>.*\n)# crc32 (?P<crc>[0-9a-f]{8})\n', re.DOTALL)
+
+
+def distribution_of_wheels() -> str:
+    """
+    Return of which ROS 2 distribution rclpy is installed as a wheel, '' as rosbag2 without one.
+
+    importlib.metadata would take 0.15 s, as it lists all packages to find one by a pattern.
+    """
+    for folder in map(Path, sys.path):
+        for path in folder.glob('ros_*_rclpy-*.dist-info'):
+            return path.name.split('_')[1]
+    return ''
 
 
 def offered_qos(topic: str) -> dict[str, Any]:
@@ -89,8 +102,7 @@ def format_metadata(file_name: str, summary: Summary, custom_data: Mapping[str, 
         # a copy, as YAML would refer to the same objects by an alias
         'files': [{'path': file_name, **deepcopy(extent)}],
         'custom_data': dict(custom_data) or None,
-        # that of the message definitions where no ROS 2 is sourced
-        'ros_distro': os.environ.get('ROS_DISTRO') or 'jazzy',
+        'ros_distro': os.environ.get('ROS_DISTRO') or distribution_of_wheels(),
     }
     return yaml.safe_dump({_KEY: information}, allow_unicode=True)
 

@@ -7,14 +7,20 @@ where it is missing or does not fit.
 """
 
 import copy
+import re
+import sys
 from collections.abc import Callable
+from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 from mcap.reader import make_reader
+from mcap.records import Statistics
+from mcap.summary import Summary
 
+from pneu_rig_ros.records.rosbag2_metadata import distribution_of_wheels, format_metadata
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -144,10 +150,38 @@ def test_file_repeats_them_for_ros2_bag_reindex(bag: Path) -> None:
         assert profiles == topic['offered_qos_profiles']
 
 
-@pytest.mark.parametrize(('environment', 'distribution'), [('kilted', 'kilted'), ('', 'jazzy')])
-def test_distribution_is_that_of_the_environment_if_there_is_one(
-    environment: str, distribution: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ('environment', 'wheels', 'distribution'),
+    [
+        ('kilted', ['jazzy'], 'kilted'),
+        ('', ['kilted'], 'kilted'),
+        (None, ['jazzy'], 'jazzy'),
+        (None, ['lyrical', 'jazzy'], 'lyrical'),  # rclpy is imported from the first folder
+        (None, [], ''),  # as rosbag2
+    ],
+)
+def test_distribution_is_that_of_the_environment_or_else_of_the_wheels(
+    environment: str | None,
+    wheels: list[str],
+    distribution: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv('ROS_DISTRO', environment)
-    path = simulate(load_configuration('cylinder_1'), 0.3, 0.01, tmp_path / 'bag')
-    assert information((path / 'metadata.yaml').read_text())['ros_distro'] == distribution
+    if environment is None:
+        monkeypatch.delenv('ROS_DISTRO', raising=False)
+    else:
+        monkeypatch.setenv('ROS_DISTRO', environment)
+    for name in wheels:
+        (tmp_path / name / f'ros_{name}_rclpy-7.1.6.dist-info').mkdir(parents=True)
+    summary = Summary()
+    summary.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, 'path', [str(tmp_path / name) for name in wheels])
+        document = format_metadata('bag.mcap', summary, {})
+    assert information(document)['ros_distro'] == distribution
+
+
+def test_distribution_is_found_by_the_name_that_pip_gives_its_wheel() -> None:
+    """The package ros-jazzy-rclpy, of which `distribution_of_wheels` looks up no metadata."""
+    names = [re.fullmatch('ros-([a-z]+)-rclpy', str(each.name)) for each in distributions()]
+    assert distribution_of_wheels() in ({name[1] for name in names if name} or {''})
