@@ -76,7 +76,7 @@ setup(
             'pytest-timeout',
             'pytest-xdist',
             'ruff',
-            'setuptools<80',  # the newest that colcon-core takes
+            'setuptools<80',  # for colcon-core, which takes none above; a wheel builds with any
             'types-PyYAML',
             'yourdfpy',
         ],

@@ -1,6 +1,7 @@
 """The package as pip installs it: away from its source, with nothing but what its wheel holds."""
 
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -12,6 +13,7 @@ from zipfile import ZipFile
 
 import pytest
 from diagnosis.parts import LEAKING, mapping, system_file, table, vessel_run
+from packaging.requirements import Requirement
 
 pytestmark = pytest.mark.live
 
@@ -45,14 +47,18 @@ def run(*command: str | Path, cwd: Path) -> str:
     return done.stdout
 
 
+def build_wheel(folder: Path, *options: str) -> Path:
+    """Return the wheel, built from a copy of the source."""
+    copytree(ROOT, folder / 'source', ignore=SOURCE_ONLY)
+    words = ('pip', 'wheel', '--quiet', '--no-deps', *options, './source')
+    run(sys.executable, '-m', *words, cwd=folder)
+    return next(folder.glob('*.whl'))
+
+
 @pytest.fixture(scope='module')
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the wheel, built from a copy of the source."""
-    folder = tmp_path_factory.mktemp('wheel')
-    copytree(ROOT, folder / 'source', ignore=SOURCE_ONLY)
-    words = 'pip wheel --quiet --no-deps --no-build-isolation ./source'
-    run(sys.executable, '-m', *words.split(), cwd=folder)
-    return next(folder.glob('*.whl'))
+    """Return the wheel of the setuptools that is installed."""
+    return build_wheel(tmp_path_factory.mktemp('wheel'), '--no-build-isolation')
 
 
 def link_dependencies(prefix: Path) -> None:
@@ -96,6 +102,22 @@ def test_wheel_holds_every_file(wheel: Path) -> None:
     wanted = {str(path) for path in files(PACKAGE)}
     wanted |= {f'{share}/{path}' for folder in ('config', 'launch') for path in files(folder)}
     assert wanted <= set(names)
+
+
+def test_build_has_no_upper_limit_of_setuptools() -> None:
+    text = (ROOT / 'pyproject.toml').read_text()
+    (required,) = re.findall(r"^requires = \['([^']*)'\]", text, re.MULTILINE)
+    assert Requirement(required).name == 'setuptools'
+    assert Requirement(required).specifier.contains('9999')
+
+
+@pytest.mark.long
+def test_newest_setuptools_builds_the_same_wheel(wheel: Path, tmp_path: Path) -> None:
+    with ZipFile(wheel) as one, ZipFile(build_wheel(tmp_path)) as other:
+        names = [
+            {name for name in each.namelist() if 'dist-info' not in name} for each in (one, other)
+        ]
+    assert names[0] == names[1]
 
 
 @pytest.fixture
