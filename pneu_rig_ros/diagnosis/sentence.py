@@ -92,8 +92,8 @@ def _places(diagnosis: Diagnosis) -> str:
 
 def _tight(diagnosis: Diagnosis) -> str:
     """Return the sentence on a vessel that loses no more than its temperature may drift."""
-    runs = [each.run for data in (diagnosis.training, diagnosis.held_out)
-            for each in data.comparisons]  # fmt: skip
+    datasets = (diagnosis.training, diagnosis.held_out)
+    runs = [each.run for data in datasets for each in data.comparisons]
     changes, limits = [], []
     for run in runs:
         chamber = 1 if 'gas_1' in run.balances else 2

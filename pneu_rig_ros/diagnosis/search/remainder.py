@@ -128,10 +128,11 @@ class Remainder:
         :param searched: the training data in which it was found, with the noise under that
         """
         before, after = (searched.residuals_by_run(each) for each in (smaller, self.hypothesis))
-        changes = rms_by_balance([
+        differences = [
             Residuals(*(a - b for a, b in zip(*pair, strict=True)))
             for pair in zip(before, after, strict=True)
-        ])  # fmt: skip
+        ]
+        changes = rms_by_balance(differences)
         wide = {name for name, left in rms_by_balance(before).items() if left > NOISE_ERROR}
         acts = {name for name in wide if changes[name] > LEAST_EFFECT}
         left = [self._left_by_balance(dataset) for dataset in (self.training, self.held_out)]
