@@ -17,8 +17,8 @@ from pneu_rig_ros.diagnosis.residuals.noise import (
     COPIES,
     REPLICATE_COPIES,
     NoiseModel,
+    gas_variance,
     noise_model,
-    white_variances,
 )
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     RunNuisances,
@@ -149,10 +149,10 @@ class Dataset:
         return [self.inflation.factors(*pair) for pair in pairs]
 
     @cached_property
-    def references(self) -> list[WhiteNoise]:
-        """What the noise of the readings makes of each run under the reference."""
+    def white(self) -> list[list[Floats]]:
+        """Variances of the gas residuals of each run by noise of the readings [kg^2/s^2]."""
         return [
-            WhiteNoise.of(self.reference, run, run.evaluate(self.reference)[1])
+            [gas_variance(self.reference, run, chamber) for chamber in (1, 2)]
             for run in self.comparisons
         ]
 
@@ -163,9 +163,9 @@ class Dataset:
 
     def evaluate(self, hypothesis: Hypothesis) -> list[Evaluation]:
         """Return the residuals of each run with their noise, nuisance parameters marginalised."""
-        sources = self.noises, self.clocks, self.factors, self.biases, self.references
+        sources = self.noises, self.clocks, self.factors, self.biases, self.white
         arguments = self.comparisons, *sources
-        return map_runs(partial(_evaluate, hypothesis), *arguments)
+        return map_runs(partial(_evaluate, hypothesis, self.reference), *arguments)
 
     def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""
@@ -197,71 +197,49 @@ class Dataset:
 
 def _evaluate(
     hypothesis: Hypothesis,
+    reference: Hypothesis,
     comparison: Comparison,
     noise: NoiseModel,
     clock: Residuals,
     factors: Residuals,
     bias: Floats,
-    reference: WhiteNoise,
+    white: Sequence[Floats],
 ) -> Evaluation:
-    residuals, inertia = comparison.evaluate(hypothesis)
+    residuals = comparison.residuals(hypothesis)
     residuals = residuals._replace(force=residuals.force - bias)
     if comparison.run.has_nuisances:
         noise = noise.with_shared(clock)
         noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))
     whitened = [z / f for z, f in zip(noise.whiten(residuals), factors, strict=True)]
-    if not reference.holds(hypothesis, inertia):  # most causes leave it as it is
-        wider = _wider(noise, reference, WhiteNoise.of(hypothesis, comparison, inertia))
+    if _reading_side(hypothesis) != _reading_side(reference):  # most causes leave it as it is
+        wider = _wider(hypothesis, comparison, noise, white)
         whitened = [z / w for z, w in zip(whitened, wider, strict=True)]
     return Evaluation(residuals, noise, Residuals(*whitened))
 
 
-class WhiteNoise(NamedTuple):
-    """
-    What the noise of the readings makes of the residuals of a run under a hypothesis.
-
-    :param depends_on: what turns readings into gas sources
-    :param inertia: accelerated mass in each window [kg], shape (m,)
-    :param variances: of the residuals of both chambers [kg^2/s^2] and of the force [N^2]
-    """
-
-    depends_on: tuple[object, ...]
-    inertia: Floats
-    variances: tuple[Floats, Floats, Floats]
-
-    @classmethod
-    def of(cls, hypothesis: Hypothesis, comparison: Comparison, inertia: Floats) -> WhiteNoise:
-        """Return it for a hypothesis."""
-        variances = white_variances(hypothesis, comparison, inertia)
-        return cls(_reading_side(hypothesis), inertia, variances)
-
-    def holds(self, hypothesis: Hypothesis, inertia: Floats) -> bool:
-        """Return whether it is the same under another hypothesis."""
-        same = np.array_equal(self.inertia, inertia, equal_nan=True)
-        return same and _reading_side(hypothesis) == self.depends_on
-
-
 def _reading_side(hypothesis: Hypothesis) -> tuple[object, ...]:
+    """Return what turns readings into gas sources."""
     return hypothesis.model.gas, hypothesis.model.cylinder, hypothesis.gains
 
 
-def _wider(noise: NoiseModel, before: WhiteNoise, after: WhiteNoise) -> Residuals:
+def _wider(
+    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel, white: Sequence[Floats]
+) -> Residuals:
     """
-    Return by how much the noise of the readings widens that of the residuals [-].
+    Return by how much the noise is wider than under the hypothesis for which it was computed [-].
 
-    Without it a hypothesis gains by what makes gas sources of the same readings small - a sensor
-    of larger gain, less volume, warmer gas - or their acceleration: less mass. The noise of forces
-    never grows: a mass so large that no acceleration shows would explain any of them.
+    Without it a hypothesis gains by what makes gas sources of the same readings small: a sensor of
+    larger gain, less volume, warmer gas. Forces are left as they are: a mass so large that no
+    acceleration shows would explain any of them.
 
-    :param noise: of the residuals under the hypothesis before
+    :param white: variances of the gas residuals by noise of the readings under that hypothesis
     """
     factors = []
-    for whiten, old, new in zip(noise[:3], before.variances, after.variances, strict=True):
-        change = (new - old)[whiten.kept]
-        factors.append(np.sqrt(1.0 + change / whiten.deviation**2))
-    gas_1, gas_2, force = factors
-    ones = np.ones(noise.breakaway.deviation.size)
-    return Residuals(gas_1, gas_2, np.minimum(force, 1.0), ones)
+    for chamber, (whiten, before) in enumerate(zip(noise[:2], white, strict=True), start=1):
+        change = gas_variance(hypothesis, comparison, chamber) - before
+        factors.append(np.sqrt(1.0 + change[whiten.kept] / whiten.deviation**2))
+    ones = (np.ones(whiten.deviation.size) for whiten in noise[2:])
+    return Residuals(*factors, *ones)
 
 
 def rms(values: Floats) -> float:
