@@ -20,6 +20,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
 from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_hills, over_ridges
+from pneu_rig_ros.diagnosis.search.noise_gain import chosen_beyond_noise
 from pneu_rig_ros.diagnosis.search.remainder import Remainder
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
@@ -96,8 +97,9 @@ class Search(Remainder):
             more = size == 1 and len(self.screened) > MOST_FITTED
             if more and not improves(preferred(fits), before):
                 fits, before = self._grown(beam, size, MOST_FITTED)  # the next ones
-            chosen = preferred(fits)
-            if not improves(chosen, before):
+            data = self.training, self.held_out
+            chosen = chosen_beyond_noise(fits, before, self.given, self.hypothesis, data, self.rng)
+            if chosen is None:
                 break
             accepted = self._accept(chosen, size)
             if accepted is None:

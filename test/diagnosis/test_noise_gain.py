@@ -1,0 +1,66 @@
+"""A smaller accelerated mass makes noise small: that is no evidence of it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.inputs.system import load_system
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.search.noise_gain import noise_gain
+
+from .parts import BENCH, mapping, system_file, table
+from .runs import read_runs
+
+MASS, SPEED, INTERVAL, POSITION_NOISE = 20.0, 0.04, 1e-3, 3e-5
+
+
+class Steady(NamedTuple):
+    """A heavy carriage that a bench moves at constant speed, read with a noisy position."""
+
+    given: Hypothesis
+    data: Dataset
+
+    def with_mass(self, mass: float) -> Hypothesis:
+        """Return the hypothesis with another mass [kg]."""
+        return self.given.with_parameter('cylinder', 'moving_mass', mass)
+
+    def gain(self, other: Hypothesis) -> float:
+        """Return by how much less the measured noise costs with another mass."""
+        costs = []
+        for hypothesis in (self.given, other):
+            (residuals,) = self.data.residuals_by_run(hypothesis)
+            costs.append(loss(residuals.force - residuals.force.mean()))
+        return costs[0] - costs[1]
+
+
+@pytest.fixture(scope='module')
+def steady(tmp_path_factory: pytest.TempPathFactory) -> Steady:
+    """Return the carriage, whose acceleration is zero."""
+    folder = tmp_path_factory.mktemp('steady')
+    text = BENCH.replace('stroke: 0.1 m', f'stroke: 0.1 m, moving_mass: {MASS} kg')
+    system = load_system(system_file(folder, text))
+    noise = np.random.default_rng(0).standard_normal((3, 2000))
+    position = 0.01 + SPEED * INTERVAL * np.arange(2000) + POSITION_NOISE * noise[0]
+    signals = {'position': position, 'pressure_2': 3e5 + noise[1], 'force': 6.0 + 0.1 * noise[2]}
+    path = table(folder / 'run.csv', INTERVAL, signals)
+    (run,) = read_runs([path], system, mapping(folder / 'mapping.yaml', *signals))
+    given = system.hypothesis
+    return Steady(given, Dataset.of(given, [Comparison(run)], np.random.default_rng(0)))
+
+
+def test_gain_of_a_lighter_carriage_is_that_of_the_noise(steady: Steady) -> None:
+    lighter = steady.with_mass(0.5 * MASS)
+    expected = noise_gain(steady.data, steady.given, lighter, np.random.default_rng(1))
+    assert steady.gain(lighter) > 3.0
+    assert expected == pytest.approx(steady.gain(lighter), rel=0.3)
+
+
+@pytest.mark.parametrize('factor', [1.0, 2.0])
+def test_mass_that_does_not_shrink_gains_nothing(steady: Steady, factor: float) -> None:
+    other = steady.with_mass(factor * MASS)
+    assert noise_gain(steady.data, steady.given, other, np.random.default_rng(1)) == 0.0
