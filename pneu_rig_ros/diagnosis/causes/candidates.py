@@ -128,6 +128,11 @@ class Candidate:
         return self.name.startswith(CONDITIONS)
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Its name, and that of the effect of which it is another form."""
+        return (self.name,)
+
+    @property
     def group(self) -> str:
         """Where it shows: gas, force or sensor."""
         if not self.is_effect:
@@ -231,8 +236,9 @@ class Explanation:
         return Explanation((*self.parts, part), (*self.values, tuple(values)))
 
     def without(self, part: Candidate) -> Explanation:
-        """Return the explanation without one of its parts, the values of the others kept."""
-        kept = [pair for pair in zip(self.parts, self.values, strict=True) if pair[0] != part]
+        """Return the explanation without a part and other forms of it, with its other values."""
+        pairs = zip(self.parts, self.values, strict=True)
+        kept = [(each, values) for each, values in pairs if part.name not in each.names]
         return Explanation(tuple(each for each, _ in kept), tuple(values for _, values in kept))
 
     def apply(self, hypothesis: Hypothesis) -> Hypothesis:

@@ -55,6 +55,11 @@ class Family(Candidate):
         """Name of the effect."""
         return self.name.split(OVER)[0]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its name, and that of the effect of which it is another form."""
+        return self.name, self.effect
+
     def shape(self, values: Sequence[float]) -> Shape:
         """Return the factor with these ratios, of geometric mean 1 over the knots."""
         logarithms = np.concatenate([[0.0], np.cumsum(np.log(values))])

@@ -42,7 +42,7 @@ def contribution(
 EFFECT = Effect(
     title='the position sensor lags behind the piston',
     balance=Balance.MOTION_READING,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING),
     source='JCGM 200:2012 (VIM), step response time; here of first order',
     null=Parameters(0.0),
     contribution=contribution,
