@@ -205,7 +205,7 @@ def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()
     :raises RigError: for a name that is not known
     """
     path, known = Path(source), shipped(pattern)
-    if path.suffix in ('.yaml', '.yml') or path.exists():
+    if path.suffix in ('.yaml', '.yml') or path.is_file():
         return path
     if str(source) in known:
         return known[str(source)]

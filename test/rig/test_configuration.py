@@ -166,6 +166,14 @@ def test_bad_requests_are_refused(source: str, overrides: dict[str, object], mes
         load_configuration(source, **overrides)
 
 
+def test_folder_does_not_hide_the_shipped_cylinder_of_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / 'cylinder_1').mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert load_configuration('cylinder_1').name == 'cylinder_1'
+
+
 def test_effects_are_read_and_checked(tmp_path: Path) -> None:
     text = (configuration_folder() / 'cylinder_1.yaml').read_text()
     path = tmp_path / 'leaky.yaml'
