@@ -10,6 +10,8 @@ from scipy.stats import binomtest, quantile_test
 Figure = dict[str, Any]
 """``value``, ``trials``, and the bounds ``low`` and ``high``, all None of no trials."""
 RESAMPLED, SEED = 2000, 1
+DIGITS = 9
+"""Decimals of a pooled score: Python 3.12 adds floats with other last digits than 3.11."""
 NOTHING: Figure = {'value': None, 'trials': 0, 'low': None, 'high': None}
 
 
@@ -41,7 +43,8 @@ def pooled(rows: Sequence[Any], score: Callable[[Sequence[Any]], float | None]) 
     draws = [score([rows[i] for i in random.integers(len(rows), size=len(rows))])
              for _ in range(RESAMPLED)]  # fmt: skip
     low, high = np.percentile([draw for draw in draws if draw is not None], (2.5, 97.5))
-    return _figure(value, len(rows), float(low), float(high))
+    value, low, high = (round(float(each), DIGITS) for each in (value, low, high))
+    return _figure(value, len(rows), low, high)
 
 
 def _figure(value: float, trials: int, low: float | None, high: float | None) -> Figure:
