@@ -205,10 +205,10 @@ def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()
     :raises RigError: for a name that is not known
     """
     path, known = Path(source), shipped(pattern)
-    if path.suffix in ('.yaml', '.yml') or path.is_file():
-        return path
-    if str(source) in known:
+    if str(source) in known and not path.is_file():  # but maybe a folder
         return known[str(source)]
+    if path.suffix in ('.yaml', '.yml') or path.exists():
+        return path
     raise RigError(f'{kind}: {unknown(str(source), [*more, *known])}, or a YAML file')
 
 
