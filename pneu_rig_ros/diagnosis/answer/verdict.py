@@ -9,7 +9,7 @@ import numpy as np
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
-from pneu_rig_ros.diagnosis.residuals.dataset import LARGEST, Dataset, loss
+from pneu_rig_ros.diagnosis.residuals.dataset import LARGEST, Dataset, by_balance, loss
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE
 
 CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'
@@ -31,11 +31,14 @@ def of_balances(explanation: Explanation, given: Hypothesis, dataset: Dataset) -
     """
     Return balance -> the verdict by the causes that its residuals show.
 
-    They show a cause without which they are decisively less likely.
+    They show a cause without which they are decisively less likely. Another form of an effect is
+    no cause of its own.
     """
     with_all = _losses(explanation.apply(given), dataset)
     shown: dict[str, list[Candidate]] = {name: [] for name in BALANCES}
     for part in explanation.parts:
+        if part.names != (part.name,):
+            continue
         without = _losses(explanation.without(part).apply(given), dataset)
         for name in BALANCES:
             if without[name] - with_all[name] > DECISIVE:
@@ -44,11 +47,6 @@ def of_balances(explanation: Explanation, given: Hypothesis, dataset: Dataset) -
 
 
 def _losses(hypothesis: Hypothesis, dataset: Dataset) -> dict[str, float]:
-    """Return balance -> loss of its residuals, breakaways among the forces [-]."""
-    rows = dataset.residuals_by_run(hypothesis)
-    columns = {name: [getattr(row, name) for row in rows] for name in BALANCES}
-    columns['force'] += [row.breakaway for row in rows]
-    return {
-        name: loss(np.clip(np.concatenate(each), -LARGEST, LARGEST))
-        for name, each in columns.items()
-    }
+    """Return balance -> loss of its residuals [-]."""
+    residuals = by_balance(dataset.residuals_by_run(hypothesis))
+    return {name: loss(np.clip(z, -LARGEST, LARGEST)) for name, z in residuals.items()}

@@ -12,7 +12,7 @@ from numpy.random import Generator
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.noise import (
     COPIES,
     REPLICATE_COPIES,
@@ -240,6 +240,13 @@ def _wider(
         factors.append(np.sqrt(1.0 + change[whiten.kept] / whiten.deviation**2))
     ones = (np.ones(whiten.deviation.size) for whiten in noise[2:])
     return Residuals(*factors, *ones)
+
+
+def by_balance(rows: Sequence[Residuals]) -> dict[str, Floats]:
+    """Return balance -> whitened residuals of runs, breakaways among the forces, (n,) each."""
+    parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
+    parts['force'] += [row.breakaway for row in rows]
+    return {name: np.concatenate(each) for name, each in parts.items()}
 
 
 def rms(values: Floats) -> float:

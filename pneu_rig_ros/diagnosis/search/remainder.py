@@ -11,8 +11,8 @@ import numpy as np
 from numpy.random import Generator
 
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Residuals
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.residuals.balances import Residuals
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, by_balance, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import (
     NOISE_ERROR,
     SignificantResidual,
@@ -224,6 +224,4 @@ class Remainder:
 
 def rms_by_balance(rows: Sequence[Residuals]) -> dict[str, float]:
     """Return balance -> root mean square of the residuals of runs, breakaways among the forces."""
-    parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
-    parts['force'] += [row.breakaway for row in rows]
-    return {name: rms(np.concatenate(each)) for name, each in parts.items()}
+    return {name: rms(values) for name, values in by_balance(rows).items()}

@@ -48,7 +48,7 @@ def contribution(
 EFFECT = Effect(
     title='cushions brake the piston before its end stops',
     balance=Balance.FORCE,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='K. H. Hunt, F. R. E. Crossley, Coefficient of Restitution Interpreted as Damping in '
     'Vibroimpact, J. Appl. Mech. 42 (1975), with a linear spring',
     null=Parameters(0.01, 0.0, 0.0),

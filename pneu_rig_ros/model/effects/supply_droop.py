@@ -75,7 +75,7 @@ def contribution(
 EFFECT = Effect(
     title='supply pressure falls with the flow drawn',
     balance=Balance.SUPPLY,
-    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='ISO 6953-2:2015 (forward flow characteristics of regulators), taken as linear',
     null=Parameters(0.0),
     contribution=contribution,
