@@ -18,7 +18,7 @@ from .constants import LAWS
 from .sensors import drawn_gains
 from .settings import settings
 from .systems import SYSTEMS, sizes
-from .trials import PAIRS, PARAMETERS, Trial, alike, shuffled, wrong
+from .trials import NOISES, PAIRS, PARAMETERS, Trial, alike, shuffled, wrong
 
 SEED = 30
 EARLIER = 20
@@ -35,6 +35,8 @@ RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'uncalibrated')
 SYSTEM_PARTS = (*SYSTEMS, ONE_PRESSURE)
 FRESH_PARTS = (*RIG_PARTS, *SYSTEM_PARTS)
 SINGLES, PAIRED, REMOVED, CALIBRATIONS = 30, 10, 12, 7
+NOISY, NOISY_NOTHING = 8, 2
+"""Trials at each other multiple of the noise, with one effect hidden and with nothing."""
 WRONG = {1: 10, 2: 3, 3: 2}
 """Number of wrong parameters -> trials."""
 NOTHING, UNCALIBRATED_NOTHING, SYSTEM_NOTHING = 14, 4, 2
@@ -49,7 +51,7 @@ IN_CHAMBER_1 = ('supply_droop', 'chamber_leak', 'valve_null_leak', 'wall_heat_tr
 def drawn(seed: int = SEED) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
     makers = (_single, _none, _parameter, _pair, _removed, _uncalibrated, _systems, _one_pressure,
-              _added)  # fmt: skip
+              _added, _noisy)  # fmt: skip
     return shuffled([
         trial for place, make in enumerate(makers)
         for trial in make(seed, np.random.default_rng([seed, place]))
@@ -93,6 +95,15 @@ def _single(seed: int, random: Generator) -> Iterator[Trial]:
 def _added(seed: int, random: Generator) -> Iterator[Trial]:
     groups = [(name,) for name in some_of(ADDED, len(ADDED), random)]
     yield from _hiding(seed, 'single', groups, random)
+
+
+def _noisy(seed: int, random: Generator) -> Iterator[Trial]:
+    for noise in NOISES[1:]:
+        groups: list[tuple[str, ...]] = [(name,) for name in some_of(EFFECTS, NOISY, random)]
+        for trial in _hiding(seed, f'single_{noise:g}', groups, random):
+            yield trial._replace(part='single', noise=noise)
+        for trial in _hiding(seed, f'none_{noise:g}', NOISY_NOTHING * [()], random):
+            yield trial._replace(part='none', noise=noise)
 
 
 def _pair(seed: int, random: Generator) -> Iterator[Trial]:

@@ -25,6 +25,9 @@ MEANING = {
     'uncalibrated_alarm': 'sensors with errors of gain, nothing hidden: false alarms',
     'systems_top1': 'other systems, one thing hidden: the right name first',
     'systems_alarm': 'other systems, nothing hidden: false alarms',
+    'noise_3_top1': '3 times the noise, one effect hidden: the right name first',
+    'noise_10_top1': '10 times the noise, one effect hidden: the right name first',
+    'noisy_alarm': '3 and 10 times the noise, nothing hidden: false alarms',
     'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, held-out bags',
     'parameter_error': 'median error of the fitted parameters, right name',
     'interval_coverage': 'right name: intervals of 95 % that hold the truth (of so many)',
@@ -32,6 +35,7 @@ MEANING = {
     'where_force': 'hidden in the forces: their balance stands first',
     'where_sensor': 'hidden in a sensor: any balance is listed',
     'where_empty': 'something hidden: `where` is empty',
+    'where_missing': 'a verdict other than `consistent`: `where` is empty',
     'null_listings': 'nothing hidden: `where` lists something',
     'times_f1': 'median F1 of the reported intervals',
     'times_f1_pooled': 'F1 of the reported intervals, all trials together',
@@ -97,7 +101,8 @@ def comparison(by_revision: dict[str, list[Answer]]) -> str:
         for revision, rows in by_revision.items()
     }
     figures = next(iter(both.values()))
-    names = [name for name in figures if not name.startswith('seconds')]
+    names = [name for name, figure in figures.items()
+             if figure['trials'] and not name.startswith('seconds')]  # fmt: skip
     rows = [(f'`{name}`', *(measured(name, own[name]) for own in both.values())) for name in names]
     head = 'figure', *by_revision
     return f'{len(common)} trials, answered by all.\n\n{table(head, rows)}'

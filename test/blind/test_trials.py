@@ -74,7 +74,7 @@ def test_unseen_trials_are_none_of_the_others() -> None:
 def test_drawn_trials_are_of_all_parts_and_none_was_seen_before() -> None:
     trials = drawn(19)
     assert trials == drawn(19)
-    assert 120 <= len(trials) <= 150
+    assert 140 <= len(trials) <= 170
     assert len({trial.key for trial in trials}) == len(trials)
     assert all(trial.key.startswith('fresh/19/') for trial in trials)
     assert {trial.part for trial in trials} == set(FRESH_PARTS)
@@ -82,8 +82,9 @@ def test_drawn_trials_are_of_all_parts_and_none_was_seen_before() -> None:
     assert all(nothing[part] >= 2 for part in (*SYSTEM_PARTS, 'none', 'uncalibrated'))
     others = {repr(t.secret) for t in (*matrix(), *drawn(20)) if t.names}
     assert not others & {repr(t.secret) for t in trials if t.names}
-    effects = [t.names[0] for t in trials if t.part == 'single']
+    effects = [t.names[0] for t in trials if t.part == 'single' and t.names and t.noise == 1.0]
     assert set(effects) == set(EFFECTS)
+    assert {t.noise for t in trials if t.part == 'none'} == set(NOISES)
 
 
 def test_drawn_grades_are_spread_over_all_strengths() -> None:
