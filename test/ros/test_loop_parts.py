@@ -112,16 +112,16 @@ def test_tick_errors_beyond_the_histogram_show_the_maximum():
 def test_timer_catches_up_late_ticks_without_skipping():
     period = 2_000_000
     timer = PeriodicTimer(period)
+    begin = time.monotonic_ns()
     timer.wait()
-    start = time.monotonic_ns()
-    while time.monotonic_ns() < start + 10 * period:
+    busy_until = time.monotonic_ns() + 10 * period
+    while time.monotonic_ns() < busy_until:
         pass
     for _ in range(20):
         timer.wait()
-    elapsed = (time.monotonic_ns() - start) / period
-    assert elapsed == pytest.approx(20, abs=5)
+    assert time.monotonic_ns() - begin >= 21 * period
     assert timer.errors.count == 21
-    assert timer.errors.late >= 8
+    assert timer.errors.late >= 8  # those of the busy time follow at once: a new start has one
 
 
 def test_timer_never_ticks_early():
