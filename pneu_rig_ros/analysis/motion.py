@@ -6,6 +6,10 @@ than one step of the rig's 12-bit position sensor. A rest lasts at least 60 ms, 
 breakaway. Data of a sensor with more noise than the rig's, or of slower sampling, take longer
 lines and longer rests, see ``velocity.window_for``.
 
+This is the only offline detector of all of these; ``live_motion`` has the only causal one. Where
+the pressures are known, the driving force distinguishes a piston that an end stop holds from one
+that its seal holds there.
+
 Between two rests the piston slips if it outruns the feed, the mean speed at which the air moves
 it; otherwise it creeps, and both rests belong to the same sticking phase. Steady sliding, however
 slow, has no rest and so no cycle but that of its breakaway.
@@ -14,7 +18,7 @@ slow, has no rest and so no cycle but that of its breakaway.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +36,9 @@ from pneu_rig_ros.analysis.velocity import (
 )
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.records import Recording
+
+Sides = NDArray[np.int8]
+"""-1 at the inner end stop, x = 0, +1 at the outer one, x = L, 0 at none."""
 
 REST_SPEED = 1e-3
 """A piston slower than this is at rest [m/s]."""
@@ -108,6 +115,22 @@ def at_rest(rests: Sequence[Rest], size: int) -> Flags:
     return flags
 
 
+def breakaways(rests: Sequence[Rest], sides: Sides, interval: float) -> list[Rest]:
+    """
+    Return the rests that end with a breakaway: the seal held the piston until it moved.
+
+    Not the one with which the recording ends, nor one that an end stop holds so long that the mean
+    of the driving force does not show when it let go.
+
+    :param rests: in the order of time
+    :param sides: what holds the piston, by ``end_stops``, shape (n,)
+    :param interval: sampling interval [s]
+    """
+    mean = max(1, round(PUSH_WINDOW / interval))
+    ended = [rest for rest in rests if rest.end < sides.size]
+    return [rest for rest in ended if not sides[max(rest.first, rest.end - mean) : rest.end].any()]
+
+
 def end_stops(
     position: Floats,
     stroke: float,
@@ -115,14 +138,15 @@ def end_stops(
     push: Floats | None = None,
     noise: float = NOISE,
     resolution: float = RESOLUTION,
-) -> Flags:
+) -> Sides:
     """
-    Return where an end stop holds the piston, shape (n,).
+    Return which end stop holds the piston, shape (n,).
 
     The reading at the end L is only known to the gain error of the sensor, so the stop is where
     the piston got farthest. A final dwell within the gain error of L cannot be distinguished from
     it. Without the driving force, a piston that is at an end from the first sample on does not
-    count as held, as it may not be pushed.
+    count as held, as it may not be pushed. With it, a piston that is no longer pushed there does
+    not either: the seal holds it until it breaks away.
 
     :param position: measured position [m], shape (n,), equally spaced
     :param stroke: L [m]
@@ -133,18 +157,21 @@ def end_stops(
     """
     margin = max(AT_STOP * max(resolution, RESOLUTION), AT_STOP_NOISE * noise)
     mean = running_mean(position, interval, MEAN_WINDOW)
-    held = np.zeros(position.size, dtype=np.bool_)
+    rests = find_rests(position, interval, noise)
+    place, sides = position.copy(), np.zeros(position.size, dtype=np.int8)
+    for first, last in rests:
+        place[first:last] = position[first:last].mean()
     for side, end in ((-1, 2 * margin), (1, (1.0 - GAIN_ERROR) * stroke)):
-        near = side * position >= side * end
+        near = side * place >= side * end
         if push is not None:
             pushed = near & (side * running_mean(push, interval, PUSH_WINDOW) > LEAST_PUSH)
         else:
             came = np.logical_or.accumulate(side * mean < side * end)
-            rests = find_rests(position, interval, noise)
             pushed = near & came & at_rest(rests, position.size)
         if pushed.any():
-            held |= pushed & (side * position >= (side * mean[pushed]).max() - margin)
-    return held
+            farthest = (side * mean[pushed]).max()
+            sides[pushed & (side * place >= farthest - margin)] = side
+    return sides
 
 
 def strokes(position: Floats, interval: float, noise: float = NOISE) -> list[tuple[int, int]]:
@@ -203,6 +230,27 @@ class Cycle(NamedTuple):
         return {name: None if np.isnan(value) else value for name, value in self._asdict().items()}
 
 
+def sticking_phases(
+    rests: Sequence[Rest], speed: Floats, mean: float
+) -> Iterator[tuple[list[Rest], int]]:
+    """
+    Yield the rests of each sticking phase, and the sample at which the slip after it ends.
+
+    The phase ends with the first of the ``breakaways`` after which the piston outruns the feed.
+
+    :param speed: of the piston [m/s], shape (n,)
+    :param mean: feed V [m/s], see ``velocity.feed``
+    """
+    phase: list[Rest] = []
+    nothing = Rest(speed.size, speed.size)
+    for rest, following in itertools.zip_longest(rests, rests[1:], fillvalue=nothing):
+        phase.append(rest)
+        moving = speed[rest.end : following.first]
+        if moving.size and moving.max() > max(mean, REST_SPEED):
+            yield phase, following.first
+            phase = []
+
+
 def cycles_of(recording: Recording, friction: Floats | None = None) -> list[Cycle]:
     """Return the stick-slip cycles of a recording, found as its noise allows."""
     position = recording.position
@@ -228,25 +276,16 @@ def find_cycles(
     if friction is not None:
         force = np.abs(running_mean(friction, interval, PEAK_WINDOW))
     cycles = []
-    phase: list[Rest] = []
-    rests = rests_of(speed, interval, noise)
     mean_position = running_mean(position, interval, WINDOW)
-    nothing = Rest(position.size, position.size)
-    for rest, following in itertools.zip_longest(rests, rests[1:], fillvalue=nothing):
-        phase.append(rest)
-        moving = speed[rest.end : following.first]
-        if not (moving.size and moving.max() > max(mean, REST_SPEED)):
-            continue
-        begin, onset = mean_position[phase[0].first], mean_position[rest.end - 1]
-        target = mean_position[min(following.first, position.size - 1)]
+    for phase, target in sticking_phases(rests_of(speed, interval, noise), speed, mean):
+        begin, onset = mean_position[phase[0].first], mean_position[phase[-1].end - 1]
         cycles.append(
             Cycle(
-                breakaway_time=rest.end * interval,
+                breakaway_time=phase[-1].end * interval,
                 dwell=sum(each.end - each.first for each in phase) * interval,
-                slip=abs(float(target - onset)),
-                peak_friction=float(force[phase[0].first : following.first].max()),
+                slip=abs(float(mean_position[min(target, position.size - 1)] - onset)),
+                peak_friction=float(force[phase[0].first : target].max()),
                 creep=abs(float(onset - begin)),
             )
         )
-        phase = []
     return cycles

@@ -14,8 +14,9 @@ stick-slip cycle goes through them:
 - ``PRESLIDING``: the run-up to a breakaway, |v| > V/2 and F_r not yet at its peak; without F_r,
   |v| not yet at V, where the driving force has its peak.
 - ``BREAKAWAY``: from that peak to gross sliding at 1.4 V, while friction falls and the piston runs
-  away. The peak itself is the first sample. A piston that glides off without outrunning the feed
-  that far, as with Coulomb friction, has no breakaway and slides at once.
+  away: what a breakaway of ``motion`` begins. The peak itself is the first sample. A piston that
+  glides off without outrunning the feed that far, as with Coulomb friction, has no such regime and
+  slides at once.
 - ``SLIDING``: gross sliding, from there until |v| <= V/2. Steady sliding is part of it.
 - ``END_STOP``: at 0 or L, the driving force pushing outwards; without pressures, at rest where the
   piston has come to an end of its stroke.
@@ -119,8 +120,8 @@ def regimes(
             found[first + peak : first + slide.onset] = Regime.BREAKAWAY
             found[first + slide.onset : first + slide.end] = Regime.SLIDING
     push = None if forces is None else forces.push
-    stopped = end_stops(position, stroke, interval, push, noise, resolution)
-    found[stopped] = Regime.END_STOP
+    sides = end_stops(position, stroke, interval, push, noise, resolution)
+    found[sides != 0] = Regime.END_STOP
     return found
 
 

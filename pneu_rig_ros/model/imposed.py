@@ -10,7 +10,7 @@ from collections.abc import Callable
 from enum import IntFlag, auto
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model import chambers, events, piston
+from pneu_rig_ros.model import chambers, events
 from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
@@ -55,12 +55,12 @@ class Impose(IntFlag):
     """
     RELEASE = auto()
     """No longer impose anything."""
+    STOP = auto()
+    """With RESTART: the end stop next to the measured position holds the piston."""
 
 
 BALANCING_ROUNDS = 3
 """Newton steps towards the bristle deflection that holds the driving force."""
-AT_STOP = 3e-4
-"""A rest this close to an end stop cannot be distinguished from one at it [m]."""
 LEAST_STIFFNESS = 1e-3
 """Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
 
@@ -89,23 +89,6 @@ def set_position(state: Floats, position: float, model: CompiledModel) -> None:
     state[GAS_MASS_1] *= new_1 / old_1
     state[GAS_MASS_2] *= new_2 / old_2
     state[POSITION] = inside
-
-
-@compiled
-def touched_stop(position: float, state: Floats, contact: float, model: CompiledModel) -> float:
-    """
-    Return the end stop, -1 or +1, that holds the piston at a measured position [m], else 0.
-
-    Within ``AT_STOP`` of a stop, the piston is at the stop if the gas pushes it there.
-    """
-    stop = 0.0
-    if position < AT_STOP:
-        stop = -1.0
-    elif position > model.cylinder.stroke - AT_STOP:
-        stop = 1.0
-    p1, p2 = state[PRESSURE_1], state[PRESSURE_2]
-    pushed = stop * piston.driving_force(p1, p2, model.cylinder, model.gas) > 0.0
-    return stop if pushed or contact == stop else 0.0
 
 
 @compiled
@@ -145,17 +128,19 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
     @compiled
     def restart(
         carry: IntegratorState,
+        at_stop: bool,
         measured: Floats,
         rest: float,
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        memory = carry.memory
+        memory, position, stop = carry.memory, measured[0], 0.0
         slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
+        if at_stop:
+            stop = 1.0 if position > 0.5 * model.cylinder.stroke else -1.0
+            position = 0.5 * (1.0 + stop) * model.cylinder.stroke
         set_pressures(carry.y1, measured[2], measured[3])
-        stop = touched_stop(measured[0], carry.y1, memory[CONTACT], model)
-        # at a stop the position goes beyond it, and is clipped to the stop itself
-        set_position(carry.y1, measured[0] + stop * AT_STOP, model)
+        set_position(carry.y1, position, model)
         if slow and stop == 0.0 and memory[CONTACT] == 0.0:
             return  # the model slows down too: when it rests is for it to decide
         if memory[STICKING] == 0.0:
@@ -188,7 +173,8 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
         state, memory, grown = carry.y1, carry.memory, carry.arrow[GROWN_STATIC]
         switch(carry.clock[END], memory, action, grown, rest, model.friction)
         if action & Impose.RESTART.value:
-            restart(carry, measured, rest, model, effects)
+            at_stop = action & Impose.STOP.value != 0
+            restart(carry, at_stop, measured, rest, model, effects)
         if action & Impose.HOLD.value:
             set_position(state, measured[0], model)
             set_pressures(state, measured[2], measured[3])

@@ -85,7 +85,7 @@ def dwells(comparison: Comparison, breakaways: Windows) -> Floats:
     ends = np.round(breakaways.middle / run.interval)
     times = []
     for end in ends:
-        rest = min(run.rests, key=lambda one: abs(one.end - end))
+        rest = min(run.breakaways, key=lambda one: abs(one.end - end))
         before = run.operation.rest_time if rest.first == 0 else 0.0
         times.append(before + (rest.end - rest.first) * run.interval)
     return np.array(times)

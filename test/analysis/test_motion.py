@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.motion import end_stops, find_rests, strokes
+from pneu_rig_ros.analysis.motion import breakaways, end_stops, find_rests, strokes
 from pneu_rig_ros.analysis.velocity import NOISE, RESOLUTION, WINDOW, window_for
 from pneu_rig_ros.arrays import Floats
 
@@ -63,7 +63,7 @@ def test_piston_at_an_end_is_held(noise: float, step: float, interval: float) ->
     position = readings(noise, step, interval)
     held = end_stops(position, STROKE, interval, None, level, step)
     inside = (time > 5.5) & (time < 6.5)
-    assert held[inside].mean() > 0.98
+    assert np.mean(held[inside] == 1) > 0.98
     assert not held[(time < 4.5) | (time > 7.5)].any()  # nothing pushes it to 0 at first
 
 
@@ -71,9 +71,26 @@ def test_driving_force_says_whether_a_piston_is_held() -> None:
     time = np.arange(0.0, 10.0, INTERVAL)
     push = np.where(time < 1.0, -20.0, np.where(time < 6.0, 30.0, -30.0))
     held = end_stops(readings(), STROKE, INTERVAL, push)
-    assert held[(time > 0.05) & (time < 0.95)].all()
-    assert held[(time > 5.1) & (time < 5.9)].all()
+    assert np.all(held[(time > 0.05) & (time < 0.95)] == -1)
+    assert np.all(held[(time > 5.1) & (time < 5.9)] == 1)
     assert not held[time > 6.05].any()
+
+
+def test_end_of_a_rest_is_a_breakaway_once_no_end_stop_holds_the_piston() -> None:
+    time, read = np.arange(0.0, 10.0, INTERVAL), readings()
+    rests = find_rests(read, INTERVAL)
+    for let_go, count in ((6.0, 2), (8.0, 1)):
+        push = np.where(time < 1.5, -20.0, np.where(time < let_go, 30.0, -30.0))
+        sides = end_stops(read, STROKE, INTERVAL, push)
+        found = [rest.end * INTERVAL for rest in breakaways(rests, sides, INTERVAL)]
+        assert found == pytest.approx([3.0, 7.0][:count], abs=0.06)
+
+
+def test_gain_error_of_the_sensor_hides_no_end_stop() -> None:
+    time = np.arange(0.0, 10.0, INTERVAL)
+    for gain in (0.992, 1.008):
+        sides = end_stops(gain * readings(), STROKE, INTERVAL, np.full(time.size, 30.0))
+        assert np.all(sides[(time > 5.1) & (time < 6.9)] == 1)
 
 
 def test_strokes_end_where_the_direction_changes() -> None:

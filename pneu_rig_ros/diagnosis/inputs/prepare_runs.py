@@ -115,6 +115,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         model.operation._replace(**stated),
         zero,
         model.cylinder.stroke,
+        (model.cylinder.cap_area, model.cylinder.rod_area),
         noise,
         _span(system.sensors, zero),
         missing,

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.special import ndtr
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Flags, Floats
 
 CLIPPED = 4.0
 """Standard deviations from the end of a span within which noise is cut off on one side [-]."""
@@ -66,6 +66,31 @@ def unclipped(means: Floats, low: float, noise: float) -> Floats:
     ratio = (means - low) / noise
     inverse: Floats = low + noise * np.interp(ratio, positive_mean(true), true)
     return np.where(ratio < CLIPPED, inverse, means)
+
+
+def from_when(begins: Flags, goes_on: Flags) -> Flags:
+    """Return where something goes on that has begun since it last did not, shape (n,) each."""
+    count = np.cumsum(begins & goes_on)
+    before = np.maximum.accumulate(np.where(goes_on, 0, count))
+    both: Flags = goes_on & (count > before)
+    return both
+
+
+def missed_turns(position: Floats, noise: float) -> Floats:
+    """
+    Return how far an imposed motion that turned near a sample went on unseen [m], shape (n,).
+
+    At constant speeds that is half the smaller of the second differences of the samples before and
+    after the turn. 0 where it is noise.
+
+    :param position: equally spaced [m], shape (n,)
+    :param noise: standard deviation [m]
+    """
+    bend = np.pad(np.abs(np.diff(position, 2)), 1)
+    missed = 0.5 * np.minimum(bend[1:], bend[:-1])
+    missed[missed < CLIPPED * noise] = 0.0
+    largest: Floats = np.maximum(np.append(missed, 0.0), np.append(0.0, missed))
+    return largest
 
 
 def without_outliers(position: Floats, noise: float) -> Floats:

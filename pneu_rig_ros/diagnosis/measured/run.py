@@ -16,17 +16,15 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
-from pneu_rig_ros.analysis.motion import Rest, at_rest, find_rests
+from pneu_rig_ros.analysis.motion import Rest, Sides, at_rest, breakaways, end_stops, find_rests
 from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
 from pneu_rig_ros.arrays import Flags, Floats
-from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, unclipped
+from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, from_when, unclipped
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Gas, Operation
 
 SMOOTHING = 0.025
 """Window of the parabolas that smooth position and pressures: shorter than a filling [s]."""
-AT_STOP = 3e-4
-"""A rest this close to an end stop cannot be distinguished from one at the stop [m]."""
 IMPACT = 0.1
 """Before it rests at an end stop the piston bounces, and its velocity is smeared [s]."""
 SMEARED = 0.046
@@ -50,6 +48,7 @@ class Run:
     :param operation: conditions of the recording
     :param atmospheric_pressure: [Pa]
     :param stroke: [m]
+    :param areas: of the piston at the cap and the rod end [m^2]
     :param noise: of the readings
     :param span: of the sensors
     :param missing: balance -> what is missing to compare it, '' where it is open
@@ -78,6 +77,7 @@ class Run:
     operation: Operation
     atmospheric_pressure: float
     stroke: float
+    areas: tuple[float, float]
     noise: Noise
     span: Span
     missing: Mapping[str, str]
@@ -137,22 +137,6 @@ class Run:
         return np.where(self.resting, 0.0, 0.5 * (velocity[1:] + velocity[:-1]))
 
     @cached_property
-    def missed_turn(self) -> Floats:
-        """
-        How far a bench that turned near a sample went on unseen [m], shape (n,).
-
-        At constant speeds that is half the smaller of the second differences of the samples before
-        and after the turn. 0 where it is noise.
-        """
-        bend = np.zeros(self.size)
-        if self.force is not None:
-            bend[1:-1] = np.abs(np.diff(self.position, 2))
-        missed = 0.5 * np.minimum(bend[1:], bend[:-1])
-        missed[missed < CLIPPED * self.noise.position] = 0.0
-        largest: Floats = np.maximum(np.append(missed, 0.0), np.append(0.0, missed))
-        return largest
-
-    @cached_property
     def smooth(self) -> Floats:
         """Position [m] and pressures [Pa] without most of their noise, shape (n, 3)."""
         size = 2 * round(0.5 * SMOOTHING / self.interval) + 1
@@ -166,17 +150,36 @@ class Run:
         return columns
 
     @cached_property
+    def sides(self) -> Sides:
+        """
+        The end stop that holds a free piston, see ``motion.end_stops``, shape (n,).
+
+        By the pressures as recorded, so that their delay changes none. A fixed piston is held as
+        by a stop, not by its seal.
+        """
+        if self.noise.position <= 0.0:
+            return np.full(self.size, -1, dtype=np.int8)
+        if self.original is not None:
+            cut = round(self.begin / self.interval)
+            return self.original.sides[cut : cut + self.size]
+        gauge, (cap, rod) = self.pressures - self.atmospheric_pressure, self.areas
+        push = gauge @ [cap, -rod] if 'force' in self.balances else None
+        stroke = min(self.stroke, self.span.position)
+        return end_stops(self.position, stroke, self.interval, push, self.noise.position)
+
+    @cached_property
+    def breakaways(self) -> list[Rest]:
+        """The rests that end with a breakaway, in the order of time; a bench has none."""
+        return breakaways(self.rests, self.sides, self.interval) if self.force is None else []
+
+    @cached_property
     def contacts(self) -> NDArray[np.int64]:
         """State of motion in each interval, see ``model.along``, shape (n - 1,)."""
-        contacts = np.full(self.size - 1, along.MOVES, dtype=np.int64)
         if self.force is not None:  # the bench holds the piston, not the seal
-            return contacts
-        contacts[self.resting] = along.RESTS
-        position = self.smooth[1:, 0]
-        contacts[self.resting & (position < AT_STOP)] = along.AT_INNER_STOP
-        outer = min(self.stroke, self.span.position) - AT_STOP
-        contacts[self.resting & (position > outer)] = along.AT_OUTER_STOP
-        return contacts
+            return np.full(self.size - 1, along.MOVES, dtype=np.int64)
+        first, last = self.sides[:-1], self.sides[1:]
+        held = np.array([along.AT_INNER_STOP, along.RESTS, along.AT_OUTER_STOP])
+        return np.where(self.resting, held[1 + np.where(first == last, first, 0)], along.MOVES)
 
     @cached_property
     def position_valid(self) -> Flags:
@@ -207,9 +210,7 @@ class Run:
         for chamber, expanding in ((1, self.velocity > 0.0), (2, self.velocity < 0.0)):
             unread = ~self.pressure_valid(chamber)
             unread &= self.smooth[1:, chamber] < self.span.high / 2.0
-            count = np.cumsum(unread & expanding)
-            before = np.maximum.accumulate(np.where(unread, 0, count))
-            flags |= unread & (count > before)
+            flags |= from_when(expanding, unread)
         return flags
 
     @cached_property
@@ -218,10 +219,9 @@ class Run:
         moves: Flags = np.equal(self.contacts, along.MOVES)
         if self.force is not None:
             return moves
-        at_stop = self.contacts >= along.AT_INNER_STOP
         smeared, impact = (round(time / self.interval) for time in (SMEARED, IMPACT))
         for rest in self.rests:
-            before = impact if at_stop[min(rest.first, at_stop.size - 1)] else smeared
+            before = impact if self.sides[rest.first : rest.end].any() else smeared
             moves[max(rest.first - before, 0) : rest.end + smeared] = False
         return moves
 

@@ -92,10 +92,8 @@ class Comparison:
 
     @cached_property
     def breakaways(self) -> NDArray[np.intp]:
-        """The last interval of each rest that a slide follows, shape (breakaways,)."""
-        contacts = self.run.contacts
-        slips = (contacts[:-1] == along.RESTS) & (contacts[1:] == along.MOVES)
-        return np.flatnonzero(slips)
+        """The last interval of each rest that ends with a breakaway, shape (breakaways,)."""
+        return np.array([rest.end - 2 for rest in self.run.breakaways], dtype=np.intp)
 
     @property
     def sizes(self) -> tuple[int, int, int, int]:

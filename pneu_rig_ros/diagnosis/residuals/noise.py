@@ -17,6 +17,7 @@ from scipy.ndimage import uniform_filter1d
 
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.reading import missed_turns
 from pneu_rig_ros.diagnosis.residuals.balances import (
     Comparison,
     Residuals,
@@ -232,7 +233,8 @@ def reading_errors(
     travelled = np.concatenate([[0.0], np.cumsum(run.velocity)]) * run.interval
     base = run.with_readings(run.smooth[0, 0] + travelled, run.smooth[:, 1:])
     truth = Comparison(run, base).residuals(hypothesis)
-    scale, place = np.array(noise.pressures), np.hypot(noise.position, run.missed_turn)
+    missed = 0.0 if run.force is None else missed_turns(run.position, noise.position)
+    scale, place = np.array(noise.pressures), np.hypot(noise.position, missed)
     copies = []
     for _ in range(count):
         position = base.position + place * rng.standard_normal(base.size)

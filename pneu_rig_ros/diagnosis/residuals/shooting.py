@@ -91,7 +91,8 @@ class MultipleShooting:
             at = (first + last) // 2
             if rest.first == 0 or not 0 < at < count or last - first < 2:
                 continue
-            actions[at], begins[at] = Impose.RESTART, rest.first * interval
+            held = Impose.STOP if self.run.sides[at] else 0
+            actions[at], begins[at] = Impose.RESTART | held, rest.first * interval
             window = slice(first, last)
             valid = self.run.position_valid[window].all()
             states[at, 0] = run.position[window].mean() if valid else run.stroke
