@@ -15,7 +15,7 @@ from pneu_rig_ros.model.effect import Regime
 
 from .runs import configured, measured, system_of
 
-OUTSTROKE_TO_THE_END = ((0.34, 3.0), (0.0, 1.0), (0.5, 4.0), (0.0, 1.0), (-0.45, 2.0))
+INSTROKE_TO_THE_END = ((-0.34, 3.0), (0.0, 1.0), (-0.5, 4.0), (0.0, 1.0), (0.45, 2.0))
 
 
 def test_effects_show_where_they_declare_and_nowhere_else(tmp_path: Path) -> None:
@@ -23,7 +23,7 @@ def test_effects_show_where_they_declare_and_nowhere_else(tmp_path: Path) -> Non
     labels = {regime.label for regime in Regime}
     system = system_of(tmp_path, configured('cylinder_1'))
     run = measured(
-        system, 'run', configured('cylinder_1', initial_position=0.29), OUTSTROKE_TO_THE_END
+        system, 'run', configured('cylinder_1', initial_position=0.01), INSTROKE_TO_THE_END
     )
     data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
     given = windows_of(data, system.hypothesis)

@@ -33,11 +33,12 @@ SCATTER = 40.0, 1.5
 """Their distance from the fit at most [standard deviations, internal units]."""
 RESTARTS = 3
 """Best of them, and of those along the valley, that are fitted."""
-ALONG, ACROSS = 0.25 * np.arange(-12, 13), 3.0 * np.arange(-5, 6)
+ALONG, ACROSS = 0.25 * np.arange(-12, 13), 2.0 * np.arange(-8, 9)
 """
 Grid on which a cause with a memory is sought again: steps in the direction that the data determine
 least, internal units, and in the one that they determine most [standard deviations]. A load that
-swings has a minimum for each of its phases, the narrower the less it is damped.
+swings has a minimum for each of its phases, the narrower the less it is damped: one standard
+deviation on either side where it swings ten times.
 """
 SIMPLEX_SIZE = 0.2
 """Of the search across local minima, internal units [-]."""
