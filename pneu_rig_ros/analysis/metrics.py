@@ -26,6 +26,7 @@ UNITS = {
     'pressure_1': 'Pa',
     'pressure_2': 'Pa',
     'friction': 'N',
+    'force': 'N',
 }
 """Signal that is compared -> its unit."""
 

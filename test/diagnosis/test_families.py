@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.causes.candidate_pool import effect_candidate
+from pneu_rig_ros.diagnosis.causes.candidates import effect_candidate
 from pneu_rig_ros.diagnosis.causes.families import KNOTS, Family, families, knots
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis

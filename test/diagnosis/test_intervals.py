@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.answer.intervals import contribution_intervals
-from pneu_rig_ros.diagnosis.causes.candidate_pool import _parameter, effect_candidate
-from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
+from pneu_rig_ros.diagnosis.causes.candidate_pool import _parameter
+from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation, effect_candidate
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance
-from pneu_rig_ros.analysis.metrics import UNITS, derived_signals, signal_noise, stroke_time
+from pneu_rig_ros.analysis.metrics import (
+    SignalGap,
+    compare_signals,
+    derived_signals,
+    signal_noise,
+    stroke_time,
+)
 from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, chamber_pressures
@@ -21,16 +28,7 @@ from pneu_rig_ros.errors import RigError
 NO_EVENTS = {'unit': '-', 'measured': None, 'before': None, 'after': None}
 
 
-class SignalGap(NamedTuple):
-    """Simulated minus measured values of a signal [unit], shape (n,), and its noise [unit]."""
-
-    name: str
-    unit: str
-    noise: float
-    gap: Floats
-
-
-Compare = Callable[[Hypothesis, Comparison], list[SignalGap]]
+Gaps = dict[str, SignalGap]
 
 
 def signal_tables(given: Hypothesis, improved: Hypothesis, held_out: Dataset) -> dict[str, Any]:
@@ -41,69 +39,89 @@ def signal_tables(given: Hypothesis, improved: Hypothesis, held_out: Dataset) ->
     balances are simulated along the measured motion, each run corrected for its nuisance
     parameters under each hypothesis.
     """
-    runs = held_out.comparisons
+    runs, pair = held_out.comparisons, (given, improved)
     if not all(comparison.free for comparison in runs):
         events = dict.fromkeys(('cycles', 'dwell', 'stroke_time'), NO_EVENTS)
-        signals = _rmse(
-            runs, lambda h, c: imposed_gaps(h, held_out.aligned(h, c)), given, improved
-        )
-        return {'signals': signals, 'free_run': {}, **events}
+        gaps = [[imposed_gaps(h, held_out.aligned(h, run)) for run in runs] for h in pair]
+        return {'signals': _rmse(*gaps), 'free_run': {}, **events}
+    restarted, free = (
+        [[simulated(h, run, freely) for run in runs] for h in pair] for freely in (False, True)
+    )
     return {
-        'signals': _rmse(runs, rig_gaps, given, improved),
-        'free_run': _rmse(runs, lambda h, c: rig_gaps(h, c, free=True), given, improved),
-        **_events(runs, given, improved),
+        'signals': _rmse(*_rig_gaps(pair, runs, restarted)),
+        'free_run': _rmse(*_rig_gaps(pair, runs, free)),
+        **_events(runs, restarted),
     }
 
 
-def rig_gaps(
-    hypothesis: Hypothesis, comparison: Comparison, free: bool = False
-) -> list[SignalGap]:
-    """Return the gaps of the measured and the derived signals of a rig."""
-    run, cylinder = comparison.run, hypothesis.model.cylinder
-    load = hypothesis.conditions.get('load_mass', 1.0) * run.operation.load_mass
-    mass = cylinder.moving_mass + load
-    balance = ForceBalance(cylinder.cap_area, cylinder.rod_area, mass, run.atmospheric_pressure)
-    x, p1, p2 = np.column_stack([run.position, run.pressures])[1:].T
-    measured = derived_signals(x, p1, p2, run.interval, balance, run.name)
+def simulated(hypothesis: Hypothesis, comparison: Comparison, free: bool) -> Floats:
+    """Return x [m], p1, p2 [Pa] as read, shape (n - 1, 3); NaN where the simulation failed."""
     try:
-        x, p1, p2 = MultipleShooting(comparison).simulate(hypothesis, free).T
-        simulated = derived_signals(x, p1, p2, run.interval, balance, run.name)
-    except RigError:  # the simulation failed
-        simulated = {name: np.full_like(values, np.nan) for name, values in measured.items()}
-    pressure = max(run.noise.pressures)
-    noise = signal_noise(run.noise.position, pressure, run.interval, balance)
+        return MultipleShooting(comparison).simulate(hypothesis, free)
+    except RigError:
+        return np.full((comparison.run.size - 1, 3), np.nan)
+
+
+def _rig_gaps(
+    hypotheses: Sequence[Hypothesis],
+    runs: Sequence[Comparison],
+    simulations: Sequence[Sequence[Floats]],
+) -> list[list[Gaps]]:
+    """Return the gaps of each simulation of runs under hypotheses."""
     return [
-        SignalGap(name, UNITS[name], noise[name], simulated[name] - values)
-        for name, values in measured.items()
+        [rig_gaps(hypothesis, run.run, states) for run, states in zip(runs, row, strict=True)]
+        for hypothesis, row in zip(hypotheses, simulations, strict=True)
     ]
 
 
-def imposed_gaps(hypothesis: Hypothesis, comparison: Comparison) -> list[SignalGap]:
+def rig_gaps(hypothesis: Hypothesis, run: Run, states: Floats) -> Gaps:
+    """
+    Return the gaps of the measured and the derived signals of a rig.
+
+    :param states: simulated x [m], p1, p2 [Pa], shape (n - 1, 3)
+    """
+    cylinder = hypothesis.model.cylinder
+    load = hypothesis.conditions.get('load_mass', 1.0) * run.operation.load_mass
+    mass = cylinder.moving_mass + load
+    balance = ForceBalance(cylinder.cap_area, cylinder.rod_area, mass, run.atmospheric_pressure)
+    readings = np.column_stack([run.position, run.pressures])[1:]
+    measured, modelled = (
+        derived_signals(x, p1, p2, run.interval, balance, run.name)
+        for x, p1, p2 in (readings.T, states.T)
+    )
+    pressure = max(run.noise.pressures)
+    noise = signal_noise(run.noise.position, pressure, run.interval, balance)
+    return compare_signals(measured, modelled, noise)
+
+
+def imposed_gaps(hypothesis: Hypothesis, comparison: Comparison) -> Gaps:
     """Return the gaps of the pressures and the bench's force, along the measured motion."""
-    run, rows = comparison.run, []
+    run = comparison.run
+    measured, modelled, noise = {}, {}, {'force': run.noise.force}
     chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
-    simulated = chamber_pressures(hypothesis, comparison) if chambers else np.empty((0, 2))
+    pressures = chamber_pressures(hypothesis, comparison) if chambers else np.empty((0, 2))
     for i in chambers:
-        gap = simulated[:, i] - run.pressures[1:, i]
-        rows.append(SignalGap(f'pressure_{i + 1}', 'Pa', run.noise.pressures[i], gap))
+        name = f'pressure_{i + 1}'
+        noise[name] = run.noise.pressures[i]
+        measured[name], modelled[name] = run.pressures[1:, i], pressures[:, i]
     if 'force' in run.balances and run.force is not None:
-        gap = bench_force(hypothesis, comparison) - 0.5 * (run.force[1:] + run.force[:-1])
+        force, middles = (
+            bench_force(hypothesis, comparison),
+            0.5 * (run.force[1:] + run.force[:-1]),
+        )
         if run.force_offset > 0.0:  # the zero of the bench is unknown
-            gap = gap - gap.mean()
-        rows.append(SignalGap('force', 'N', run.noise.force, gap))
-    return rows
+            force = force - (force - middles).mean()
+        measured['force'], modelled['force'] = middles, force
+    return compare_signals(measured, modelled, noise)
 
 
-def _rmse(
-    runs: Sequence[Comparison], compare: Compare, given: Hypothesis, improved: Hypothesis
-) -> dict[str, dict[str, Any]]:
+def _rmse(before: Sequence[Gaps], after: Sequence[Gaps]) -> dict[str, dict[str, Any]]:
     """Return signal -> unit, noise, RMSE before and after over all runs, None where it fails."""
     rows: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
-    for comparison in runs:
-        pairs = zip(compare(given, comparison), compare(improved, comparison), strict=True)
-        for before, after in pairs:
-            squares = before.noise**2, float(np.mean(before.gap**2)), float(np.mean(after.gap**2))
-            rows.setdefault((before.name, before.unit), []).append(squares)
+    for gaps, improved in zip(before, after, strict=True):
+        for name, gap in gaps.items():
+            squares = (gap.noise or 0.0) ** 2, gap.rmse**2, improved[name].rmse ** 2
+            rows.setdefault((name, gap.unit), []).append(squares)
     table = {}
     for (name, unit), each in rows.items():
         values = [np.sqrt(np.mean(column)) for column in zip(*each, strict=True)]
@@ -112,11 +130,20 @@ def _rmse(
 
 
 def _events(
-    runs: Sequence[Comparison], given: Hypothesis, improved: Hypothesis
+    runs: Sequence[Comparison], simulations: Sequence[Sequence[Floats]]
 ) -> dict[str, dict[str, Any]]:
-    """Return cycles, mean dwell and stroke time, measured, before and after."""
-    names, hypotheses = ('measured', 'before', 'after'), (None, given, improved)
-    table = np.array([[_events_of(run, each) for each in hypotheses] for run in runs])
+    """
+    Return cycles, mean dwell and stroke time, measured, before and after.
+
+    :param simulations: of the runs, before and after
+    """
+    names = 'measured', 'before', 'after'
+    table = np.array(
+        [
+            [_events_of(one.run, x) for x in (one.run.position[1:], before[:, 0], after[:, 0])]
+            for one, before, after in zip(runs, *simulations, strict=True)
+        ]
+    )
     events = {'cycles': {'unit': '-', **_or_none(names, table[:, :, 0].sum(axis=0))}}
     for name, values in (('dwell', table[:, :, 1]), ('stroke_time', table[:, :, 2])):
         complete = values[np.isfinite(values).all(axis=1)]
@@ -131,17 +158,10 @@ def _or_none(names: Sequence[str], values: Iterable[float]) -> dict[str, float |
     return {name: float(value) if np.isfinite(value) else None for name, value in pairs}
 
 
-def _events_of(
-    comparison: Comparison, hypothesis: Hypothesis | None
-) -> tuple[float, float, float]:
-    """Return cycles, mean dwell and stroke time of a simulated run, or of the measured one."""
-    run = comparison.run
-    position = run.position[1:]
-    if hypothesis is not None:
-        try:
-            position = MultipleShooting(comparison).simulate(hypothesis)[:, 0]
-        except RigError:
-            return np.nan, np.nan, np.nan
+def _events_of(run: Run, position: Floats) -> tuple[float, float, float]:
+    """Return cycles, mean dwell and stroke time of positions in a run, NaN where one is not."""
+    if not np.isfinite(position).all():
+        return np.nan, np.nan, np.nan
     cycles = find_cycles(position, run.interval)
     dwell = float(np.mean([cycle.dwell for cycle in cycles])) if cycles else np.nan
     duration = stroke_time(position, run.interval, run.stroke)

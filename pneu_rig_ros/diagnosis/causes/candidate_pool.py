@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
@@ -18,6 +17,8 @@ from pneu_rig_ros.diagnosis.causes.candidates import (
     Candidate,
     Coordinate,
     Explanation,
+    effect_candidate,
+    of_one,
 )
 from pneu_rig_ros.diagnosis.inputs.system import System, quantity_of, value_of
 from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
@@ -32,7 +33,7 @@ from pneu_rig_ros.model.parameters import (
     REVISED_LUGRE_DWELL,
     Model,
 )
-from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.model.quantity import Quantity
 
 GAS_PARAMETERS = (
     'valve.intake_coefficient',
@@ -157,11 +158,10 @@ def _refit_parameter(model: Model, name: str, low: float, high: float) -> Candid
     value, quantity = value_of(model, name), quantity_of(name)
     logarithmic = low > 0.0 and quantity.unit != 'V'
     scale = 1.0 if logarithmic else 0.2 * (high - low)
-    key = name.split('.')[1]
-    coordinate = Coordinate(key, quantity, low, high, scale, logarithmic, value)
-    starts = tuple((value + 0.2 * (end - value),) for end in (low, high))
+    coordinate = Coordinate(name.split('.')[1], quantity, low, high, scale, logarithmic, value)
+    starts = [value + 0.2 * (end - value) for end in (low, high)]
     group = FORCE if name in FORCE_PARAMETERS or name.startswith('friction') else GAS
-    return Candidate(name, group, (coordinate,), starts, value)
+    return of_one(name, group, coordinate, starts, value)
 
 
 def _parameter(model: Model, name: str, group: str) -> Candidate:
@@ -169,11 +169,11 @@ def _parameter(model: Model, name: str, group: str) -> Candidate:
     value, quantity, key = value_of(model, name), quantity_of(name), name.split('.')[1]
     if quantity.unit == 'V':
         low, high = value - VOLTAGE_ERROR, value + VOLTAGE_ERROR
-        starts = tuple((value + shift,) for shift in START_SHIFTS)
+        starts = [value + shift for shift in START_SHIFTS]
         scale, logarithmic = 0.1, False
     else:
         low, high = value / PARAMETER_RATIO, value * PARAMETER_RATIO
-        starts = tuple((value * ratio,) for ratio in START_RATIOS)
+        starts = [value * ratio for ratio in START_RATIOS]
         scale, logarithmic = 1.0, True
     low, high = quantity.within(low), quantity.within(high)
     if key == 'breakaway_force':
@@ -181,7 +181,7 @@ def _parameter(model: Model, name: str, group: str) -> Candidate:
     if key == 'coulomb_force':
         high = min(high, max(model.friction.breakaway_force, value))
     coordinate = Coordinate(key, quantity, low, high, scale, logarithmic, value)
-    return Candidate(name, group, (coordinate,), starts, value)
+    return of_one(name, group, coordinate, starts, value)
 
 
 def _conditions(
@@ -204,16 +204,15 @@ def _ratio(name: str, group: str, most: float, deviation: float = 0.0) -> Candid
     """Return a condition that differs by a ratio from what is stated."""
     quantity = Quantity('-', 1.0 / most, most, 'times what was stated')
     coordinate = Coordinate('times', quantity, 1.0 / most, most, 1.0, True, 1.0, deviation)
-    starts = tuple((most**share,) for share in (-0.3, 0.3))
-    return Candidate(CONDITIONS + name, group, (coordinate,), starts)
+    return of_one(CONDITIONS + name, group, coordinate, (most**share for share in (-0.3, 0.3)))
 
 
 def _difference(name: str, quantity: Quantity, scale: float) -> Candidate:
     """Return a condition that differs by a number from what is stated."""
     low, high = quantity.low, quantity.high
     coordinate = Coordinate('by', quantity, low, high, scale, False)
-    starts = tuple((low + share * (high - low),) for share in (0.1, 0.3, 0.6, 0.9))
-    return Candidate(CONDITIONS + name, SENSOR, (coordinate,), starts)
+    starts = (low + share * (high - low) for share in (0.1, 0.3, 0.6, 0.9))
+    return of_one(CONDITIONS + name, SENSOR, coordinate, starts)
 
 
 def _effects(
@@ -251,23 +250,6 @@ def _shows(balance: Balance, system: System, balances: frozenset[str]) -> bool:
     if balance in GAS_BALANCES or balance in READING_BALANCES:
         return gas
     return 'force' in balances
-
-
-def effect_candidate(name: str) -> Candidate:
-    """Return an effect of the library as a candidate."""
-    effect = library.load(name)
-    coordinates = []
-    columns = zip(*effect.probes, strict=True)
-    specs = specifications(effect.parameters).items()
-    for (key, spec), probes, null in zip(specs, columns, effect.null, strict=True):
-        quantity = cast(Quantity, spec)
-        logarithmic = quantity.low >= 0.0 and min(probes) > 0.0
-        low = max(quantity.low, 1e-3 * min(probes)) if logarithmic else quantity.low
-        scale = max(abs(value) for value in probes) or 1.0
-        coordinates.append(Coordinate(key, quantity, low, quantity.high, scale, logarithmic, null))
-    starts = tuple(tuple(float(value) for value in probe) for probe in effect.probes)
-    balance = effect.balance.name.lower().replace('_', ' ')
-    return Candidate(name, balance, tuple(coordinates), starts)
 
 
 def _of_open_chambers(candidate: Candidate, balances: frozenset[str]) -> Candidate:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
 from pneu_rig_ros.model.parameters import SECTIONS
-from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.quantity import Quantity, specifications
 
 GAS, FORCE, SENSOR = 'gas', 'force', 'sensor'
 """Groups of candidates, by where they show."""
@@ -158,6 +158,30 @@ class Candidate:
         if isinstance(old, tuple):  # all elements of F(z) by the same factor
             new = tuple(values[0] / sum(old) * item for item in old)
         return hypothesis.with_parameter(section, name, new)
+
+
+def of_one(
+    name: str, group: str, coordinate: Coordinate, starts: Iterable[float], value: float = math.nan
+) -> Candidate:
+    """Return a candidate of one coordinate; ``value`` is that of a parameter in the model [SI]."""
+    return Candidate(name, group, (coordinate,), tuple((start,) for start in starts), value)
+
+
+def effect_candidate(name: str) -> Candidate:
+    """Return an effect of the library as a candidate."""
+    effect = library.load(name)
+    coordinates = []
+    columns = zip(*effect.probes, strict=True)
+    specs = specifications(effect.parameters).items()
+    for (key, spec), probes, null in zip(specs, columns, effect.null, strict=True):
+        quantity = cast(Quantity, spec)
+        logarithmic = quantity.low >= 0.0 and min(probes) > 0.0
+        low = max(quantity.low, 1e-3 * min(probes)) if logarithmic else quantity.low
+        scale = max(abs(value) for value in probes) or 1.0
+        coordinates.append(Coordinate(key, quantity, low, quantity.high, scale, logarithmic, null))
+    starts = tuple(tuple(float(value) for value in probe) for probe in effect.probes)
+    balance = effect.balance.name.lower().replace('_', ' ')
+    return Candidate(name, balance, tuple(coordinates), starts)
 
 
 def _calibrated(hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:

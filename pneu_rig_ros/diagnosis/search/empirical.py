@@ -15,8 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.causes.candidate_pool import effect_candidate
-from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import (
+    Candidate,
+    Coordinate,
+    Explanation,
+    effect_candidate,
+)
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import OUTLIER, Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
