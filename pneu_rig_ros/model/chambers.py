@@ -40,3 +40,9 @@ def pressure_rate(
 def gas_mass(pressure: float, volume: float, temperature: float, gas: Air) -> float:
     """Return the mass of ideal gas [kg] (assumption i) at an absolute pressure [Pa]."""
     return pressure * volume / (gas.gas_constant * temperature)
+
+
+@compiled
+def temperature(pressure: float, volume: float, mass: float, gas: Air) -> float:
+    """Return the temperature of a mass of ideal gas [K] at an absolute pressure [Pa]."""
+    return pressure * volume / (mass * gas.gas_constant)

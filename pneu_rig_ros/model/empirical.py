@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Signals
@@ -39,7 +40,7 @@ def gauge(pressure: float, model: CompiledModel) -> float:
 @compiled
 def cold(pressure: float, volume: float, gas_mass: float, model: CompiledModel) -> float:
     """Return by what share the gas is colder than the supply [-]."""
-    temperature = pressure * volume / (gas_mass * model.gas.gas_constant)
+    temperature = chambers.temperature(pressure, volume, gas_mass, model.gas)
     return 1.0 - temperature / model.gas.supply_temperature
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import called, compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Effect, Signals
@@ -187,7 +188,7 @@ def _own(
     if driver == 8:
         return pressure
     if driver == 9:
-        return pressure * volume / (gas_mass * model.gas.gas_constant)
+        return chambers.temperature(pressure, volume, gas_mass, model.gas)
     return voltage - CENTRE_VOLTAGE
 
 

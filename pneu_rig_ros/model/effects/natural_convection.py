@@ -4,6 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
@@ -50,11 +51,11 @@ def contribution(
 ) -> tuple[float, float]:
     """Return the heat flows [W] into the gas of chamber 1 and 2."""
     gas, power = signals.gas, parameters.exponent
-    wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
-    colder_1 = wall - gas.pressure_1 * gas.volume_1 / (gas.gas_mass_1 * gas_constant)
-    colder_2 = wall - gas.pressure_2 * gas.volume_2 / (gas.gas_mass_2 * gas_constant)
-    heat_1 = heat(colder_1, parameters.conductance_1, power)
-    return heat_1, heat(colder_2, parameters.conductance_2, power)
+    wall = model.gas.supply_temperature
+    gas_1 = chambers.temperature(gas.pressure_1, gas.volume_1, gas.gas_mass_1, model.gas)
+    gas_2 = chambers.temperature(gas.pressure_2, gas.volume_2, gas.gas_mass_2, model.gas)
+    heat_1 = heat(wall - gas_1, parameters.conductance_1, power)
+    return heat_1, heat(wall - gas_2, parameters.conductance_2, power)
 
 
 EFFECT = Effect(

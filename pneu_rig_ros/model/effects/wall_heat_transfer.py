@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
@@ -21,9 +22,9 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the heat flows [W] into the gas of chamber 1 and 2: Newton's law of cooling."""
-    wall, gas_constant = model.gas.supply_temperature, model.gas.gas_constant
-    gas_1 = signals.gas.pressure_1 * signals.gas.volume_1 / (signals.gas.gas_mass_1 * gas_constant)
-    gas_2 = signals.gas.pressure_2 * signals.gas.volume_2 / (signals.gas.gas_mass_2 * gas_constant)
+    gas, wall = signals.gas, model.gas.supply_temperature
+    gas_1 = chambers.temperature(gas.pressure_1, gas.volume_1, gas.gas_mass_1, model.gas)
+    gas_2 = chambers.temperature(gas.pressure_2, gas.volume_2, gas.gas_mass_2, model.gas)
     return parameters.conductance_1 * (wall - gas_1), parameters.conductance_2 * (wall - gas_2)
 
 
