@@ -32,7 +32,7 @@ BINS = 9
 """Parts into which the range of a signal is divided in each direction, by quantiles."""
 FEW_BINS = 3
 """The same where there are few values."""
-SPANS = {**LEAST_WIDTH, 'time': 0.5, 'dwell': 0.1}
+SPANS = {**LEAST_WIDTH, 'time': 0.5}
 """Least width of a part [SI]."""
 FEWEST = 3
 """Values of a part at least."""
@@ -58,14 +58,12 @@ class Track:
     :param windows: with a hypothesis
     :param explained: what the explanation contributes to each window [unit], None without one
     :param breakaways: of the piston, for the force
-    :param dwell: rest before each breakaway [s]
     :param duration: of the recording [s]
     """
 
     windows: Windows | None
     explained: Floats | None
     breakaways: Windows | None
-    dwell: Floats
     name: str
     duration: float
 
@@ -99,7 +97,7 @@ class Dependence:
 
     :param variable: name of the signal
     :param bins: direction -> what is drawn
-    :param joined: whether the points are means that a line may join
+    :param joined: whether the points are means that a line may join, not single breakaways
     """
 
     title: str
@@ -121,7 +119,8 @@ def _moving(track: Track) -> Samples | None:
     if track.windows is None or track.latent is None:
         return None
     latent, windows = track.latent, track.windows
-    variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
+    everywhere = [name for name in VARIABLES if name != 'dwell']
+    variables = {name: latent.average @ windows.variables[name] for name in everywhere}
     variables['time'] = latent.time
     direction = windows.direction[latent.members]
     return Samples(latent.cleared, latent.covariance, variables, direction)
@@ -130,8 +129,8 @@ def _moving(track: Track) -> Samples | None:
 def _breaking(track: Track) -> Samples | None:
     if (breaks := track.breakaways) is None:
         return None
-    variables = {name: breaks.variables[name] for name in ('position', 'pressure_1', 'pressure_2')}
-    variables |= {'time': breaks.middle, 'dwell': track.dwell}
+    variables = {name: breaks.variables[name] for name in VARIABLES if name != 'velocity'}
+    variables['time'] = breaks.middle
     covariance = np.diag(breaks.deviation**2)
     return Samples(breaks.residual, covariance, variables, breaks.direction)
 

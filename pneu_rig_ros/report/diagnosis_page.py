@@ -137,8 +137,9 @@ def _latent_drawings(
 
     def draw(balance: str, place: str) -> Figure | None:
         spans = spans_of(answer, balance) if place == 'where' else {}
-        found = tracks(place).get(balance)
-        return None if found is None else draw_latent(balance, found, spans)
+        marked = [one for one in diagnosis.significant if one.balance == balance]
+        found, marked = tracks(place).get(balance), marked if place == 'where' else []
+        return None if found is None else draw_latent(balance, found, spans, marked)
 
     for one in answer['balances']:
         if one['open']:

@@ -15,8 +15,8 @@ from matplotlib.patches import Patch
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, Windows, windows_of
 from pneu_rig_ros.report.dependence import (
     COLOURS,
@@ -31,7 +31,7 @@ from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, display, litera
 
 Spans = Sequence[tuple[float, float]]
 
-SHADE, BAND = '#f6e7c8', 0.25
+SHADE, SIGNIFICANT, BAND = '#f6e7c8', '#dfe9d3', 0.25
 EXPLAINED: dict[str, Any] = {'color': GREEN, 'linewidth': 1.2, 'linestyle': (0, (4, 2))}
 MARKER: dict[str, Any] = {'color': BLUE, 'markersize': 3.2, 'markerfacecolor': 'white'}
 BREAK: dict[str, Any] = {'fmt': 'o', 'zorder': 3, **MARKER}
@@ -65,10 +65,9 @@ def tracks_of(
             run = comparison.run
             key = balance, run.name, False
             breakaways = windows.get((balance, run.name, True))
-            dwell = np.zeros(0) if breakaways is None else dwells(comparison, breakaways)
             duration = run.size * run.interval
             rows.append(
-                Track(windows.get(key), explained.get(key), breakaways, dwell, run.name, duration)
+                Track(windows.get(key), explained.get(key), breakaways, run.name, duration)
             )
     return tracks
 
@@ -79,28 +78,23 @@ def _key(windows: Windows) -> tuple[str, str, bool]:
     return windows.balance, windows.recording, bool(breaks_away)
 
 
-def dwells(comparison: Comparison, breakaways: Windows) -> Floats:
-    """Return how long the piston had rested before each breakaway [s]."""
-    run = comparison.run
-    ends = np.round(breakaways.middle / run.interval)
-    times = []
-    for end in ends:
-        rest = min(run.breakaways, key=lambda one: abs(one.end - end))
-        before = run.operation.rest_time if rest.first == 0 else 0.0
-        times.append(before + (rest.end - rest.first) * run.interval)
-    return np.array(times)
-
-
 @matplotlib.rc_context(STYLE)
-def draw_latent(balance: str, tracks: Sequence[Track], spans: Mapping[str, Spans]) -> Figure:
+def draw_latent(
+    balance: str,
+    tracks: Sequence[Track],
+    spans: Mapping[str, Spans],
+    significant: Sequence[SignificantResidual] = (),
+) -> Figure:
     """
     Return the latent input over the time of each recording, and beside it what it depends on.
 
     :param spans: recording -> from, to [s] that are shaded: above the noise of a window
+    :param significant: residuals of the balance, whose parts of the ranges are shaded
     """
     shown = most_significant(tracks)
     unit, scale = unit_of(balance, shown)
     sides = dependence(tracks)
+    parts = [parts_of(side, significant) for side in sides]
     figure = Figure(figsize=(8.8, max(1.15 * len(shown), 2.4) + 0.9), layout='constrained')
     widths = (2.3, 1.0) if sides else (1.0,)
     left, *right = figure.subfigures(1, len(widths), squeeze=False, width_ratios=widths)[0]
@@ -112,10 +106,22 @@ def draw_latent(balance: str, tracks: Sequence[Track], spans: Mapping[str, Spans
     left.supylabel(f'latent input [{unit}]', fontsize=9)
     if sides:
         panels = right[0].subplots(len(sides), 1, squeeze=False)[:, 0]
-        for axes, side in zip(panels, sides, strict=True):
-            _draw_dependence(axes, side, unit, scale)
-    _add_legend(figure, shown, spans, {name for side in sides for name in side.bins})
+        for axes, side, part in zip(panels, sides, parts, strict=True):
+            _draw_dependence(axes, side, part, unit, scale)
+    directions = {name for side in sides for name in side.bins}
+    _add_legend(figure, shown, spans, any(parts), directions)
     return figure
+
+
+def parts_of(side: Dependence, significant: Sequence[SignificantResidual]) -> Spans:
+    """Return the significant parts of the range of a signal, of breakaways or of the others."""
+    return [
+        (low, high)
+        for residual in significant
+        if ((residual.balance, residual.regime) == ('force', BREAKAWAY)) != side.joined
+        for variable, low, high in residual.parts
+        if variable == side.variable
+    ]
 
 
 def most_significant(tracks: Sequence[Track]) -> list[Track]:
@@ -183,9 +189,11 @@ def connected(time: Floats) -> Iterator[slice]:
         yield slice(int(begin), int(end))
 
 
-def _draw_dependence(axes: Axes, side: Dependence, unit: str, scale: float) -> None:
+def _draw_dependence(axes: Axes, side: Dependence, parts: Spans, unit: str, scale: float) -> None:
     own_unit, own_scale = display(VARIABLE_UNITS[side.variable])
     axes.axhline(0.0, color=GREY, linewidth=0.7)
+    for low, high in parts:
+        axes.axvspan(own_scale * low, own_scale * high, color=SIGNIFICANT, linewidth=0, zorder=0)
     for direction, bins in side.bins.items():
         axes.errorbar(
             own_scale * bins.middle,
@@ -207,7 +215,11 @@ def _draw_dependence(axes: Axes, side: Dependence, unit: str, scale: float) -> N
 
 
 def _add_legend(
-    figure: Figure, tracks: Sequence[Track], spans: Mapping[str, Spans], directions: set[str]
+    figure: Figure,
+    tracks: Sequence[Track],
+    spans: Mapping[str, Spans],
+    parts: bool,
+    directions: set[str],
 ) -> None:
     """Add a legend of what is drawn anywhere in the figure."""
     line = Patch(color=BLUE, alpha=BAND), Line2D([], [], color=BLUE)
@@ -216,6 +228,8 @@ def _add_legend(
         marks['explanation'] = Line2D([], [], **EXPLAINED)
     if any(spans.values()):
         marks['above the noise'] = Patch(color=SHADE)
+    if parts:
+        marks['significant part of the range'] = Patch(color=SIGNIFICANT)
     if any(track.breakaways is not None for track in tracks):
         marks['breakaway'] = Line2D([], [], linestyle='', marker='o', **MARKER)
     for direction in sorted(directions, reverse=True):

@@ -31,6 +31,7 @@ def white(balance: str, recording: str, size: int, rng: np.random.Generator) -> 
     variables = {
         'position': rng.uniform(0.0, 0.3, size), 'velocity': rng.uniform(-0.2, 0.2, size),
         'pressure_1': rng.uniform(1e5, 6e5, size), 'pressure_2': rng.uniform(1e5, 6e5, size),
+        'dwell': np.where(regimes == 'dwell', rng.uniform(0.1, 9.0, size), np.nan),
     }  # fmt: skip
     start = 0.05 * np.arange(size)
     return Windows(balance, recording, start, start + 0.1, noise, np.ones(size), noise,
@@ -62,6 +63,35 @@ def test_a_shift_of_one_noise_is_told_with_its_size_and_bounds() -> None:
     if first.variable == 'position':
         assert first.low is not None
         assert first.low > 0.1
+
+
+def test_a_shift_after_long_rests_is_told_with_the_dwell() -> None:
+    shifted = []
+    for one in noisy(1):
+        long = np.nan_to_num(one.variables['dwell']) > 6.0
+        shift = 2.0 * ((one.balance == 'gas_1') & long)
+        shifted.append(replace(one, whitened=one.whitened + shift, residual=one.residual + shift))
+    first = localise(shifted)[0]
+    assert (first.balance, first.regime, first.variable) == ('gas_1', 'dwell', 'dwell')
+    assert first.low is not None
+    assert first.low > 3.0
+    assert ('dwell', first.low, first.high) in first.parts
+
+
+def test_dwell_is_the_rest_before_a_breakaway_and_none_while_it_moves(tmp_path: Path) -> None:
+    system = system_of(tmp_path, configured('cylinder_1'))
+    run = measured(system, 'run', configured('cylinder_1'))
+    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    groups = windows_of(data, system.hypothesis)
+    (breaks,) = (one for one in groups if set(one.regime) == {'breakaway'})
+    for moment, told in zip(breaks.middle, breaks.variables['dwell'], strict=True):
+        rest = min(run.rests, key=lambda each: abs(each.end * run.interval - moment))
+        before = run.operation.rest_time if rest.first == 0 else 0.0
+        lasted = before + (rest.end - rest.first) * run.interval
+        assert told == pytest.approx(lasted, abs=0.01)
+    (gas,) = (one for one in groups if one.balance == 'gas_1')
+    assert np.isnan(gas.variables['dwell'][gas.regime == 'sliding']).all()
+    assert np.isfinite(gas.variables['dwell'][gas.regime == 'dwell']).any()
 
 
 def located(

@@ -28,10 +28,16 @@ LARGEST_RESIDUAL = 2.5
 """Standard deviations to which a residual is clipped, so that one alone is not significant."""
 BINS = 4
 """Parts into which the range of a signal is divided, by quantiles."""
-LEAST_WIDTH = {'position': 1e-3, 'velocity': 3e-3, 'pressure_1': 2e3, 'pressure_2': 2e3}
+LEAST_WIDTH = {
+    'position': 1e-3,
+    'velocity': 3e-3,
+    'pressure_1': 2e3,
+    'pressure_2': 2e3,
+    'dwell': 0.1,
+}
 """
 Least width of a part [SI]: many times the noise of the signal, by which windows would else be
-sorted.
+sorted. When a rest begins and ends is known to some 50 ms.
 """
 STRETCH = 1.0
 """Length of the stretches of time that are cells [s]."""
@@ -52,6 +58,7 @@ class SignificantResidual:
     :param variable: signal by which the cell is bounded, 'time', or '' for the whole regime
     :param low, high: bounds, None for the whole
     :param intervals: recording, from, to [s] of the significant stretches of time
+    :param parts: signal, from, to [SI] of the significant parts of its range
     """
 
     balance: str
@@ -66,6 +73,7 @@ class SignificantResidual:
     high: float | None
     recordings: tuple[str, ...]
     intervals: tuple[tuple[str, float, float], ...]
+    parts: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def significance(self) -> float:
@@ -170,6 +178,9 @@ def cells(groups: Sequence[Windows]) -> Iterator[Cell]:
 def _bins(place: tuple[str, str, str], members: Members) -> Iterator[Cell]:
     for variable in VARIABLES:
         values = np.concatenate([group.variables[variable][flags] for group, flags in members])
+        values = values[np.isfinite(values)]
+        if values.size < FEWEST_WINDOWS:
+            continue
         quantiles = np.quantile(values, np.linspace(0.0, 1.0, BINS + 1))
         edges = spaced(quantiles, LEAST_WIDTH[variable])
         if edges.size < 3:
@@ -225,9 +236,15 @@ def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
             for each, _ in significant
             if each.variable == 'time'
         ]
+        parts = [
+            (each.variable, float(each.low or 0.0), float(each.high or 0.0))
+            for each, _ in significant
+            if each.variable in VARIABLES
+        ]
         names = dict.fromkeys(g.recording for each, _ in significant for g, _ in each.members)
         bounds, unit = (cell.variable, cell.low, cell.high), UNITS[place[0]]
         values = test.mean, test.deviation, test.p_value
-        row = SignificantResidual(*place, unit, *values, *bounds, tuple(names), tuple(spans))
+        found = tuple(names), tuple(spans), tuple(parts)
+        row = SignificantResidual(*place, unit, *values, *bounds, *found)
         residuals.append(row)
     return sorted(residuals, key=lambda residual: residual.p_value)

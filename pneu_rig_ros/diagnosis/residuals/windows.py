@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions
@@ -18,7 +19,7 @@ from pneu_rig_ros.diagnosis.residuals.whitening import Whitener
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.effect import Regime
 
-VARIABLES = ('position', 'velocity', 'pressure_1', 'pressure_2')
+VARIABLES = ('position', 'velocity', 'pressure_1', 'pressure_2', 'dwell')
 DWELL, BREAKAWAY = Regime.DWELL.label, Regime.BREAKAWAY.label
 SLIDING, END_STOP = Regime.SLIDING.label, Regime.END_STOP.label
 NEAR_BREAKAWAY = 0.1
@@ -39,7 +40,8 @@ class Windows:
     :param whiten: the whitener, for all windows
     :param factor: inflation of the noise, shape (m,)
     :param regime, direction: of each, shape (m,)
-    :param variables: signal -> mean in each window, shape (m,)
+    :param variables: signal -> mean in each window, shape (m,); the dwell, NaN while it moves, is
+        how long the piston has rested [s]
     :param repeatability: by which recordings of the system differ from its model [unit]
     """
 
@@ -94,6 +96,18 @@ def windows_of(dataset: Dataset, hypothesis: Hypothesis) -> list[Windows]:
     return windows
 
 
+def dwell(run: Run) -> Floats:
+    """Return how long a free piston has rested in each interval [s], NaN where it moves."""
+    times = np.full(run.size - 1, np.nan)
+    if run.noise.position > 0.0:
+        for rest in run.rests:
+            before = run.operation.rest_time if rest.first == 0 else 0.0
+            inside = slice(rest.first, rest.end - 1)
+            times[inside] = before + run.time[inside] - rest.first * run.interval
+    times[run.contacts == along.MOVES] = np.nan  # a bench holds the piston, not the seal
+    return times
+
+
 Places = tuple[Floats, Floats, NDArray[np.str_], NDArray[np.str_], dict[str, Floats]]
 """Start, end, regime, direction and variables of windows."""
 
@@ -102,7 +116,7 @@ def _windows(comparison: Comparison, functions: TestFunctions, kept: Flags, gas:
     """Return where the kept windows are; the regime is that for most of a window."""
     run = comparison.run
     x, p1, p2 = (0.5 * (run.smooth[1:] + run.smooth[:-1])).T
-    signals = dict(zip(VARIABLES, (x, run.velocity, p1, p2), strict=True))
+    signals = dict(zip(VARIABLES, (x, run.velocity, p1, p2, dwell(run)), strict=True))
     variables = {name: functions.averages(values)[kept] for name, values in signals.items()}
     start = run.begin + functions.starts[kept].astype(np.float64) * run.interval
     resting = functions.averages((run.contacts == along.RESTS).astype(np.float64))
@@ -128,7 +142,7 @@ def _breakaways(comparison: Comparison, kept: Flags) -> Places:
     x, p1, p2 = (0.5 * (run.smooth[1:] + run.smooth[:-1]))[ends].T
     after = np.minimum(ends + round(NEAR_BREAKAWAY / run.interval), run.size - 2)
     velocity = run.velocity[after]
-    variables = dict(zip(VARIABLES, (x, velocity, p1, p2), strict=True))
+    variables = dict(zip(VARIABLES, (x, velocity, p1, p2, dwell(run)[ends]), strict=True))
     direction = np.where(velocity >= 0.0, 'out', 'in')
     regime = np.full(ends.size, BREAKAWAY)
     return time - NEAR_BREAKAWAY, time + NEAR_BREAKAWAY, regime, direction, variables
