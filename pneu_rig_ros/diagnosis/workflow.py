@@ -45,8 +45,9 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.empirical import Description
+from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, excess
-from pneu_rig_ros.diagnosis.search.selection import DISCREPANT, Search
+from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.search.unknown import describe_unknown
 from pneu_rig_ros.executor import Executor, SerialExecutor
 

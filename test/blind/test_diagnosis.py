@@ -12,7 +12,7 @@ import pytest
 
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
-from pneu_rig_ros.scenarios.hidden import EFFECTS, hide, true_parameters
+from pneu_rig_ros.scenarios.hidden import EFFECTS, hide, join, true_parameters
 
 from . import places, scores
 from .answers import carry_out
@@ -110,6 +110,25 @@ def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
     assert max(line['errors'].values()) < 0.1
     assert places.place_first(line)
     assert places.f1([line['times']]) > 0.8
+
+
+FEW = ('valve_null_leak', 'valve_lag', 'supply_droop', 'inclination', 'pressure_power_friction')
+"""Effects of a small library beside the hidden ones, with which a search takes less time."""
+
+
+@pytest.mark.parametrize('library', [FEW, pytest.param(EFFECTS, marks=pytest.mark.long)],
+                         ids=['few', 'all'])  # fmt: skip
+def test_three_causes_are_named_though_the_second_alone_closes_little(
+    library: Sequence[str],
+) -> None:
+    names = 'pressure_dependent_friction', 'cross_piston_leak', 'position_scale'
+    friction = settings('cylinder_1')['friction']
+    secret = join(*(hide(name, 'cylinder_1', 1.5, friction) for name in names))
+    without = tuple(name for name in EFFECTS if name not in {*names, *library})
+    line = carry_out(Trial('a triple', 'pair', 'cylinder_1', 1.0, secret, names, without=without))
+    assert set(line['effects']) == set(names), line
+    assert line['parameters'] == []
+    assert line['cut'] > 0.95
 
 
 @pytest.mark.parametrize(

@@ -205,19 +205,21 @@ class Remainder:
             return True
         return simulated and self.cycles_differ() and left > NEGLIGIBLE
 
-    def closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit) -> bool:
+    def closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit, causes: int = 1) -> bool:
         """
-        Return whether one more cause leaves much less on the held-out data.
+        Return whether more causes leave much less on the held-out data.
 
         Where hardly anything is significant there, that is no measure of a cause: the likelihood,
         by which it was chosen, has to do.
+
+        :param causes: that the accepted explanation has more than the smaller one
         """
         better = accepted.explanation.apply(self.given)
         for dataset in (self.held_out.without_cycles, self.held_out):
             left = excess(dataset, smaller)
             if left < NEGLIGIBLE * excess(dataset, self.given):
                 return True
-            if excess(dataset, better) < ANOTHER_CAUSE_LEAVES * left:
+            if excess(dataset, better) < ANOTHER_CAUSE_LEAVES**causes * left:
                 return True
         return False
 

@@ -2,77 +2,44 @@
 Selection of an explanation: forward selection of causes until no significant residual is left.
 
 Explanations grow by one cause at a time, up to three. Of each size the most promising are fitted
-and compared. What the residuals hardly show - bristles, compliance, inertia - shows in simulation
-from rest to rest, which joins the data where they cannot decide.
+and compared.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
-from pneu_rig_ros.diagnosis.causes.families import Family, families
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
-from pneu_rig_ros.diagnosis.residuals.localisation import localise
-from pneu_rig_ros.diagnosis.residuals.windows import windows_of
-from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
-from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_hills, over_ridges
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.causes.families import Family
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED, Growth
 from pneu_rig_ros.diagnosis.search.noise_gain import chosen_beyond_noise
-from pneu_rig_ros.diagnosis.search.remainder import Remainder
-from pneu_rig_ros.diagnosis.search.scoring import (
-    ScoredFit,
-    ambiguous,
-    best_of_each,
-    improves,
-    preferred,
-    score,
-)
-from pneu_rig_ros.diagnosis.search.screening import Screened, changes, screen
-from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
-from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, improves, preferred, score
 
 MOST_CAUSES = 3
 """Causes of an explanation at most."""
-MOST_FITTED = 6
-"""Candidates that are fitted at each size."""
 BEAM = 2
 """Explanations of one size that grow further."""
-FIRST_ROUNDS = 4
-"""Evaluations of the solver in the first fits, which choose the finalists."""
-FINALISTS = 3
-"""Explanations that are fitted further."""
-DISCREPANT = 3.0
-"""RMS residual of the best explanation from which on it is taken for noise of any model [-]."""
 CYCLES_EXPLAINED = 0.1
 """Share of the excess of the cycles below which no further cause is searched [-]."""
 
 
 @dataclass(kw_only=True)
-class Search(Remainder):
+class Search(Growth):
     """
     The search for an explanation.
 
-    :param progress: called with a text at each step
-    :param executor: where candidates are screened and fitted
-    :param base: what is fitted with every explanation
     :ivar ranking: fitted explanations of accepted sizes
     :ivar initial: the data with the noise under the given hypothesis
     :ivar residuals_significant: whether residuals of the given hypothesis are
-    :ivar weak: whether several weak effects may make all that is left
     """
 
-    pool: Sequence[Candidate]
-    progress: Callable[[str], None] = lambda text: None
-    executor: Executor = field(default_factory=SerialExecutor)
-    base: Explanation = field(default_factory=Explanation)
-    screened: list[Screened] = field(default_factory=list)
     ranking: list[ScoredFit] = field(default_factory=list)
     initial: tuple[Dataset, Dataset] | None = None
     residuals_significant: bool = False
-    weak: bool = False
 
     def run(self) -> ScoredFit | None:
         """Return the smallest explanation that leaves no significant residual, or the best."""
@@ -81,33 +48,33 @@ class Search(Remainder):
         if not (self.residuals_significant or self.cycles_differ()):
             return None
         if self.base.parts:
-            self.best = self.calibrated = self._fit_thoroughly(self.base)
+            self.best = self.calibrated = self.fit_thoroughly(self.base)
             self.base = self.best.explanation
         beam = [self.base]
         for size in range(1, MOST_CAUSES + 1):
             if not self._needs_a_cause():
                 break
             self.weak = self.is_weak()
-            fits, before = self._grown(beam, size)
-            may_simulate = not improves(preferred(fits), before) and self._can_simulate()
+            fits, before = self.grown(beam, size)
+            may_simulate = not improves(preferred(fits), before) and self.can_simulate()
             # for a further cause only where cycles show something of which residuals have no trace
             if may_simulate and (size == 1 or self.cycles_differ()):
-                self._add_cycles()
-                fits, before = self._grown(beam, size)
+                self.add_cycles()
+                fits, before = self.grown(beam, size)
             more = size == 1 and len(self.screened) > MOST_FITTED
             if more and not improves(preferred(fits), before):
-                fits, before = self._grown(beam, size, MOST_FITTED)  # the next ones
+                fits, before = self.grown(beam, size, MOST_FITTED)  # the next ones
             data = self.training, self.held_out
             chosen = chosen_beyond_noise(fits, before, self.given, self.hypothesis, data, self.rng)
             if chosen is None:
                 break
-            accepted = self._accept(chosen, size)
+            accepted = self._accept(chosen, fits, size)
             if accepted is None:
                 break
-            own = accepted.explanation
             self.ranking += [chosen, *fits]
-            others = [each.explanation for each in sorted(fits, key=lambda fit: fit.cost)]
-            beam = [own, *(each for each in others if each.name != own.name)][:BEAM]
+            if len(accepted.explanation.parts) > len(chosen.explanation.parts):
+                break
+            beam = beam_of(accepted, fits)
         return self.best
 
     def causes(self, explanation: Explanation) -> list[str]:
@@ -129,7 +96,7 @@ class Search(Remainder):
         self.training, self.held_out = self.initial
         self.best = self.calibrated
         if simulated:
-            self._add_cycles()
+            self.add_cycles()
 
     def _needs_a_cause(self) -> bool:
         """Return whether significant residuals or cycles are left; adds cycles where needed."""
@@ -139,123 +106,19 @@ class Search(Remainder):
         if self.training.cycles is None:
             if not self.cycles_differ():
                 return False
-            self._add_cycles()
+            self.add_cycles()
             return self.best is None or self._needs_a_cause()
         if self.best is not None and self.remaining() < CYCLES_EXPLAINED:
             return False
         return self.cycles_differ()
 
-    def _grown(
-        self, beam: Sequence[Explanation], size: int, first: int = 0
-    ) -> tuple[list[ScoredFit], ScoredFit]:
-        """
-        Return the fits of explanations with one more cause, and the best one without it.
-
-        :param first: of the candidates in their order that is fitted
-        """
-        end = first + MOST_FITTED // len(beam)  # what is likely with one base crowds out no other
-        screened = [
-            (base, result) for base in beam for result in self._screened(base, size)[first:end]
-        ]
-        starts = [
-            base.with_theta(base.theta + result.shift).with_part(result.candidate, values)
-            for base, result in screened
-            for values in result.starts
-        ]
-        fits = best_of_each(self._fits(starts))
-        # among causes that explain nothing further there is nothing to decide by simulation
-        found = self.best is None or improves(preferred(fits), self.best)
-        if found and self._can_simulate() and ambiguous(fits):
-            self._add_cycles()
-            fits = self._fits([each.explanation for each in fits])
-        return self._with_discrepancy(fits, self.best or Fit(self.base))
-
-    def _can_simulate(self) -> bool:
-        """Return whether simulated cycles may join the data, and may show more than these."""
-        free = all(comparison.free for comparison in self.training.comparisons)
-        return free and self.training.cycles is None and not self.weak
-
-    def _add_cycles(self) -> None:
-        """Add simulated cycles to the data, and fit the best explanation to them."""
-        hypothesis = self.hypothesis
-        self.training = self.training.with_cycles(hypothesis, self.rng)
-        self.held_out = self.held_out.with_cycles(hypothesis, self.rng)
-        if self.best is not None and self.best.explanation.parts:
-            self.best = self._fit_thoroughly(self.best.explanation)
-
-    def _screened(self, base: Explanation, size: int) -> list[Screened]:
-        """Return the candidates for one more cause of an explanation, the best first."""
-        candidates = self._candidates(base)
-        self.progress(f'screening {len(candidates)} candidates')
-        hypothesis = base.apply(self.given)
-        residual = self.training.residual(hypothesis)
-        free = np.zeros((residual.size, base.theta.size))
-        if self.training.cycles is None:
-            free = changes(base, self.given, self.training)
-        screened = map_tasks(
-            self.executor, screen, candidates, hypothesis, self.training, residual, free, base.room
-        )
-        screened.sort(key=lambda result: result.loss)
-        if size == 1 and not self.screened:
-            self.screened = screened
-        return screened
-
-    def _candidates(self, base: Explanation) -> list[Candidate]:
-        """Return what may join an explanation, other forms of its effects among them."""
-        shaped = {part.effect for part in base.parts if isinstance(part, Family)}
-        effects = [part for part in base.parts if part.is_effect and part.name not in shaped]
-        runs = [comparison.run for comparison in self.training.comparisons]
-        temperature = self.given.model.gas.supply_temperature
-        forms = [family for part in effects for family in families(part, runs, temperature)]
-        # what residuals hardly see, and simulated cycles do, are causes of the force
-        balances = {residual.balance for residual in self.significant()}
-        groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
-        if self.training.cycles is not None:
-            groups.add(FORCE)
-        names = {part.name for part in base.parts}
-        return [
-            candidate
-            for candidate in (*self.pool, *forms)
-            if candidate.name not in names and candidate.group in groups
-        ]
-
-    def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
-        """Return explanations fitted from several starts; thoroughly only the finalists."""
-        first = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
-        finalists = [each.explanation for each in first[:FINALISTS]]
-        return [*self._fit_all(finalists, ROUNDS), *first[FINALISTS:]]
-
-    def _fit_all(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
-        self.progress('fitting ' + ', '.join(start.name for start in starts))
-        fits = map_tasks(self.executor, fit, starts, self.given, self.training, rounds)
-        return map_tasks(self.executor, score, fits, self.given, self.training, self.held_out)
-
-    def _with_discrepancy(
-        self, fits: list[ScoredFit], smaller: Fit
-    ) -> tuple[list[ScoredFit], ScoredFit]:
-        """
-        Return fits and a smaller one, where every model is far off with that as part of the noise.
-
-        The noise of the sensors is then no measure of which model is nearer.
-        """
-        best = min(fits, key=lambda fit: fit.cost).explanation.apply(self.given)
-        if rms(self.training.whitened(best)) < DISCREPANT:
-            return fits, score(smaller, self.given, self.training, self.held_out)
-        data = self.training, self.held_out
-        self.training, self.held_out = (
-            dataset.with_discrepancy(data[0], best) for dataset in data
-        )
-        refitted = best_of_each(self._fits([each.explanation for each in fits]))
-        before = score(smaller, self.given, self.training, self.held_out)
-        self.training, self.held_out = data
-        return refitted, before
-
-    def _accept(self, chosen: ScoredFit, size: int) -> ScoredFit | None:
+    def _accept(self, chosen: ScoredFit, fits: Sequence[ScoredFit], size: int) -> ScoredFit | None:
         """
         Accept an explanation and return it; None if its last cause explains too little.
 
         Another form of a cause is not a further one: the likelihood decides on it. Where all that
-        is left is weak, one cause has to explain it alone.
+        is left is weak, one cause has to explain it alone. Of two that are left, the first may
+        close little: then both together have to close the gap.
         It is fitted again with the noise that the data have if it is true: under it the piston
         moves otherwise than the given model predicts. The noise under values that are far off
         would hide the right ones: they are looked for before.
@@ -263,15 +126,34 @@ class Search(Remainder):
         smaller, before = self.hypothesis, (self.best, self.training, self.held_out)
         accepted = self._renewed(chosen)
         another_form = size == 2 and isinstance(chosen.explanation.parts[-1], Family)
-        too_little = size > 1 and not another_form and not self.closes_the_gap(smaller, accepted)
-        if too_little or (self.weak and not self.explains_alone(smaller, before[1])):
+        enough = size == 1 or another_form or self.closes_the_gap(smaller, accepted)
+        if enough and (not self.weak or self.explains_alone(smaller, before[1])):
+            return accepted
+        further = None
+        if size < MOST_CAUSES and not (enough or self.weak):
+            further = self._with_one_more(beam_of(accepted, fits), smaller, size + 1)
+        if further is None:
             self.best, self.training, self.held_out = before
+        return further
+
+    def _with_one_more(
+        self, beam: Sequence[Explanation], smaller: Hypothesis, size: int
+    ) -> ScoredFit | None:
+        """Return an explanation with a further cause if its last two close the gap, else None."""
+        fits, before = self.grown(beam, size)
+        data = self.training, self.held_out
+        chosen = chosen_beyond_noise(fits, before, self.given, self.hypothesis, data, self.rng)
+        if chosen is None:
             return None
-        return accepted
+        both = self._renewed(chosen)
+        if not self.closes_the_gap(smaller, both, causes=2):
+            return None
+        self.ranking += [chosen, *fits]
+        return both
 
     def _renewed(self, chosen: ScoredFit) -> ScoredFit:
         """Return an explanation fitted with the noise that the data have if it is true."""
-        explanation = self._fit_thoroughly(chosen.explanation).explanation
+        explanation = self.fit_thoroughly(chosen.explanation).explanation
         hypothesis = explanation.apply(self.given)
 
         def renewed(before: Dataset) -> Dataset:
@@ -283,31 +165,9 @@ class Search(Remainder):
         self.best = score(again, self.given, self.training, self.held_out)
         return self.best
 
-    def _fit_thoroughly(self, explanation: Explanation) -> ScoredFit:
-        self.progress('fitting ' + explanation.name)
-        problem = self.given, self.training, self.executor
-        best = multi_start(explanation, *problem)
-        if self.training.cycles is not None:
-            if self._may_be_behind_a_hill(best):
-                best = over_hills(best, *problem)
-        elif self._may_swing(best):
-            best = over_ridges(best, *problem)
-        return score(best, self.given, self.training, self.held_out)
 
-    def _may_be_behind_a_hill(self, found: Fit) -> bool:
-        """
-        Return whether a fit to simulations may be in the minimum of a slip at the wrong time.
-
-        One value alone, fitted from both sides, is not if its cycles are like those of replicates.
-        Of several that compensate each other, another set may be likelier still.
-        """
-        if found.explanation.calibrates.count(False) > 1:
-            return True
-        return self.cycle_test(found.explanation.apply(self.given)).significant
-
-    def _may_swing(self, found: Fit) -> bool:
-        """Return whether states of the last cause may be out of phase with what is left."""
-        last = found.explanation.parts[-1]
-        swings = last.is_effect and len(library.load(last.name).states) > 1
-        improved = found.explanation.apply(self.given)
-        return swings and bool(localise(windows_of(self.training, improved)))
+def beam_of(accepted: ScoredFit, fits: Sequence[ScoredFit]) -> list[Explanation]:
+    """Return the explanations that grow further: the accepted one, and the best others."""
+    own = accepted.explanation
+    others = [each.explanation for each in sorted(fits, key=lambda fit: fit.cost)]
+    return [own, *(each for each in others if each.name != own.name)][:BEAM]

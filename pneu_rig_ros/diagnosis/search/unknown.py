@@ -8,6 +8,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.search.empirical import Description, describe
 from pneu_rig_ros.diagnosis.search.fitting import Fit
+from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
 from pneu_rig_ros.diagnosis.search.profiles import adopt_profile
 from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
@@ -20,7 +21,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     remaining_share,
     score,
 )
-from pneu_rig_ros.diagnosis.search.selection import DISCREPANT, Search
+from pneu_rig_ros.diagnosis.search.selection import Search
 
 
 def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:

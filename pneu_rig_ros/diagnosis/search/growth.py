@@ -1,0 +1,197 @@
+"""
+Growth of explanations by one cause: candidates are screened, the most promising fitted and scored.
+
+What the residuals hardly show - bristles, compliance, inertia - shows in simulation from rest to
+rest, which joins the data where they cannot decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
+from pneu_rig_ros.diagnosis.causes.families import Family, families
+from pneu_rig_ros.diagnosis.residuals.dataset import rms
+from pneu_rig_ros.diagnosis.residuals.localisation import localise
+from pneu_rig_ros.diagnosis.residuals.windows import windows_of
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
+from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_hills, over_ridges
+from pneu_rig_ros.diagnosis.search.remainder import Remainder
+from pneu_rig_ros.diagnosis.search.scoring import (
+    ScoredFit,
+    ambiguous,
+    best_of_each,
+    improves,
+    preferred,
+    score,
+)
+from pneu_rig_ros.diagnosis.search.screening import Screened, changes, screen
+from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
+from pneu_rig_ros.model import effects as library
+
+MOST_FITTED = 6
+"""Candidates that are fitted at each size."""
+FIRST_ROUNDS = 4
+"""Evaluations of the solver in the first fits, which choose the finalists."""
+FINALISTS = 3
+"""Explanations that are fitted further."""
+DISCREPANT = 3.0
+"""RMS residual of the best explanation from which on it is taken for noise of any model [-]."""
+
+
+@dataclass(kw_only=True)
+class Growth(Remainder):
+    """
+    Explanations with one more cause than the best so far.
+
+    :param progress: called with a text at each step
+    :param executor: where candidates are screened and fitted
+    :param base: what is fitted with every explanation
+    :ivar screened: candidates for the first cause, the best first
+    :ivar weak: whether several weak effects may make all that is left
+    """
+
+    pool: Sequence[Candidate]
+    progress: Callable[[str], None] = lambda text: None
+    executor: Executor = field(default_factory=SerialExecutor)
+    base: Explanation = field(default_factory=Explanation)
+    screened: list[Screened] = field(default_factory=list)
+    weak: bool = False
+
+    def grown(
+        self, beam: Sequence[Explanation], size: int, first: int = 0
+    ) -> tuple[list[ScoredFit], ScoredFit]:
+        """
+        Return the fits of explanations with one more cause, and the best one without it.
+
+        :param first: of the candidates in their order that is fitted
+        """
+        end = first + MOST_FITTED // len(beam)  # what is likely with one base crowds out no other
+        screened = [
+            (base, result) for base in beam for result in self._screened(base, size)[first:end]
+        ]
+        starts = [
+            base.with_theta(base.theta + result.shift).with_part(result.candidate, values)
+            for base, result in screened
+            for values in result.starts
+        ]
+        fits = best_of_each(self._fits(starts))
+        # among causes that explain nothing further there is nothing to decide by simulation
+        found = self.best is None or improves(preferred(fits), self.best)
+        if found and self.can_simulate() and ambiguous(fits):
+            self.add_cycles()
+            fits = self._fits([each.explanation for each in fits])
+        return self._with_discrepancy(fits, self.best or Fit(self.base))
+
+    def can_simulate(self) -> bool:
+        """Return whether simulated cycles may join the data, and may show more than these."""
+        free = all(comparison.free for comparison in self.training.comparisons)
+        return free and self.training.cycles is None and not self.weak
+
+    def add_cycles(self) -> None:
+        """Add simulated cycles to the data, and fit the best explanation to them."""
+        hypothesis = self.hypothesis
+        self.training = self.training.with_cycles(hypothesis, self.rng)
+        self.held_out = self.held_out.with_cycles(hypothesis, self.rng)
+        if self.best is not None and self.best.explanation.parts:
+            self.best = self.fit_thoroughly(self.best.explanation)
+
+    def _screened(self, base: Explanation, size: int) -> list[Screened]:
+        """Return the candidates for one more cause of an explanation, the best first."""
+        candidates = self._candidates(base)
+        self.progress(f'screening {len(candidates)} candidates')
+        hypothesis = base.apply(self.given)
+        residual = self.training.residual(hypothesis)
+        free = np.zeros((residual.size, base.theta.size))
+        if self.training.cycles is None:
+            free = changes(base, self.given, self.training)
+        screened = map_tasks(
+            self.executor, screen, candidates, hypothesis, self.training, residual, free, base.room
+        )
+        screened.sort(key=lambda result: result.loss)
+        if size == 1 and not self.screened:
+            self.screened = screened
+        return screened
+
+    def _candidates(self, base: Explanation) -> list[Candidate]:
+        """Return what may join an explanation, other forms of its effects among them."""
+        shaped = {part.effect for part in base.parts if isinstance(part, Family)}
+        effects = [part for part in base.parts if part.is_effect and part.name not in shaped]
+        runs = [comparison.run for comparison in self.training.comparisons]
+        temperature = self.given.model.gas.supply_temperature
+        forms = [family for part in effects for family in families(part, runs, temperature)]
+        # what residuals hardly see, and simulated cycles do, are causes of the force
+        balances = {residual.balance for residual in self.significant()}
+        groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
+        if self.training.cycles is not None:
+            groups.add(FORCE)
+        names = {part.name for part in base.parts}
+        return [
+            candidate
+            for candidate in (*self.pool, *forms)
+            if candidate.name not in names and candidate.group in groups
+        ]
+
+    def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
+        """Return explanations fitted from several starts; thoroughly only the finalists."""
+        first = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
+        finalists = [each.explanation for each in first[:FINALISTS]]
+        return [*self._fit_all(finalists, ROUNDS), *first[FINALISTS:]]
+
+    def _fit_all(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
+        self.progress('fitting ' + ', '.join(start.name for start in starts))
+        fits = map_tasks(self.executor, fit, starts, self.given, self.training, rounds)
+        return map_tasks(self.executor, score, fits, self.given, self.training, self.held_out)
+
+    def _with_discrepancy(
+        self, fits: list[ScoredFit], smaller: Fit
+    ) -> tuple[list[ScoredFit], ScoredFit]:
+        """
+        Return fits and a smaller one, where every model is far off with that as part of the noise.
+
+        The noise of the sensors is then no measure of which model is nearer.
+        """
+        best = min(fits, key=lambda fit: fit.cost).explanation.apply(self.given)
+        if rms(self.training.whitened(best)) < DISCREPANT:
+            return fits, score(smaller, self.given, self.training, self.held_out)
+        data = self.training, self.held_out
+        self.training, self.held_out = (
+            dataset.with_discrepancy(data[0], best) for dataset in data
+        )
+        refitted = best_of_each(self._fits([each.explanation for each in fits]))
+        before = score(smaller, self.given, self.training, self.held_out)
+        self.training, self.held_out = data
+        return refitted, before
+
+    def fit_thoroughly(self, explanation: Explanation) -> ScoredFit:
+        """Return the best fit of an explanation from several starts."""
+        self.progress('fitting ' + explanation.name)
+        problem = self.given, self.training, self.executor
+        best = multi_start(explanation, *problem)
+        if self.training.cycles is not None:
+            if self._may_be_behind_a_hill(best):
+                best = over_hills(best, *problem)
+        elif self._may_swing(best):
+            best = over_ridges(best, *problem)
+        return score(best, self.given, self.training, self.held_out)
+
+    def _may_be_behind_a_hill(self, found: Fit) -> bool:
+        """
+        Return whether a fit to simulations may be in the minimum of a slip at the wrong time.
+
+        One value alone, fitted from both sides, is not if its cycles are like those of replicates.
+        Of several that compensate each other, another set may be likelier still.
+        """
+        if found.explanation.calibrates.count(False) > 1:
+            return True
+        return self.cycle_test(found.explanation.apply(self.given)).significant
+
+    def _may_swing(self, found: Fit) -> bool:
+        """Return whether states of the last cause may be out of phase with what is left."""
+        last = found.explanation.parts[-1]
+        swings = last.is_effect and len(library.load(last.name).states) > 1
+        improved = found.explanation.apply(self.given)
+        return swings and bool(localise(windows_of(self.training, improved)))
