@@ -18,6 +18,7 @@ from . import places, scores
 from .answers import carry_out
 from .foreign_scores import condition_named
 from .foreign_trials import drawn_foreign
+from .fresh import ONE_PRESSURE
 from .rig import make_bags
 from .settings import settings
 from .systems import SYSTEMS, sizes
@@ -181,3 +182,15 @@ def test_other_systems_are_diagnosed_by_the_same_command(system: str, name: str)
     assert scores.named_first(line), line
     assert places.place_first(line)
     assert places.f1([line['times']]) > 0.5
+
+
+def test_rig_without_its_second_pressure_is_diagnosed_by_the_same_command() -> None:
+    secret = hide('chamber_leak', 'cylinder_3', 1.5, settings('cylinder_3')['friction'])
+    without = tuple(name for name in EFFECTS if name not in {'chamber_leak', *FEW})
+    key = 'a rig with one pressure'
+    line = carry_out(
+        Trial(key, ONE_PRESSURE, 'cylinder_3', 1.0, secret, ('chamber_leak',), without=without)
+    )
+    assert scores.named_first(line), line
+    assert set(line['where']) == {'gas_1'}
+    assert line['cut'] > GAP_CUT

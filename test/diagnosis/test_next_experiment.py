@@ -1,0 +1,73 @@
+"""The next experiment: within what the recordings of the system show to be possible."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.answer.next_experiment import next_experiment
+from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
+
+from .parts import CHAMBERS, CONDUCTANCES, chamber_run, mapping, system_file, table
+from .runs import configured, measured, read_runs, system_of
+
+
+def data_of(system: System, runs: list[Run]) -> Dataset:
+    comparisons = [Comparison(run) for run in runs]
+    return Dataset.of(system.hypothesis, comparisons, np.random.default_rng(0))
+
+
+def rivals(given: Hypothesis, section: str, name: str) -> dict[str, Hypothesis]:
+    value = getattr(getattr(given.model, section), name)
+    return {'given': given, name: given.with_parameter(section, name, 1.2 * value)}
+
+
+@pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_3'])
+def test_a_rig_is_driven_as_in_its_recordings(tmp_path: Path, cylinder: str) -> None:
+    system = system_of(tmp_path, configured(cylinder))
+    supplies, loads = (4.2e5, 5.6e5), (0.3, 2.1)
+    runs = [
+        measured(system, f'run_{i}', configured(cylinder, supply_pressure=supply, load_mass=load))
+        for i, (supply, load) in enumerate(zip(supplies, loads, strict=True))
+    ]
+    both = rivals(system.hypothesis, 'friction', 'coulomb_force')
+    found = next_experiment(both, data_of(system, runs), system)
+    assert found is not None
+    assert found.separates == list(both)
+    assert found.by > 1.0
+    assert found.supply_pressure in supplies
+    assert found.load_mass in loads
+    u = np.abs(np.concatenate([run.voltages[:, 0] for run in runs]) - CENTRE_VOLTAGE)
+    assert found.u is not None
+    assert u[u > 0.0].min() - 1e-3 <= abs(found.u) <= u.max() + 1e-3
+    assert found.initial_position is not None
+    assert 0.0 < found.initial_position < runs[0].stroke
+
+
+def test_chambers_repeat_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
+    fills = (4.5e5, 1.1e6), (1.2e5, 1.3e5)
+    tables = [table(tmp_path / f'run_{i}.csv', 0.1, chamber_run(i, fill, CONDUCTANCES))
+              for i, fill in enumerate(fills)]  # fmt: skip
+    system = load_system(system_file(tmp_path, CHAMBERS))
+    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
+    runs = read_runs(tables, system, known)
+    both = rivals(system.hypothesis, 'cylinder', 'cap_dead_volume')
+    found = next_experiment(both, data_of(system, runs), system)
+    assert found is not None
+    assert found.like == runs[0].name  # filled to twice the pressures and more
+    assert (found.u, found.supply_pressure, found.load_mass) == (None, None, None)
+
+
+def test_without_a_rival_there_is_nothing_to_separate(tmp_path: Path) -> None:
+    system = system_of(tmp_path, configured('cylinder_1'))
+    run = measured(system, 'run', configured('cylinder_1'))
+    only = {'given': replace(system.hypothesis)}
+    assert next_experiment(only, data_of(system, [run]), system) is None
