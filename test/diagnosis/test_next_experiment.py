@@ -14,10 +14,18 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
-from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
-from .parts import CHAMBERS, CONDUCTANCES, chamber_run, mapping, system_file, table
-from .runs import configured, measured, read_runs, system_of
+from .parts import (
+    BENCH,
+    CHAMBERS,
+    CONDUCTANCES,
+    bench_run,
+    chamber_run,
+    mapping,
+    system_file,
+    table,
+)
+from .runs import TIMELINE, Timeline, configured, measured, read_runs, system_of
 
 
 def data_of(system: System, runs: list[Run]) -> Dataset:
@@ -30,12 +38,26 @@ def rivals(given: Hypothesis, section: str, name: str) -> dict[str, Hypothesis]:
     return {'given': given, name: given.with_parameter(section, name, 1.2 * value)}
 
 
-@pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_3'])
-def test_a_rig_is_driven_as_in_its_recordings(tmp_path: Path, cylinder: str) -> None:
+OUT: Timeline = ((0.34, 3.0), (0.0, 1.0))
+"""A timeline in which the piston never moves in."""
+
+
+@pytest.mark.parametrize(
+    ('cylinder', 'timeline'),
+    [('cylinder_1', TIMELINE), ('cylinder_3', TIMELINE), ('cylinder_2', OUT)],
+)
+def test_a_rig_is_driven_as_in_its_recordings(
+    tmp_path: Path, cylinder: str, timeline: Timeline
+) -> None:
     system = system_of(tmp_path, configured(cylinder))
     supplies, loads = (4.2e5, 5.6e5), (0.3, 2.1)
     runs = [
-        measured(system, f'run_{i}', configured(cylinder, supply_pressure=supply, load_mass=load))
+        measured(
+            system,
+            f'run_{i}',
+            configured(cylinder, supply_pressure=supply, load_mass=load),
+            timeline,
+        )
         for i, (supply, load) in enumerate(zip(supplies, loads, strict=True))
     ]
     both = rivals(system.hypothesis, 'friction', 'coulomb_force')
@@ -45,11 +67,13 @@ def test_a_rig_is_driven_as_in_its_recordings(tmp_path: Path, cylinder: str) -> 
     assert found.by > 1.0
     assert found.supply_pressure in supplies
     assert found.load_mass in loads
-    u = np.abs(np.concatenate([run.voltages[:, 0] for run in runs]) - CENTRE_VOLTAGE)
+    u = np.array([level for level, _ in timeline])
     assert found.u is not None
-    assert u[u > 0.0].min() - 1e-3 <= abs(found.u) <= u.max() + 1e-3
+    assert np.abs(u[u != 0.0]).min() - 1e-3 <= abs(found.u)
+    assert u.min() - 1e-3 <= found.u <= u.max() + 1e-3
+    x = np.concatenate([run.smooth[:, 0] for run in runs])
     assert found.initial_position is not None
-    assert 0.0 < found.initial_position < runs[0].stroke
+    assert x.min() <= found.initial_position <= x.max()
 
 
 def test_chambers_repeat_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
@@ -63,6 +87,19 @@ def test_chambers_repeat_the_recording_in_which_the_rivals_differ_most(tmp_path:
     found = next_experiment(both, data_of(system, runs), system)
     assert found is not None
     assert found.like == runs[0].name  # filled to twice the pressures and more
+    assert (found.u, found.supply_pressure, found.load_mass) == (None, None, None)
+
+
+def test_a_bench_repeats_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
+    tables = [table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, 3e5, 0.0, way=way))
+              for i, way in enumerate((0.002, 0.03))]  # fmt: skip
+    system = load_system(system_file(tmp_path, BENCH))
+    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
+    runs = read_runs(tables, system, known)
+    both = rivals(system.hypothesis, 'friction', 'coulomb_force')
+    found = next_experiment(both, data_of(system, runs), system)
+    assert found is not None
+    assert found.like == runs[1].name  # more of the short strokes are turns
     assert (found.u, found.supply_pressure, found.load_mass) == (None, None, None)
 
 

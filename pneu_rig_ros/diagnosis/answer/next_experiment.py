@@ -25,7 +25,7 @@ from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 STARTS = (0.05, 0.5)
-"""Initial positions that are tried, as a share of the stroke [-]; from the far end for u < 0."""
+"""Initial positions tried, as a share of the recorded range; for u < 0 from its far end [-]."""
 COMMAND_PERCENTILES = (10.0, 60.0)
 """Percentiles of |u| in the recordings that are tried as slow and fast commands."""
 DURATION = 8.0
@@ -73,8 +73,9 @@ def next_experiment(
     supplies = ends(run.operation.supply_pressure for run in runs)
     loads = ends(run.operation.load_mass for run in runs)
     experiments = []
+    nearest, farthest = recorded_positions(runs)
     for u, supply, load, share in product(commands(runs), supplies, loads, STARTS):
-        position = (share if u > 0 else 1.0 - share) * runs[0].stroke
+        position = nearest + (share if u > 0 else 1.0 - share) * (farthest - nearest)
         readings = []
         for rival in rivals.values():
             table = simulated_readings(rival, runs[0], u, supply, load, position)
@@ -92,14 +93,20 @@ def rms_separation(predictions: Sequence[Floats]) -> float:
 
 
 def commands(runs: Sequence[Run]) -> list[float]:
-    """Return slow and fast commands of the recordings, in both directions [V]."""
+    """Return slow and fast commands of the recordings, in the directions that these have [V]."""
     u = np.concatenate([run.voltages[:, 0] for run in runs]) - CENTRE_VOLTAGE
     sizes = np.abs(u[np.abs(u) > 0.0])
     if not sizes.size:
         return []
-    percentiles = (float(np.percentile(sizes, p)) for p in COMMAND_PERCENTILES)
-    levels = dict.fromkeys(float(np.round(level, 3)) for level in percentiles)
-    return [sign * level for level in levels for sign in (-1.0, 1.0)]
+    levels = np.percentile(sizes, COMMAND_PERCENTILES)
+    tried = [float(sign * level) for level in levels for sign in (-1.0, 1.0)]
+    return list(dict.fromkeys(round(each, 3) for each in tried if u.min() <= each <= u.max()))
+
+
+def recorded_positions(runs: Sequence[Run]) -> tuple[float, float]:
+    """Return the ends of the positions that were measured [m], less their noise at an end stop."""
+    x = np.clip(np.concatenate([run.smooth[:, 0] for run in runs]), 0.0, runs[0].stroke)
+    return float(x.min()), float(x.max())
 
 
 def ends(values: Iterable[float]) -> list[float]:
