@@ -1,4 +1,4 @@
-"""What a latent input depends on: the signal whose bins explain most of its variance."""
+"""What a latent input depends on: signals whose parts explain much of it, or are significant."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from scipy.sparse import block_diag, spmatrix
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.residuals.latent import Latent, smooth
-from pneu_rig_ros.diagnosis.residuals.localisation import LEAST_WIDTH
-from pneu_rig_ros.diagnosis.residuals.windows import VARIABLES, Windows
+from pneu_rig_ros.diagnosis.residuals.localisation import LEAST_WIDTH, SignificantResidual
+from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, VARIABLES, Windows
 from pneu_rig_ros.report.figure import BLUE, ORANGE
 
 COLOURS = {'out': BLUE, 'in': ORANGE, '': '#5f6570'}
@@ -80,7 +80,7 @@ class Samples:
 
     :param values: shape (m,)
     :param covariance: of their errors, shape (m, m); sparse of several recordings
-    :param variables: signal -> values, shape (m,)
+    :param variables: signal -> values, shape (m,), NaN where it has none
     :param direction: of each
     """
 
@@ -88,6 +88,13 @@ class Samples:
     covariance: Floats | spmatrix
     variables: Mapping[str, Floats]
     direction: NDArray[np.str_]
+
+    def with_values_of(self, name: str) -> Samples:
+        """Return the samples in which a signal has a value."""
+        known = np.flatnonzero(np.isfinite(self.variables[name]))
+        columns = {key: values[known] for key, values in self.variables.items()}
+        covariance = self.covariance[known][:, known]
+        return Samples(self.values[known], covariance, columns, self.direction[known])
 
 
 @dataclass(frozen=True)
@@ -107,20 +114,43 @@ class Dependence:
     logarithmic: bool = False
 
 
-def dependence(tracks: Sequence[Track]) -> list[Dependence]:
-    """Return what the latent input depends on, and what it does at breakaways if there are any."""
+def dependence(
+    tracks: Sequence[Track], significant: Sequence[SignificantResidual] = ()
+) -> list[Dependence]:
+    """
+    Return what the latent input depends on, and what it does at breakaways if there are any.
+
+    Each against the signal that explains most, and against the one with the most significant part.
+
+    :param significant: residuals of the balance
+    """
     moving = [samples for one in tracks if (samples := _moving(one)) is not None]
     breaks = [samples for one in tracks if (samples := _breaking(one)) is not None]
-    sides = _best(moving, 'all recordings', BINS), _best(breaks, 'breakaways', 0)
+    sides = []
+    for recordings, title, bins in (moving, 'all recordings', BINS), (breaks, 'breakaways', 0):
+        if recordings:
+            samples = _joined(recordings)
+            most = most_significant_signal(significant, not bins)
+            sides += [_against(samples, name, title, bins) for name in _names(samples, most, bins)]
     return [side for side in sides if side is not None]
+
+
+def at_breakaways(residual: SignificantResidual) -> bool:
+    """Return whether a residual is drawn with the breakaways, which only the force has apart."""
+    return (residual.balance, residual.regime) == ('force', BREAKAWAY)
+
+
+def most_significant_signal(significant: Sequence[SignificantResidual], breaks: bool) -> str:
+    """Return the signal with the most significant part, of breakaways or others; '' if none is."""
+    parts = (part for one in significant if at_breakaways(one) == breaks for part in one.parts[:1])
+    return next((name for name, _, _ in parts), '')
 
 
 def _moving(track: Track) -> Samples | None:
     if track.windows is None or track.latent is None:
         return None
     latent, windows = track.latent, track.windows
-    everywhere = [name for name in VARIABLES if name != 'dwell']
-    variables = {name: latent.average @ windows.variables[name] for name in everywhere}
+    variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
     variables['time'] = latent.time
     direction = windows.direction[latent.members]
     return Samples(latent.cleared, latent.covariance, variables, direction)
@@ -145,14 +175,19 @@ def _joined(samples: Sequence[Samples]) -> Samples:
     )
 
 
-def _best(recordings: Sequence[Samples], title: str, bins: int) -> Dependence | None:
-    """Return the samples against the signal that explains most; unbinned for ``bins`` of 0."""
-    if not recordings:
-        return None
-    samples = _joined(recordings)
-    shares = {name: explained(samples, name, bins or FEW_BINS) for name in samples.variables}
+def _names(samples: Samples, significant: str, bins: int) -> list[str]:
+    """Return the signals against which samples are drawn, the one that explains most first."""
+    everywhere = [name for name, values in samples.variables.items() if np.isfinite(values).all()]
+    shares = {name: explained(samples, name, bins or FEW_BINS) for name in everywhere}
     # Every signal changes with time, so time must explain clearly more to be chosen.
-    name = max(shares, key=lambda key: shares[key] - (LEAD if key == 'time' else 0.0))
+    best = max(shares, key=lambda key: shares[key] - (LEAD if key == 'time' else 0.0))
+    return [best, significant] if significant in {*samples.variables} - {best} else [best]
+
+
+def _against(samples: Samples, name: str, title: str, bins: int) -> Dependence | None:
+    """Return the samples against a signal; unbinned for ``bins`` of 0."""
+    if not np.isfinite(samples.variables[name]).all():
+        samples, title = samples.with_values_of(name), 'at rest'
     directions = [direction for direction in COLOURS if direction in samples.direction]
     rows = {direction: binned(samples, name, direction, bins) for direction in directions}
     filled = {direction: row for direction, row in rows.items() if row.middle.size}
@@ -160,8 +195,8 @@ def _best(recordings: Sequence[Samples], title: str, bins: int) -> Dependence | 
         return None  # nothing that it could depend on varies
     values = samples.variables[name]
     wide = name == 'dwell' and values.max() > DECADES * values.min() > 0.0
-    if bins and shares[name] >= 0.01:
-        title += f'\n{shares[name]:.0%} of the variance'
+    if bins and (share := explained(samples, name, bins)) >= 0.01:
+        title += f'\n{share:.0%} of the variance'
     return Dependence(title, name, filled, bins > 0, bool(wide))
 
 

@@ -24,6 +24,7 @@ from pneu_rig_ros.report.dependence import (
     SYMBOLS,
     Dependence,
     Track,
+    at_breakaways,
     dependence,
 )
 from pneu_rig_ros.report.diagnosis_rows import VARIABLE_UNITS
@@ -31,7 +32,10 @@ from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, display, litera
 
 Spans = Sequence[tuple[float, float]]
 
-SHADE, SIGNIFICANT, BAND = '#f6e7c8', '#dfe9d3', 0.25
+SIGNIFICANT, BAND = '#dfe9d3', 0.25
+BAR: dict[str, Any] = {'color': '#e0a83c', 'linewidth': 0}
+BAR_FROM = 0.95
+"""The bar above a panel begins at this share of its height [-]."""
 EXPLAINED: dict[str, Any] = {'color': GREEN, 'linewidth': 1.2, 'linestyle': (0, (4, 2))}
 MARKER: dict[str, Any] = {'color': BLUE, 'markersize': 3.2, 'markerfacecolor': 'white'}
 BREAK: dict[str, Any] = {'fmt': 'o', 'zorder': 3, **MARKER}
@@ -88,18 +92,21 @@ def draw_latent(
     """
     Return the latent input over the time of each recording, and beside it what it depends on.
 
-    :param spans: recording -> from, to [s] that are shaded: above the noise of a window
-    :param significant: residuals of the balance, whose parts of the ranges are shaded
+    :param spans: recording -> from, to [s] that have a bar: above the noise of a window
+    :param significant: residuals of the balance, whose stretches of time and parts are shaded
     """
     shown = most_significant(tracks)
     unit, scale = unit_of(balance, shown)
-    sides = dependence(tracks)
+    sides = dependence(tracks, significant)
     parts = [parts_of(side, significant) for side in sides]
-    figure = Figure(figsize=(8.8, max(1.15 * len(shown), 2.4) + 0.9), layout='constrained')
+    stretches = [stretches_of(track, significant) for track in shown]
+    height = max(1.15 * len(shown), 1.7 * len(sides), 2.4) + 0.9
+    figure = Figure(figsize=(8.8, height), layout='constrained')
     widths = (2.3, 1.0) if sides else (1.0,)
     left, *right = figure.subfigures(1, len(widths), squeeze=False, width_ratios=widths)[0]
     panels = left.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, track in zip(panels, shown, strict=True):
+    for axes, track, stretch in zip(panels, shown, stretches, strict=True):
+        shade(axes, stretch)
         _draw_track(axes, track, scale, spans.get(track.name, ()))
     panels[-1].set_xlim(0.0, max(track.duration for track in shown))
     panels[-1].set_xlabel('time [s]')
@@ -109,7 +116,7 @@ def draw_latent(
         for axes, side, part in zip(panels, sides, parts, strict=True):
             _draw_dependence(axes, side, part, unit, scale)
     directions = {name for side in sides for name in side.bins}
-    _add_legend(figure, shown, spans, any(parts), directions)
+    _add_legend(figure, shown, spans, any((*stretches, *parts)), directions)
     return figure
 
 
@@ -118,10 +125,26 @@ def parts_of(side: Dependence, significant: Sequence[SignificantResidual]) -> Sp
     return [
         (low, high)
         for residual in significant
-        if ((residual.balance, residual.regime) == ('force', BREAKAWAY)) != side.joined
+        if at_breakaways(residual) != side.joined
         for variable, low, high in residual.parts
         if variable == side.variable
     ]
+
+
+def stretches_of(track: Track, significant: Sequence[SignificantResidual]) -> Spans:
+    """Return the significant stretches of a recording [s], of all regimes."""
+    return [
+        (begin, end)
+        for residual in significant
+        for name, begin, end in residual.intervals
+        if name == track.name
+    ]
+
+
+def shade(axes: Axes, spans: Spans, scale: float = 1.0) -> None:
+    """Shade what is significant, in units of which many make one of the axis."""
+    for begin, end in spans:
+        axes.axvspan(scale * begin, scale * end, color=SIGNIFICANT, linewidth=0, zorder=0)
 
 
 def most_significant(tracks: Sequence[Track]) -> list[Track]:
@@ -159,7 +182,7 @@ def half_height(track: Track) -> float:
 def _draw_track(axes: Axes, track: Track, scale: float, spans: Spans) -> None:
     """Draw the latent input of a recording over time, its band broken where no window is."""
     for begin, end in spans:
-        axes.axvspan(begin, end, color=SHADE, linewidth=0, zorder=0)
+        axes.axvspan(begin, end, BAR_FROM, **BAR)
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     if (latent := track.latent) is not None:
         mean, half = scale * latent.mean, 2.0 * scale * latent.deviation
@@ -192,8 +215,7 @@ def connected(time: Floats) -> Iterator[slice]:
 def _draw_dependence(axes: Axes, side: Dependence, parts: Spans, unit: str, scale: float) -> None:
     own_unit, own_scale = display(VARIABLE_UNITS[side.variable])
     axes.axhline(0.0, color=GREY, linewidth=0.7)
-    for low, high in parts:
-        axes.axvspan(own_scale * low, own_scale * high, color=SIGNIFICANT, linewidth=0, zorder=0)
+    shade(axes, parts, own_scale)
     for direction, bins in side.bins.items():
         axes.errorbar(
             own_scale * bins.middle,
@@ -208,17 +230,26 @@ def _draw_dependence(axes: Axes, side: Dependence, parts: Spans, unit: str, scal
         )
     if side.logarithmic:
         axes.set_xscale('log')
+    axes.set_ylim(*(scale * end for end in shown_range(side)))
     axes.set_title(side.title, fontsize=8, loc='left', pad=2)
     axes.set_xlabel(f'{SYMBOLS[side.variable]} [{own_unit}]', fontsize=8)
     axes.set_ylabel(f'[{unit}]', fontsize=8)
     axes.tick_params(labelsize=8)
 
 
+def shown_range(side: Dependence) -> tuple[float, float]:
+    """Return the range in which the means and half of their error bars are seen [SI]."""
+    low = min(0.0, *(float(np.min(row.mean - row.deviation)) for row in side.bins.values()))
+    high = max(0.0, *(float(np.max(row.mean + row.deviation)) for row in side.bins.values()))
+    margin = 0.1 * (high - low)
+    return low - margin, high + margin
+
+
 def _add_legend(
     figure: Figure,
     tracks: Sequence[Track],
     spans: Mapping[str, Spans],
-    parts: bool,
+    shaded: bool,
     directions: set[str],
 ) -> None:
     """Add a legend of what is drawn anywhere in the figure."""
@@ -227,9 +258,10 @@ def _add_legend(
     if any(track.explained is not None for track in tracks):
         marks['explanation'] = Line2D([], [], **EXPLAINED)
     if any(spans.values()):
-        marks['above the noise'] = Patch(color=SHADE)
-    if parts:
-        marks['significant part of the range'] = Patch(color=SIGNIFICANT)
+        what = 'explanation ' * ('explanation' in marks)
+        marks[f'{what}above the noise'] = Patch(**BAR)
+    if shaded:
+        marks['significant'] = Patch(color=SIGNIFICANT)
     if any(track.breakaways is not None for track in tracks):
         marks['breakaway'] = Line2D([], [], linestyle='', marker='o', **MARKER)
     for direction in sorted(directions, reverse=True):

@@ -16,7 +16,7 @@ from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.rig import RigConfiguration
 
-from .runs import configured, measured, system_of
+from .runs import TIMELINE, Timeline, configured, measured, system_of
 
 LEAK = 2e-9
 SEEDS = 100
@@ -95,11 +95,14 @@ def test_dwell_is_the_rest_before_a_breakaway_and_none_while_it_moves(tmp_path: 
 
 
 def located(
-    folder: Path, change: RigConfiguration, cylinder: str = 'cylinder_1'
+    folder: Path,
+    change: RigConfiguration,
+    given: RigConfiguration | None = None,
+    timeline: Timeline = TIMELINE,
 ) -> list[SignificantResidual]:
-    """Return where a model without a change disagrees with two runs of a rig."""
-    system = system_of(folder, configured(cylinder))
-    runs = [measured(system, f'run_{i}', replace(change, seed=i)) for i in (1, 2)]
+    """Return where a model disagrees with two runs of a rig; without a change if none is given."""
+    system = system_of(folder, given or configured('cylinder_1'))
+    runs = [measured(system, f'run_{i}', replace(change, seed=i), timeline) for i in (1, 2)]
     dataset = Dataset.of(system.hypothesis, [Comparison(run) for run in runs],
                            np.random.default_rng(0))  # fmt: skip
     return localise(windows_of(dataset, system.hypothesis))
@@ -107,7 +110,7 @@ def located(
 
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_3'])
 def test_nothing_is_told_of_a_true_model(tmp_path: Path, cylinder: str) -> None:
-    assert located(tmp_path, configured(cylinder), cylinder) == []
+    assert located(tmp_path, configured(cylinder), configured(cylinder)) == []
 
 
 @pytest.mark.parametrize(('area', 'balance'), [('area_1', 'gas_1'), ('area_2', 'gas_2')])
@@ -118,6 +121,29 @@ def test_leak_is_told_of_its_chamber_alone(tmp_path: Path, area: str, balance: s
     assert found[0].significance > 6.0
     assert found[0].mean < 0.0  # it lacks an outflow
     assert found[0].unit == 'kg/s'
+
+
+PAIR: Timeline = ((0.45, 0.5), (0.0, 1.0), (0.45, 0.5), (0.0, 3.0))
+RESTS: Timeline = (*PAIR, *PAIR, *PAIR, (0.45, 0.5))
+"""A timeline with rests of 0.7 s and of 2.8 s."""
+
+
+def growing(exponent: float) -> RigConfiguration:
+    """Return a rig whose static friction grows with a power of the dwell, anew after each slip."""
+    rig = configured('cylinder_1')
+    law = rig.model.friction._replace(dwell_exponent=exponent, memory_time=0.1)
+    return replace(rig, model=rig.model._replace(friction=law))
+
+
+def test_static_friction_of_long_rests_is_told_with_the_dwell(tmp_path: Path) -> None:
+    # with either exponent it is the same after 1 s: 0.2 N apart after 0.7 s, 1.4 N after 2.8 s
+    given = growing(0.45)
+    found = located(tmp_path, growing(0.9), given, RESTS)
+    (breaks,) = (one for one in found if (one.balance, one.regime) == ('force', 'breakaway'))
+    (low,) = (low for name, low, _ in breaks.parts if name == 'dwell')
+    assert low == pytest.approx(2.8, abs=0.1)
+    assert breaks.mean > 0.0
+    assert located(tmp_path, given, given, RESTS) == []
 
 
 def less_friction() -> RigConfiguration:

@@ -84,10 +84,46 @@ def test_significant_stretches_are_shaded(bench: Diagnosis) -> None:
     spans = spans_of(data, 'force')
     assert set(spans) == {'run_0', 'run_1'}
     tracks = tracks_of(bench.training, bench.given, bench.improved)['force']
-    figure = draw_latent('force', tracks, spans)
+    figure = draw_latent('force', tracks, spans, bench.significant)
     assert isinstance(figure, Figure)
-    shades = [len(axes.patches) for axes in figure.axes[:2]]
-    assert shades == [len(spans[name]) for name in ('run_0', 'run_1')]
+    significant = [span for one in bench.significant for span in one.intervals]
+    for axes, name in zip(figure.axes[:2], ('run_0', 'run_1'), strict=True):
+        stretches = [span for span in significant if span[0] == name]
+        assert stretches
+        assert len(axes.patches) == len(spans[name]) + len(stretches)
+
+
+@pytest.mark.parametrize('signal', ['pressure_2', 'velocity', 'dwell'])
+def test_significant_parts_of_a_range_are_shaded_against_their_signal(
+    bench: Diagnosis, signal: str
+) -> None:
+    tracks = []
+    for track in tracks_of(bench.training, bench.given, None)['force']:
+        assert track.windows is not None
+        columns = track.windows.variables | {'dwell': track.windows.middle}
+        tracks.append(replace(track, windows=replace(track.windows, variables=columns)))
+    low, high = np.quantile(tracks[0].windows.variables[signal], (0.2, 0.6))  # type: ignore[union-attr]
+    first = replace(bench.significant[0], parts=((signal, float(low), float(high)),))
+    sides = dependence(tracks, [first])
+    assert [side.variable for side in sides] == list(dict.fromkeys(['pressure_2', signal]))
+    figure = draw_latent('force', tracks, {}, [first])
+    shades = [len(axes.patches) for axes in figure.axes[len(tracks) :]]
+    assert shades == [0] * (len(sides) - 1) + [1]
+
+
+def test_dwell_is_drawn_of_what_rests_alone(bench: Diagnosis) -> None:
+    (track, _) = tracks_of(bench.training, bench.given, None)['force']
+    assert track.windows is not None
+    rests = track.windows.middle < 6.0
+    regime = np.where(rests, 'dwell', 'sliding')
+    columns = track.windows.variables | {'dwell': np.where(rests, track.windows.middle, np.nan)}
+    windows = replace(track.windows, variables=columns, regime=regime,
+                      direction=np.where(rests, '', track.windows.direction))  # fmt: skip
+    first = replace(bench.significant[0], regime='dwell', parts=(('dwell', 1.0, 3.0),))
+    side = dependence([replace(track, windows=windows)], [first])[-1]
+    assert (side.variable, set(side.bins)) == ('dwell', {''})
+    assert side.title.startswith('at rest')
+    assert side.bins[''].middle.max() < 6.0
 
 
 def test_nothing_stands_beside_what_depends_on_nothing(bench: Diagnosis) -> None:

@@ -78,6 +78,8 @@ def test_disagreement_is_told_with_its_place() -> None:
     )
     (row,) = where_rows({'where': [one | {'variable': '', 'from': None, 'intervals': []}]})
     assert (row[2], row[-1]) == ('all', '-')
+    (row,) = where_rows({'where': [one | {'variable': 'dwell', 'from': 0.46, 'to': 4.79}]})
+    assert row[2] == 'dwell 0.460 to 4.79 s'
 
 
 def test_closed_balance_tells_what_is_missing() -> None:

@@ -58,7 +58,8 @@ class SignificantResidual:
     :param variable: signal by which the cell is bounded, 'time', or '' for the whole regime
     :param low, high: bounds, None for the whole
     :param intervals: recording, from, to [s] of the significant stretches of time
-    :param parts: signal, from, to [SI] of the significant parts of its range
+    :param parts: signal, from, to [SI] of the significant parts of its range, the most significant
+        first
     """
 
     balance: str
@@ -228,23 +229,26 @@ def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
     regimes: dict[tuple[str, str, str], list[tuple[Cell, CellTest]]] = {}
     for cell, test in significant_cells(groups):
         regimes.setdefault(cell.place, []).append((cell, test))
-    residuals = []
-    for place, significant in regimes.items():
-        cell, test = min(significant, key=lambda pair: pair[1].p_value)
-        spans = [
-            (each.members[0][0].recording, float(each.low or 0.0), float(each.high or 0.0))
-            for each, _ in significant
-            if each.variable == 'time'
-        ]
-        parts = [
-            (each.variable, float(each.low or 0.0), float(each.high or 0.0))
-            for each, _ in significant
-            if each.variable in VARIABLES
-        ]
-        names = dict.fromkeys(g.recording for each, _ in significant for g, _ in each.members)
-        bounds, unit = (cell.variable, cell.low, cell.high), UNITS[place[0]]
-        values = test.mean, test.deviation, test.p_value
-        found = tuple(names), tuple(spans), tuple(parts)
-        row = SignificantResidual(*place, unit, *values, *bounds, *found)
-        residuals.append(row)
+    residuals = [_described(significant) for significant in regimes.values()]
     return sorted(residuals, key=lambda residual: residual.p_value)
+
+
+def _described(significant: Sequence[tuple[Cell, CellTest]]) -> SignificantResidual:
+    """Return a regime with these significant cells."""
+    ranked = sorted(significant, key=lambda pair: pair[1].p_value)
+    cell, test = ranked[0]
+    spans = [
+        (each.members[0][0].recording, float(each.low or 0.0), float(each.high or 0.0))
+        for each, _ in significant
+        if each.variable == 'time'
+    ]
+    parts = [
+        (each.variable, float(each.low or 0.0), float(each.high or 0.0))
+        for each, _ in ranked
+        if each.variable in VARIABLES
+    ]
+    names = dict.fromkeys(g.recording for each, _ in significant for g, _ in each.members)
+    bounds, unit = (cell.variable, cell.low, cell.high), UNITS[cell.place[0]]
+    values = test.mean, test.deviation, test.p_value
+    found = tuple(names), tuple(spans), tuple(parts)
+    return SignificantResidual(*cell.place, unit, *values, *bounds, *found)
