@@ -168,6 +168,7 @@ def _residual(residual: SignificantResidual) -> dict[str, Any]:
         'variable': residual.variable,
         'from': residual.low,
         'to': residual.high,
+        'parts': [{'variable': name, 'from': a, 'to': b} for name, a, b in residual.parts],
         'recordings': list(residual.recordings),
         'intervals': [{'recording': name, 'from': a, 'to': b} for name, a, b in spans],
     }

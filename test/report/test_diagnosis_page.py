@@ -111,6 +111,14 @@ def test_significant_parts_of_a_range_are_shaded_against_their_signal(
     assert shades == [0] * (len(sides) - 1) + [1]
 
 
+def test_significant_parts_are_in_the_answer(bench: Diagnosis) -> None:
+    first, *_ = answer(bench)['where']
+    told = [(part['variable'], part['from'], part['to']) for part in first['parts']]
+    assert told == list(bench.significant[0].parts)
+    assert {name for name, _, _ in told} <= {'position', 'velocity', 'pressure_1', 'pressure_2'}
+    assert 'pressure_2' in {name for name, _, _ in told}
+
+
 def test_dwell_is_drawn_of_what_rests_alone(bench: Diagnosis) -> None:
     (track, _) = tracks_of(bench.training, bench.given, None)['force']
     assert track.windows is not None
