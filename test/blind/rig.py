@@ -1,7 +1,7 @@
 """A trial's rig: the second plant under its sensors, carried through the plan into bags."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -97,19 +97,23 @@ def make_bags(
     gains: Gains = CALIBRATED,
     without: tuple[str, ...] = (),
     circumstances: Circumstances = AS_STATED,
+    names: Collection[str] = NAMES,
 ) -> Files:
     """
-    Record the six experiments of a trial and write the model file beside them.
+    Record the six experiments of a trial, or some, and write the model file beside them.
 
     :param folder: must not hold bags yet
     :param noise: multiple of the rig's noise
     :param gains: slopes of the sensors; the model of ones that are wrong tells their class only
     :param without: topics that are not recorded
     :param circumstances: that are not as the bags and the model state
+    :param names: of the experiments that are recorded
     """
     true = truth_of(cylinder, secret)
     folder.mkdir(parents=True, exist_ok=True)
     for index, (name, experiment) in enumerate(zip(NAMES, (*FIT, *VERIFY), strict=True)):
+        if name not in names:
+            continue
         motion = move(true, secret, cylinder, experiment, circumstances)
         readings = measure(motion, true, secret, noise, 100 * seed + index, gains)
         _record(
@@ -120,8 +124,11 @@ def make_bags(
     classes = dict(SHIPPED_CLASSES) if gains != CALIBRATED else {}
     given = circumstances.model_of or cylinder
     model.write_text(model_file(given, {**classes, **secret.model}))
-    paths = [folder / name for name in NAMES]
-    return Files(paths[: len(FIT)], paths[len(FIT) :], model)
+    fit, verify = (
+        [folder / name for name in group if name in names]
+        for group in (NAMES[: len(FIT)], NAMES[len(FIT) :])
+    )
+    return Files(fit, verify, model)
 
 
 def _record(

@@ -16,6 +16,7 @@ from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import diagnose
+from pneu_rig_ros.scenarios.experiments import FIT, NAMES
 from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide, join, true_parameters
 
 from . import places, scores
@@ -42,6 +43,11 @@ class Extent(NamedTuple):
     verify: int
     library: Sequence[str]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bags."""
+        return (*NAMES[: self.fit], *NAMES[len(FIT) :][: self.verify])
+
 
 def trial(key: str) -> Trial:
     return next(one for one in matrix() if one.key == key)
@@ -62,10 +68,9 @@ def headline(
         'dwell_static_friction', 'cylinder_1', 'medium', settings('cylinder_1')['friction']
     )
     folder = tmp_path_factory.mktemp('headline')
-    bags = make_bags(folder, 'cylinder_1', secret, noise=1.0, seed=11)
-    fit, verify = bags.fit[: extent.fit], bags.verify[: extent.verify]
+    bags = make_bags(folder, 'cylinder_1', secret, noise=1.0, seed=11, names=extent.names)
     without = tuple(name for name in EFFECTS if name not in extent.library)
-    return answer(diagnose(fit, bags.model, verify, seed=1, without=without))
+    return answer(diagnose(bags.fit, bags.model, bags.verify, seed=1, without=without))
 
 
 @pytest.mark.xdist_group('headline')
@@ -138,6 +143,25 @@ def test_three_causes_are_named_though_the_second_alone_closes_little() -> None:
     assert line['cut'] > 0.95
 
 
+RIVALS = 'porous_leak', 'pressure_dependent_friction'
+"""Effects that are much like a chamber's leak, and a friction that depends on the direction."""
+
+
+def test_causes_of_gas_force_and_a_sensor_are_named_together(tmp_path: Path) -> None:
+    names = 'chamber_leak', 'direction_dependent_friction', 'position_scale'
+    friction = settings('cylinder_2')['friction']
+    secret = join(*(hide(name, 'cylinder_2', 1.5, friction) for name in names))
+    bags = make_bags(
+        tmp_path / 'bags', 'cylinder_2', secret, noise=1.0, seed=11, names=SHORT.names
+    )
+    without = tuple(name for name in EFFECTS if name not in {*names, *RIVALS})
+    found = answer(diagnose(bags.fit, bags.model, bags.verify, seed=1, without=without))
+    assert {effect['name'] for effect in found['effects']} == set(names), found['sentence']
+    assert found['parameters'] == []
+    assert found['gap']['cut'] > 0.95
+    assert {row['balance'] for row in found['where']} == {'gas_1', 'gas_2', 'force'}
+
+
 def test_two_causes_are_accepted_together_where_neither_alone_closes_the_gap(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -147,10 +171,11 @@ def test_two_causes_are_accepted_together_where_neither_alone_closes_the_gap(
         return causes == 2 and closes(search, smaller, fit, causes)
 
     monkeypatch.setattr(Search, 'closes_the_gap', together)
-    bags = make_bags(tmp_path / 'bags', 'cylinder_1', three_hidden(), noise=1.0, seed=11)
+    bags = make_bags(
+        tmp_path / 'bags', 'cylinder_1', three_hidden(), noise=1.0, seed=11, names=SHORT.names
+    )
     without = tuple(name for name in EFFECTS if name not in {*THREE, *FEW})
-    fit, verify = bags.fit[: SHORT.fit], bags.verify[: SHORT.verify]
-    found = answer(diagnose(fit, bags.model, verify, seed=1, without=without))
+    found = answer(diagnose(bags.fit, bags.model, bags.verify, seed=1, without=without))
     assert {effect['name'] for effect in found['effects']} == set(THREE)
     assert found['gap']['cut'] > 0.95
 
