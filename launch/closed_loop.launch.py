@@ -5,18 +5,18 @@ The rig with a position controller that follows a profile; also takes those of r
     ros2 launch pneu_rig_ros closed_loop.launch.py compensation:=false cylinder:=cylinder_1
 """
 
-from launch import LaunchContext, LaunchDescription
+from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
     IncludeLaunchDescription,
     SetEnvironmentVariable,
-    Shutdown,
 )
-from launch.events.process import ProcessExited
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
+
+from pneu_rig_ros.nodes.launching import ended_unless_killed
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
@@ -30,11 +30,6 @@ ARGUMENTS = {
     'use_sim_time': ('false', 'whether the plant publishes /clock and all nodes follow it'),
 }
 TYPES = {'law': str, 'compensation': bool, 'profile': str, 'setpoint': float, 'use_sim_time': bool}
-
-
-def ended(event: ProcessExited, context: LaunchContext) -> list[Shutdown]:
-    """Shut down when the controller has ended, unless it was killed and is restarted."""
-    return [] if event.returncode < 0 or context.is_shutdown else [Shutdown()]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -61,7 +56,7 @@ def generate_launch_description() -> LaunchDescription:
                 output='screen',
                 respawn=True,
                 respawn_delay=1.0,
-                on_exit=ended,
+                on_exit=ended_unless_killed,
             ),
         ]
     )

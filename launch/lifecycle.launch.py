@@ -6,11 +6,12 @@ Bring up the rig by its lifecycle: the plant is configured once the recorder is 
 So the bag has the first sample. Then `ros2 lifecycle set /plant deactivate`, and so on.
 """
 
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
 from launch.action import Action
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
+    OpaqueFunction,
     RegisterEventHandler,
     SetEnvironmentVariable,
 )
@@ -21,6 +22,8 @@ from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
 from launch_ros.parameter_descriptions import ParameterValue
 from lifecycle_msgs.msg import Transition
+
+from pneu_rig_ros.nodes.launching import ended
 
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
@@ -42,6 +45,7 @@ def rig_node(executable: str, **parameters: object) -> LifecycleNode:
         namespace=LaunchConfiguration('namespace'),
         parameters=[parameters],
         output='screen',
+        on_exit=ended,
     )
 
 
@@ -59,6 +63,15 @@ def after(node: LifecycleNode, transition: str, state: str, then: Action) -> Act
     return RegisterEventHandler(handler)
 
 
+def refused(node: LifecycleNode) -> Action:
+    """Return what ends the rig, with exit code 1, when a node refuses to be configured."""
+
+    def end(_: LaunchContext) -> None:
+        raise RuntimeError(f'{node.node_name} cannot be configured')
+
+    return after(node, 'configuring', 'unconfigured', OpaqueFunction(function=end))
+
+
 def rig() -> list[Action]:
     """Return the nodes and the order of their transitions."""
     output, cylinder = (
@@ -70,6 +83,8 @@ def rig() -> list[Action]:
     return [
         rig_node('valve_command'),
         rig_node('friction_estimator'),
+        refused(recorder),
+        refused(plant),
         after(recorder, 'configuring', 'inactive', change(recorder, ACTIVATE)),
         after(recorder, 'activating', 'active', change(plant, CONFIGURE)),
         after(plant, 'configuring', 'inactive', change(plant, ACTIVATE)),

@@ -6,18 +6,14 @@ Play a bag back beside the friction estimator; everything ends with the bag.
 """
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    OpaqueFunction,
-    SetEnvironmentVariable,
-    Shutdown,
-)
+from launch.action import Action
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.conditions import IfCondition
-from launch.events.process import ProcessExited
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from pneu_rig_ros.nodes.launching import ended, transforms_of
 from pneu_rig_ros.records.bag import last_text, open_bag
 
 PACKAGE = 'pneu_rig_ros'
@@ -46,33 +42,13 @@ TYPES = {
 }
 
 
-def transforms(context: LaunchContext) -> list[Node]:
-    """Return the publisher of /tf; frames have the namespace as a prefix."""
+def transforms(context: LaunchContext) -> list[Action]:
+    """Return the publisher of /tf, in the time of the player."""
     with open_bag(LaunchConfiguration('bag').perform(context)) as reader:
         robot = last_text(reader, 'robot_description')
     namespace = LaunchConfiguration('namespace').perform(context).strip('/')
-    if not robot:
-        return []
-    return [
-        Node(
-            package='robot_state_publisher',
-            executable='robot_state_publisher',
-            namespace=namespace,
-            parameters=[
-                {
-                    'robot_description': robot,
-                    'frame_prefix': f'{namespace}/' if namespace else '',
-                    'use_sim_time': ParameterValue(LaunchConfiguration('clock'), value_type=bool),
-                }
-            ],
-            remappings=[('robot_description', '~/robot_description')],  # the bag has its own
-        )
-    ]
-
-
-def ended(_: ProcessExited, context: LaunchContext) -> list[Shutdown]:
-    """Shut down at the end of the bag."""
-    return [] if context.is_shutdown else [Shutdown()]
+    clock = ParameterValue(LaunchConfiguration('clock'), value_type=bool)
+    return [transforms_of(robot, namespace, use_sim_time=clock)] if robot else []
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -89,6 +65,10 @@ def generate_launch_description() -> LaunchDescription:
                 for name, (default, description) in ARGUMENTS.items()
             ),
             SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
+            OpaqueFunction(  # first, as it reads the bag: what it raises orphans no process
+                function=transforms,
+                condition=IfCondition(LaunchConfiguration('transforms')),
+            ),
             Node(
                 executable='replay',
                 name='replay',
@@ -96,10 +76,6 @@ def generate_launch_description() -> LaunchDescription:
                 output='screen',
                 on_exit=ended,
                 **common,
-            ),
-            OpaqueFunction(
-                function=transforms,
-                condition=IfCondition(LaunchConfiguration('transforms')),
             ),
             Node(
                 executable='friction_estimator',

@@ -9,19 +9,16 @@ A node that is killed is restarted; one that exits, e.g. at a wrong parameter, e
 """
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    OpaqueFunction,
-    SetEnvironmentVariable,
-    Shutdown,
-)
+from launch.action import Action
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.conditions import IfCondition
-from launch.events.process import ProcessExited
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.nodes.launching import ended_unless_killed, transforms_of
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.urdf import robot_description
 
@@ -47,13 +44,6 @@ ARGUMENTS = {
 }
 
 
-def ended(event: ProcessExited, context: LaunchContext) -> list[Shutdown]:
-    """Shut down when a node has ended, unless it was killed and is restarted, or all end."""
-    if event.returncode < 0 or context.is_shutdown:
-        return []
-    return [Shutdown(reason=f'{event.process_name} has ended')]
-
-
 def rig_node(executable: str, parameters: dict[str, object], **options: object) -> Node:
     """Return a node of the rig, named like its executable, in the rig's namespace and time."""
     use_sim_time = ParameterValue(LaunchConfiguration('use_sim_time'), value_type=bool)
@@ -66,7 +56,7 @@ def rig_node(executable: str, parameters: dict[str, object], **options: object) 
         output='screen',
         respawn=True,
         respawn_delay=1.0,
-        on_exit=ended,
+        on_exit=ended_unless_killed,
         **options,
     )
 
@@ -79,9 +69,14 @@ def source(context: LaunchContext) -> str:
 
 def given(context: LaunchContext) -> dict[str, float]:
     """Return the arguments that replace values of the cylinder."""
-    names = ('supply_pressure', 'load_mass', 'initial_position')
-    values = {name: LaunchConfiguration(name).perform(context) for name in names}
-    return {name: float(value) for name, value in values.items() if value}
+    values: dict[str, float] = {}
+    for name in ('supply_pressure', 'load_mass', 'initial_position'):
+        text = LaunchConfiguration(name).perform(context)
+        try:
+            values |= {name: float(text)} if text else {}
+        except ValueError:
+            raise RigError(f'argument {name}: {text!r} is not a number') from None
+    return values
 
 
 def plant(context: LaunchContext) -> list[Node]:
@@ -97,25 +92,11 @@ def plant(context: LaunchContext) -> list[Node]:
     return [rig_node('plant', parameters)]
 
 
-def transforms(context: LaunchContext) -> list[Node]:
-    """Return the publisher of /tf; frames have the namespace as a prefix."""
+def transforms(context: LaunchContext) -> list[Action]:
+    """Return the publisher of /tf."""
     namespace = LaunchConfiguration('namespace').perform(context).strip('/')
     configuration = load_configuration(source(context), **given(context))
-    return [
-        Node(
-            package='robot_state_publisher',
-            executable='robot_state_publisher',
-            namespace=namespace,
-            parameters=[
-                {
-                    'robot_description': robot_description(configuration),
-                    'frame_prefix': f'{namespace}/' if namespace else '',
-                }
-            ],
-            remappings=[('robot_description', '~/robot_description')],  # the plant has its own
-            condition=IfCondition(LaunchConfiguration('transforms')),
-        )
-    ]
+    return [transforms_of(robot_description(configuration), namespace)]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -131,8 +112,11 @@ def generate_launch_description() -> LaunchDescription:
             SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
             SetEnvironmentVariable('FASTRTPS_DEFAULT_PROFILES_FILE', profiles),
             SetEnvironmentVariable('FASTDDS_DEFAULT_PROFILES_FILE', profiles),  # since Kilted
+            OpaqueFunction(  # first, as it reads the model: what it raises orphans no process
+                function=transforms,
+                condition=IfCondition(LaunchConfiguration('transforms')),
+            ),
             OpaqueFunction(function=plant),
-            OpaqueFunction(function=transforms),
             rig_node('valve_command', {}),
             rig_node('friction_estimator', {}),
             rig_node(

@@ -74,13 +74,13 @@ def generate_launch_description() -> LaunchDescription:
                 for name, (default, meaning) in ARGUMENTS.items()
             ),
             SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
+            OpaqueFunction(function=control),  # first: what it raises orphans no process
             IncludeLaunchDescription(
                 PathJoinSubstitution([SHARE, 'launch', 'rig.launch.py']),
                 launch_arguments={'transforms': 'false'}.items(),
                 condition=IfCondition(LaunchConfiguration('emulated')),
             ),
             node(PACKAGE, 'joint_command', namespace=namespace, name='joint_command'),
-            OpaqueFunction(function=control),
             node('controller_manager', 'spawner', arguments=active),
         ]
     )

@@ -18,6 +18,8 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from pneu_rig_ros.nodes.launching import ended
+
 PACKAGE = 'pneu_rig_ros'
 DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
 """Nodes are discovered on this host only, unless the environment says otherwise."""
@@ -56,6 +58,7 @@ def generate_launch_description() -> LaunchDescription:
         'package': PACKAGE,
         'namespace': LaunchConfiguration('namespace'),
         'output': 'screen',
+        'on_exit': ended,
     }
     return LaunchDescription(
         [
@@ -64,6 +67,7 @@ def generate_launch_description() -> LaunchDescription:
                 for name, (default, description) in ARGUMENTS.items()
             ),
             SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
+            OpaqueFunction(function=player),  # first: what it raises orphans no process
             Node(
                 executable='shadow',
                 name='shadow',
@@ -77,6 +81,5 @@ def generate_launch_description() -> LaunchDescription:
                 condition=IfCondition(LaunchConfiguration('record')),
                 **common,
             ),
-            OpaqueFunction(function=player),
         ]
     )

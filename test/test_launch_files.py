@@ -1,7 +1,6 @@
 """The launch files: what they start exists, with the parameters that they give."""
 
 import ast
-import runpy
 from pathlib import Path
 
 import pytest
@@ -73,18 +72,37 @@ def test_a_full_ros_2_reads_them(path: Path) -> None:
     assert description.get_launch_arguments()
 
 
-@pytest.mark.parametrize('name', ['rig', 'closed_loop', 'replay'])
+@pytest.mark.parametrize('name', ['ended', 'ended_unless_killed'])
 def test_an_end_ends_all_but_says_nothing_after_ctrl_c(name: str) -> None:
     """An action Shutdown logs that a process was required, even if all are ending already."""
     pytest.importorskip('launch_ros', reason='no ROS 2 launch')
     from launch import LaunchContext
     from launch.events.process import ProcessExited
 
-    ended = runpy.run_path(str(ROOT / 'launch' / f'{name}.launch.py'))['ended']
-    event = ProcessExited(
-        action=None, name='plant', cmd=[], cwd=None, env=None, pid=1, returncode=0
-    )
+    from pneu_rig_ros.nodes import launching
+
+    def event(code: int) -> ProcessExited:
+        return ProcessExited(
+            action=None, name='plant', cmd=[], cwd=None, env=None, pid=1, returncode=code
+        )
+
+    ended = getattr(launching, name)
     context = LaunchContext()
-    assert len(ended(event, context)) == 1
+    assert len(ended(event(0), context)) == 1
+    with pytest.raises(RuntimeError, match='plant has ended with exit code 2'):
+        ended(event(2), context)
     context._set_is_shutdown(True)
-    assert ended(event, context) == []
+    assert ended(event(0), context) == ended(event(2), context) == []
+
+
+def test_a_killed_node_that_is_restarted_ends_nothing() -> None:
+    pytest.importorskip('launch_ros', reason='no ROS 2 launch')
+    from launch import LaunchContext
+    from launch.events.process import ProcessExited
+
+    from pneu_rig_ros.nodes.launching import ended_unless_killed
+
+    event = ProcessExited(
+        action=None, name='plant', cmd=[], cwd=None, env=None, pid=1, returncode=-9
+    )
+    assert ended_unless_killed(event, LaunchContext()) == []

@@ -179,6 +179,59 @@ def test_built_plant_publishes_and_stops_on_ctrl_c(
     assert 'Traceback' not in output
 
 
+@pytest.mark.live
+def test_launch_files_run_and_end_cleanly(workspace: Path) -> None:
+    """What `rig_launch.py` demands of them, by launch_testing."""
+    pytest.importorskip('launch_testing', reason='no ROS 2 launch')
+    pytest.importorskip('launch_ros', reason='no ROS 2 launch')
+    test = Path(__file__).with_name('rig_launch.py')
+    run = sourced(workspace, sys.executable, '-m', 'launch_testing.launch_test', test)
+    output, _ = run.communicate(timeout=10 * PATIENCE)
+    assert run.returncode == 0, output
+    assert 'Traceback' not in output
+    assert output.count('\nOK') == 6, output
+
+
+LAUNCH = f"""
+import sys
+from launch import LaunchDescription, LaunchService
+from launch.actions import IncludeLaunchDescription
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.substitutions import FindPackageShare
+file, *words = sys.argv[1:]
+path = PathJoinSubstitution([FindPackageShare('{PACKAGE}'), 'launch', f'{{file}}.launch.py'])
+given = [tuple(word.split(':=')) for word in words]
+service = LaunchService()
+service.include_launch_description(
+    LaunchDescription([IncludeLaunchDescription(path, launch_arguments=given)])
+)
+sys.exit(service.run())
+"""
+"""What `ros2 launch pneu_rig_ros FILE ARGUMENTS` does."""
+
+
+@pytest.mark.live
+@pytest.mark.parametrize(
+    ('words', 'message'),
+    [
+        ('rig friction:=nope', 'plant-1 has ended with exit code 2'),
+        ('rig load_mass:=heavy', "argument load_mass: 'heavy' is not a number"),
+        ('lifecycle cylinder:=nope', 'plant-4 has ended with exit code 2'),
+        ('lifecycle output:=/proc/bag', '/recorder cannot be configured'),
+        ('shadow model:=nope record:=true', 'shadow-1 has ended with exit code 2'),
+        ('replay bag:=nope', 'nope does not exist'),
+    ],
+)
+def test_launch_file_that_fails_ends_all_with_code_1(
+    workspace: Path, words: str, message: str
+) -> None:
+    pytest.importorskip('launch_ros', reason='no ROS 2 launch')
+    run = sourced(workspace, sys.executable, '-c', LAUNCH, *words.split())
+    output, _ = run.communicate(timeout=PATIENCE)  # also ends when no process holds its pipe
+    assert run.returncode == 1, output
+    assert message in output  # launch_ros may add a traceback of its own wait for a service
+
+
 @pytest.fixture(scope='module')
 def manifest() -> Package:
     """Return package.xml, read by the tool that colcon reads it with."""
