@@ -12,10 +12,9 @@ from launch import LaunchContext, LaunchDescription
 from launch.action import Action
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.conditions import IfCondition
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.launching import ended_unless_killed, transforms_of
@@ -101,7 +100,6 @@ def transforms(context: LaunchContext) -> list[Action]:
 
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments and the nodes."""
-    profiles = PathJoinSubstitution([FindPackageShare(PACKAGE), 'config', 'fastdds.xml'])
     output = ParameterValue(LaunchConfiguration('output'), value_type=str)
     return LaunchDescription(
         [
@@ -110,8 +108,6 @@ def generate_launch_description() -> LaunchDescription:
                 for name, (default, description) in ARGUMENTS.items()
             ),
             SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
-            SetEnvironmentVariable('FASTRTPS_DEFAULT_PROFILES_FILE', profiles),
-            SetEnvironmentVariable('FASTDDS_DEFAULT_PROFILES_FILE', profiles),  # since Kilted
             OpaqueFunction(  # first, as it reads the model: what it raises orphans no process
                 function=transforms,
                 condition=IfCondition(LaunchConfiguration('transforms')),

@@ -18,7 +18,9 @@ def pressure_rate(
     pressure: float, volume: float, volume_rate: float, flow: float, heat: float, gas: Air
 ) -> float:
     """
-    Return dp/dt [Pa/s] of a chamber (Eq. 6)::
+    Return dp/dt [Pa/s] of a chamber (Eq. 6).
+
+    It is::
 
         dp/dt = (k R T_s m' - k p V' + (k - 1) Q') / V
 

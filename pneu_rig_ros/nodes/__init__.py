@@ -3,14 +3,21 @@
 import os
 import signal
 import sys
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
 OWNER = 'PNEU_RIG_OWNER'
 """Environment variable: number of the parent process, with which a node ends."""
 
-PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
-"""Environment variables with the Fast DDS profiles; the second one since Kilted."""
+PROFILES = {
+    'FASTRTPS_DEFAULT_PROFILES_FILE': 'fastdds.xml',
+    'FASTDDS_DEFAULT_PROFILES_FILE': 'fastdds_3.xml',
+}
+"""Environment variables that name the Fast DDS profiles, and ours; the second since Kilted."""
+
+KILTED = 9
+"""Major version of rclpy in Kilted, the first release with Fast DDS 3; Jazzy has 7."""
 
 
 def _check_middleware() -> None:
@@ -52,7 +59,8 @@ def _set_profiles() -> None:
     from pneu_rig_ros.rig.configuration import configuration_folder
 
     if not any(name in os.environ for name in PROFILES):
-        os.environ |= dict.fromkeys(PROFILES, str(configuration_folder() / 'fastdds.xml'))
+        name = tuple(PROFILES)[int(version('rclpy').partition('.')[0]) >= KILTED]
+        os.environ[name] = str(configuration_folder() / PROFILES[name])
 
 
 if _is_node():

@@ -130,9 +130,7 @@ def _keep_time_source(changes: list[RosParameter]) -> SetParametersResult:
 
 
 class RigNode(Node):
-    """
-    A node that polls its subscriptions: `Runner` calls `update` whenever its `loop_timer` returns.
-    """
+    """A node that polls its subscriptions: `Runner` calls `update` when `loop_timer` returns."""
 
     NAME: ClassVar[str]
     SHARED: ClassVar[tuple[Parameter, ...]] = COMMON

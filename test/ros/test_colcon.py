@@ -48,6 +48,7 @@ PIP_NAMES = {
 WITH_ROSBAGS = {'backports.zstd', 'lz4'}
 # these come with the wheel of rclpy, or not as a wheel at all
 NO_WHEEL = {
+    'ament_index_python',
     'launch',
     'launch_ros',
     'lifecycle_msgs',

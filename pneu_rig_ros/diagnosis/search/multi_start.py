@@ -49,9 +49,7 @@ SIMPLEX_STEPS = 100
 def multi_start(
     explanation: Explanation, given: Hypothesis, dataset: Dataset, executor: Executor
 ) -> Fit:
-    """
-    Return the best fit from its values and, to simulations, from the last cause's unfitted ones.
-    """
+    """Return the best fit from its values and, simulated, the last cause's unfitted ones."""
     if dataset.cycles is None:
         return fit(explanation, given, dataset, FINAL_ROUNDS)
     kept = explanation.values[:-1]

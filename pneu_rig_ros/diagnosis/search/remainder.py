@@ -1,6 +1,4 @@
-"""
-What a hypothesis leaves of the data, and whether that is significant, reproduced and large.
-"""
+"""What a hypothesis leaves of the data, and whether it is significant, reproduced and large."""
 
 from __future__ import annotations
 
