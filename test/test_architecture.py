@@ -16,7 +16,10 @@ from packaging.utils import canonicalize_name
 PACKAGE = 'pneu_rig_ros'
 ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 MANIFEST = ElementTree.parse(ROOT.parent / 'package.xml')
-ROS = {key.text for key in MANIFEST.iter('exec_depend') if key.text and '-' not in key.text}
+ROS, ROS_OF_TESTS = (
+    {key.text for key in MANIFEST.iter(kind) if key.text and '-' not in key.text}
+    for kind in ('exec_depend', 'test_depend')
+)
 STANDARD = sys.stdlib_module_names | {'compression'}  # which Python has from 3.14 on
 SCIENCE = {'numpy', 'numba', 'yaml'}
 BAGS = SCIENCE | {'backports', 'lz4', 'mcap', 'rosbags'}
@@ -182,7 +185,9 @@ def test_every_package_imported_is_declared(folder: str, extras: tuple[str, ...]
     }
     own = {path.stem for path in (*ROOT.parent.glob('*'), *ROOT.parent.glob('test/*'))} | {''}
     known, providers = declared(*extras), packages_distributions()
-    for name in sorted(names - STANDARD - ROS - own):
+    for name in sorted(
+        names - STANDARD - ROS - own - (ROS_OF_TESTS if folder == 'test' else set())
+    ):
         candidates = {canonicalize_name(provider) for provider in providers.get(name, [name])}
         assert candidates & known, f'{folder} imports {name}, setup.py lacks it'
 
