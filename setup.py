@@ -62,6 +62,15 @@ setup(
             'ros-jazzy-std-msgs',
             'ros-jazzy-std-srvs',
         ],
+        # The same of Kilted, instead of it; `make` installs Jazzy.
+        'kilted': [
+            'ros-kilted-diagnostic-msgs',
+            'ros-kilted-rclpy[fastrtps]',
+            'ros-kilted-rosgraph-msgs',
+            'ros-kilted-sensor-msgs',
+            'ros-kilted-std-msgs',
+            'ros-kilted-std-srvs',
+        ],
         'test': [
             'catkin_pkg',
             'colcon-common-extensions',

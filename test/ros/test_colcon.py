@@ -270,3 +270,12 @@ def test_manifest_names_every_dependency_of_setup(prefix: Path, manifest: Packag
     keys = {dependency.name for dependency in manifest.exec_depends} - NO_WHEEL
     assert {Requirement(text).name for text in requires('rosbags') or []} >= WITH_ROSBAGS
     assert {pip_name(key) for key in keys} == (plain - WITH_ROSBAGS) | wheels
+
+
+def test_every_release_of_ros_2_has_the_same_wheels(prefix: Path) -> None:
+    requirements = [Requirement(text) for text in installed(prefix).requires or []]
+    jazzy, kilted = (
+        {str(r).split(';')[0].replace(release, '') for r in requirements if release in r.name}
+        for release in ('jazzy', 'kilted')
+    )
+    assert jazzy == kilted != set()
