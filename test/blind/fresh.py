@@ -15,6 +15,7 @@ from numpy.random import Generator
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, Secret, hide, join
 
 from .constants import LAWS
+from .places import GAS, SENSOR
 from .sensors import drawn_gains
 from .settings import settings
 from .systems import SYSTEMS, sizes
@@ -31,10 +32,10 @@ ADDED = ('porous_leak', 'natural_convection', 'pressure_power_friction',
          'travel_dependent_friction', 'time_dependent_friction', 'bore_taper')  # fmt: skip
 """Effects that the kept answers do not know: drawn apart, so that other draws stay the same."""
 SETTLED = tuple(name for name in EFFECTS if name not in ADDED)
-RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'uncalibrated')
+RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'triple', 'removed', 'uncalibrated')
 SYSTEM_PARTS = (*SYSTEMS, ONE_PRESSURE)
 FRESH_PARTS = (*RIG_PARTS, *SYSTEM_PARTS)
-SINGLES, PAIRED, REMOVED, CALIBRATIONS = 30, 10, 12, 7
+SINGLES, PAIRED, TRIPLED, REMOVED, CALIBRATIONS = 30, 10, 6, 12, 7
 NOISY, NOISY_NOTHING = 8, 2
 """Trials at each other multiple of the noise, with one effect hidden and with nothing."""
 WRONG = {1: 10, 2: 3, 3: 2}
@@ -51,7 +52,7 @@ IN_CHAMBER_1 = ('supply_droop', 'chamber_leak', 'valve_null_leak', 'wall_heat_tr
 def drawn(seed: int = SEED) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
     makers = (_single, _none, _parameter, _pair, _removed, _uncalibrated, _systems, _one_pressure,
-              _added, _noisy)  # fmt: skip
+              _added, _noisy, _triple)  # fmt: skip
     return shuffled([
         trial for place, make in enumerate(makers)
         for trial in make(seed, np.random.default_rng([seed, place]))
@@ -109,6 +110,17 @@ def _noisy(seed: int, random: Generator) -> Iterator[Trial]:
 def _pair(seed: int, random: Generator) -> Iterator[Trial]:
     chosen = random.permutation(len(PAIRS))[:PAIRED]
     yield from _hiding(seed, 'pair', [PAIRS[place] for place in chosen], random)
+
+
+def _triple(seed: int, random: Generator) -> Iterator[Trial]:
+    """Hide an effect on the gas, one on the forces, and any third one."""
+    gas = [name for name in SETTLED if name in GAS]
+    forces = [name for name in SETTLED if name not in GAS | SENSOR]
+    groups = []
+    for _ in range(TRIPLED):
+        two = str(random.choice(gas)), str(random.choice(forces))
+        groups.append((*two, str(random.choice([n for n in SETTLED if n not in two]))))
+    yield from _hiding(seed, 'triple', groups, random)
 
 
 def _removed(seed: int, random: Generator) -> Iterator[Trial]:

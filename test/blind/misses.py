@@ -7,7 +7,7 @@ from .page_tables import percent, table
 
 JUDGES = {
     'single': scores.named_first, 'parameter': scores.parameter_first,
-    'pair': scores.both_named, 'removed': scores.placed,
+    'pair': scores.all_named, 'triple': scores.all_named, 'removed': scores.placed,
 }  # fmt: skip
 """Part -> what a right answer is; the right name first in the others."""
 

@@ -19,6 +19,7 @@ MEANING = {
     'false_alarm': 'nothing hidden: false alarms',
     'parameter_top1': '1 to 3 parameters wrong: `parameter`, a wrong one first',
     'pairs_both': 'two effects hidden: both are named',
+    'triples_all': 'three effects hidden: all are named',
     'unknown_recognised': 'the effect is not in the library: `unknown`',
     'unknown_balance': 'of these: the right balance (of a sensor, any)',
     'uncalibrated_top1': 'sensors with errors of gain, one effect: the right name first',

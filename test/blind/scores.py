@@ -22,6 +22,7 @@ WANTED: dict[str, tuple[str, float]] = {
     'false_alarm': ('at most', 0.05),
     'parameter_top1': ('at least', 0.90),
     'pairs_both': ('at least', 0.80),
+    'triples_all': ('at least', 0.70),
     'unknown_recognised': ('at least', 0.80),
     'unknown_balance': ('at least', 0.95),
     'uncalibrated_top1': ('at least', 0.95),
@@ -48,6 +49,8 @@ WANTED: dict[str, tuple[str, float]] = {
 """What each figure should be; under more noise, what the code before this method had."""
 NAMED = ('single', 'parameter', 'unseen', 'uncalibrated', *SYSTEM_PARTS)
 """Parts in which one thing is to be named."""
+TIMED = tuple(part for part in RIG_PARTS if part != 'triple')
+"""Parts whose times count, as in earlier draws."""
 
 
 def first_name(answer: Answer) -> str:
@@ -66,7 +69,7 @@ def parameter_first(answer: Answer) -> bool:
     return answer['verdict'] == 'parameter' and first_name(answer) in answer['names']
 
 
-def both_named(answer: Answer) -> bool:
+def all_named(answer: Answer) -> bool:
     """Whether all hidden effects, whatever else, went into the model."""
     return set(answer['names']) <= set(answer['effects'])
 
@@ -138,7 +141,8 @@ def _names(answers: list[Answer]) -> dict[str, Figure]:
         'single_top1': share(seen(answers, 'single'), named_first),
         'false_alarm': share(seen(answers, 'none'), alarm),
         'parameter_top1': share(seen(answers, 'parameter'), parameter_first),
-        'pairs_both': share(seen(answers, 'pair'), both_named),
+        'pairs_both': share(seen(answers, 'pair'), all_named),
+        'triples_all': share(seen(answers, 'triple'), all_named),
         'unknown_recognised': share(removed, unknown),
         'unknown_balance': share([a for a in removed if unknown(a)], right_balance),
         'uncalibrated_top1': share(hiding(answers, 'uncalibrated'), named_first),
@@ -188,7 +192,7 @@ def _places(answers: list[Answer]) -> dict[str, Figure]:
 
 def _seconds(answers: list[Answer]) -> dict[str, Figure]:
     timed = [a for a in answers if a['seconds'] and a['workers'] == WORKERS
-             and a['part'] in RIG_PARTS and a['noise'] == NEAR]  # fmt: skip
+             and a['part'] in TIMED and a['noise'] == NEAR]  # fmt: skip
     named = [a['seconds'] for a in timed if a['verdict'] in ('effect', 'parameter')]
     return {
         'seconds_named': middle(named),

@@ -86,6 +86,7 @@ def test_figures_count_what_is_right_and_visible() -> None:
         'false_alarm': (1 / 3, 3),
         'parameter_top1': (0.5, 2),
         'pairs_both': (0.5, 2),
+        'triples_all': (None, 0),
         'unknown_recognised': (2 / 3, 3),
         'unknown_balance': (0.5, 2),
         'uncalibrated_top1': (1.0, 1),
