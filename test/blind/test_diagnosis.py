@@ -147,6 +147,7 @@ RIVALS = 'porous_leak', 'pressure_dependent_friction'
 """Effects that are much like a chamber's leak, and a friction that depends on the direction."""
 
 
+@pytest.mark.long
 def test_causes_of_gas_force_and_a_sensor_are_named_together(tmp_path: Path) -> None:
     names = 'chamber_leak', 'direction_dependent_friction', 'position_scale'
     friction = settings('cylinder_2')['friction']
