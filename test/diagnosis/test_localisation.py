@@ -84,11 +84,11 @@ def test_dwell_is_the_rest_before_a_breakaway_and_none_while_it_moves(tmp_path: 
     data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
     groups = windows_of(data, system.hypothesis)
     (breaks,) = (one for one in groups if set(one.regime) == {'breakaway'})
-    for moment, told in zip(breaks.middle, breaks.variables['dwell'], strict=True):
+    for moment, dwell in zip(breaks.middle, breaks.variables['dwell'], strict=True):
         rest = min(run.rests, key=lambda each: abs(each.end * run.interval - moment))
         before = run.operation.rest_time if rest.first == 0 else 0.0
         lasted = before + (rest.end - rest.first) * run.interval
-        assert told == pytest.approx(lasted, abs=0.01)
+        assert dwell == pytest.approx(lasted, abs=0.01)
     (gas,) = (one for one in groups if one.balance == 'gas_1')
     assert np.isnan(gas.variables['dwell'][gas.regime == 'sliding']).all()
     assert np.isfinite(gas.variables['dwell'][gas.regime == 'dwell']).any()

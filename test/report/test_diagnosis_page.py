@@ -113,10 +113,10 @@ def test_significant_parts_of_a_range_are_shaded_against_their_signal(
 
 def test_significant_parts_are_in_the_answer(bench: Diagnosis) -> None:
     first, *_ = answer(bench)['where']
-    told = [(part['variable'], part['from'], part['to']) for part in first['parts']]
-    assert told == list(bench.significant[0].parts)
-    assert {name for name, _, _ in told} <= {'position', 'velocity', 'pressure_1', 'pressure_2'}
-    assert 'pressure_2' in {name for name, _, _ in told}
+    parts = [(part['variable'], part['from'], part['to']) for part in first['parts']]
+    assert parts == list(bench.significant[0].parts)
+    assert {name for name, _, _ in parts} <= {'position', 'velocity', 'pressure_1', 'pressure_2'}
+    assert 'pressure_2' in {name for name, _, _ in parts}
 
 
 def test_dwell_is_drawn_of_what_rests_alone(bench: Diagnosis) -> None:
