@@ -103,7 +103,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'parameters': parameters,
         'effects': effects,
         'unknown': unknown and unknown.to_dict(),
-        'each_recording': list(_nuisances(diagnosis)),
+        'each_recording': [*_nuisances(diagnosis), *diagnosis.variation.rows()],
         'differing_recordings': [each.to_dict() for each in diagnosis.differing],
         'gap': _gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and asdict(diagnosis.next_experiment),

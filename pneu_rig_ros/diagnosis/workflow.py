@@ -12,6 +12,7 @@ import itertools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
 from pneu_rig_ros.diagnosis.answer.intervals import replicate_errors
 from pneu_rig_ros.diagnosis.answer.next_experiment import NextExperiment, next_experiment
-from pneu_rig_ros.diagnosis.answer.repeatability import repeatability
+from pneu_rig_ros.diagnosis.answer.repeatability import Variation, repeatability, variation
 from pneu_rig_ros.diagnosis.answer.run_differences import (
     RunDifference,
     run_differences,
@@ -108,11 +109,17 @@ class Diagnosis:
         explained = self.explanation.apply(self.given)
         return explained if self.unknown is None else self.unknown.explanation.apply(explained)
 
+    @cached_property
+    def variation(self) -> Variation:
+        """How the recordings differ from each other under the improved hypothesis."""
+        _, runs, candidates, _ = _single_runs(self.search)
+        return variation(self.improved, runs, candidates)
+
     @property
     def improved_system(self) -> System:
         """The system with the improved model and what that leaves of these recordings."""
-        datasets = self.search.training, self.search.held_out
-        left, improved = repeatability(self.system, self.improved, datasets), self.improved
+        datasets, improved = (self.search.training, self.search.held_out), self.improved
+        left = repeatability(self.system, improved, datasets, self.variation.spreads)
         if self.system.rig is not None:  # whose supply was warmer or colder in these recordings
             model = improved.model._replace(gas=self.given.model.gas)
             improved = replace(improved, model=model)
@@ -179,8 +186,8 @@ def diagnose(
     search = _search(inputs, data, rng, without, workers, progress)
     found = search.run() is not None or restated is not None
     needs_no_fit = restated is None and not search.base.parts
-    level = inputs.system.friction_spread
-    differing = sufficient_differences(search, level) if where and needs_no_fit else []
+    earlier = inputs.system.spreads
+    differing = sufficient_differences(search, earlier) if where and needs_no_fit else []
     progress('testing what is left', 0.85)
     remaining, unknown = search.strong(), None
     if differing:
@@ -195,7 +202,7 @@ def diagnose(
         progress('finding the errors of the fitted values', 0.93)
         errors = replicate_errors(best.explanation, search.given, search.training, rng, workers)
     if not (differing or inputs.single or unknown):
-        differing = list(run_differences(*_single_runs(search), level).values())
+        differing = list(run_differences(*_single_runs(search), earlier).values())
     progress('designing the next experiment', 0.97)
     experiment = next_experiment(rivals(search), data[0], inputs.system)
     return Diagnosis(

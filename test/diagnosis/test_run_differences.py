@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.answer.run_differences import (
-    level_spread,
-    spread_between,
-    sufficient_differences,
-)
+from pneu_rig_ros.diagnosis.answer.repeatability import variation
+from pneu_rig_ros.diagnosis.answer.run_differences import spread_between, sufficient_differences
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
@@ -30,13 +28,17 @@ WORN = 1.15
 """Ratio of the forces of a worn seal to those of the model."""
 
 
-def searched(folder: Path, factors: tuple[float, ...]) -> Search:
-    """Return the search in runs of cylinder 1, each with its level of friction."""
+def searched(folder: Path, factors: tuple[float, ...], supplies: tuple[float, ...] = ()) -> Search:
+    """Return the search in runs of cylinder 1, each with its level of friction and its supply."""
     system, rng = system_of(folder, configured('cylinder_1')), np.random.default_rng(0)
-    runs = [
-        measured(system, f'run_{seed}', rubbing(configured('cylinder_1', seed=seed), factor))
-        for seed, factor in enumerate(factors)
-    ]
+    stated = system.hypothesis.model.operation.supply_pressure
+    runs = []
+    for seed, factor in enumerate(factors):
+        supply = stated * (supplies[seed] if supplies else 1.0)
+        rig = rubbing(configured('cylinder_1', seed=seed, supply_pressure=supply), factor)
+        run = measured(system, f'run_{seed}', rig)
+        operation = run.operation._replace(supply_pressure=stated)
+        runs.append(replace(run, operation=operation))
     candidates, _ = pool(system, runs)
     training, held_out = (
         Dataset.of(system.hypothesis, [Comparison(run) for run in part], rng)
@@ -88,10 +90,12 @@ def test_two_others_suffice_where_the_spread_of_earlier_recordings_is_known(
     tmp_path: Path,
 ) -> None:
     search = searched(tmp_path, (1.0, 1.0, WORN))
-    (found,) = sufficient_differences(search, level=0.02)
+    (found,) = sufficient_differences(search, {'friction_level': 0.02})
     assert found.recording == 'run_2'
     assert found.interval[0] < WORN - 1.0 < found.interval[1]
-    assert sufficient_differences(search, level=WORN - 1.0) == []  # as it was to be expected
+    assert (
+        sufficient_differences(search, {'friction_level': WORN - 1.0}) == []
+    )  # as it was to be expected
 
 
 def test_spread_of_the_level_is_that_of_the_recordings(tmp_path: Path) -> None:
@@ -99,8 +103,26 @@ def test_spread_of_the_level_is_that_of_the_recordings(tmp_path: Path) -> None:
     search = searched(tmp_path, factors)
     assert search.initial is not None
     runs = [run for data in search.initial for run in data.single_runs]
-    assert level_spread(search.given, runs) == pytest.approx(np.std(factors, ddof=1), rel=0.25)
-    assert level_spread(search.given, runs[:3]) == 0.0
+    found = variation(search.given, runs, search.pool)
+    assert found.spreads == {'friction_level': pytest.approx(np.std(factors, ddof=1), rel=0.25)}
+    rows = list(found.rows())
+    assert [row['recording'] for row in rows] == [f'run_{i}' for i in range(RUNS)]
+    for row, factor in zip(rows, factors, strict=True):
+        low, high = row['interval']
+        assert low < factor < high
+        assert high - low < 0.05
+    assert variation(search.given, runs[:3], search.pool).spreads == {}
+
+
+def test_spread_of_the_supply_is_told_from_that_of_friction(tmp_path: Path) -> None:
+    supplies = (0.98, 1.02, 1.01, 1.0, 0.97)
+    search = searched(tmp_path, (1.0,) * RUNS, supplies)
+    assert search.initial is not None
+    runs = [run for data in search.initial for run in data.single_runs]
+    found = variation(search.given, runs, search.pool)
+    assert found.spreads == {'supply_pressure': pytest.approx(np.std(supplies, ddof=1), rel=0.25)}
+    for row, supply in zip(found.rows(), supplies, strict=True):
+        assert row['value'] == pytest.approx(supply, abs=0.005)
 
 
 def test_spread_of_values_of_one_variance_is_that_of_the_sample_beyond_it() -> None:

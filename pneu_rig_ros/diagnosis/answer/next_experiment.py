@@ -128,7 +128,8 @@ def simulated_readings(
         initial_pressure_2=zero,
     )
     count = round(DURATION / INTERVAL)
-    voltages = np.array([valve_voltages(u if 3 * k < 2 * count else 0.0) for k in range(count)])
+    held = 3 * np.arange(count)[:, np.newaxis] < 2 * count
+    voltages = np.where(held, valve_voltages(u), valve_voltages(0.0))
     try:
         states = hypothesis.plant(run, operation).run(voltages, INTERVAL)
     except RigError:

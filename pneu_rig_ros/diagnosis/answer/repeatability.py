@@ -1,28 +1,119 @@
-"""By how much recordings of a system differ from its model: what a good model leaves of them."""
+"""By how much recordings of a system differ from its model, and from each other."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
-from pneu_rig_ros.diagnosis.answer.run_differences import level_spread
+from pneu_rig_ros.diagnosis.answer.intervals import HALF_WIDTH
+from pneu_rig_ros.diagnosis.answer.random_effects import (
+    Information,
+    RandomEffects,
+    random_effects,
+)
+from pneu_rig_ros.diagnosis.answer.run_differences import FEWEST_OTHERS
+from pneu_rig_ros.diagnosis.answer.varying_quantities import (
+    changes,
+    key_of,
+    unit_of,
+    varying_quantities,
+)
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
-from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL, REPEATABILITY
+from pneu_rig_ros.rig.repeatability import REPEATABILITY
+
+
+class Variation(NamedTuple):
+    """
+    How recordings differ from each other.
+
+    :param recordings: their names
+    :param quantities: that differ
+    :param effects: by how much [internal units]
+    """
+
+    recordings: Sequence[str]
+    quantities: Sequence[Candidate]
+    effects: RandomEffects
+
+    @property
+    def spreads(self) -> dict[str, float]:
+        """Name of each quantity -> its standard deviation between the recordings [SI]."""
+        pairs = zip(self.quantities, self.effects.spreads.tolist(), strict=True)
+        return {key_of(quantity): unit_of(quantity) * spread for quantity, spread in pairs}
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield the quantities of each recording, as in diagnosis.json."""
+        table = zip(self.recordings, self.effects.values, self.effects.deviations, strict=True)
+        for recording, values, deviations in table:
+            for quantity, value, deviation in zip(
+                self.quantities, values.tolist(), deviations.tolist(), strict=True
+            ):
+                half = HALF_WIDTH * deviation
+                yield {
+                    'recording': recording,
+                    'name': key_of(quantity),
+                    'value': stated(quantity, value),
+                    'interval': [stated(quantity, value - half), stated(quantity, value + half)],
+                    'p_value': float(2.0 * ndtr(-abs(value) / deviation)),
+                    'unit': REPEATABILITY[key_of(quantity)].unit,
+                }
+
+
+def stated(quantity: Candidate, value: float) -> float:
+    """Return an internal value as a ratio to that of the model or as a difference from it."""
+    (c,) = quantity.coordinates
+    return math.exp(value) if c.logarithmic else c.scale * value
+
+
+def variation(
+    hypothesis: Hypothesis, runs: Sequence[Dataset], candidates: Sequence[Candidate]
+) -> Variation:
+    """
+    Return the quantities that differ between runs more than their residuals explain.
+
+    :param runs: of one recording each; of fewer than four the spread is hardly known
+    :param candidates: whose conditions and parameters of friction are the quantities
+    """
+    names = [run.comparisons[0].run.name for run in runs]
+    quantities = [each for each in varying_quantities(candidates) if key_of(each) in REPEATABILITY]
+    if len(runs) <= FEWEST_OTHERS or not quantities:
+        none = np.zeros((len(runs), 0))
+        return Variation(names, [], RandomEffects(none[0], none, none))
+    residuals = [run.whitened(hypothesis) for run in runs]
+    columns = [
+        np.column_stack([changes(each, hypothesis, run, residual) for each in quantities])
+        for run, residual in zip(runs, residuals, strict=True)
+    ]
+    data = Information.of(residuals, columns)
+    found = random_effects(data.only(data.determined))
+    differs = found.spreads > 0.0
+    shown = [quantities[i] for i in np.flatnonzero(data.determined)[differs]]
+    spreads, values, deviations = found
+    effects = RandomEffects(spreads[differs], values[:, differs], deviations[:, differs])
+    return Variation(names, shown, effects)
 
 
 def repeatability(
-    system: System, improved: Hypothesis, datasets: Sequence[Dataset]
+    system: System,
+    improved: Hypothesis,
+    datasets: Sequence[Dataset],
+    spreads: Mapping[str, float],
 ) -> dict[str, float]:
     """
     Return balance -> standard deviation of the residuals beyond their noise [unit].
 
-    What the system had before is part of it. Of four recordings and more there is also the spread
-    of the level of friction between them.
+    What the system had before is part of it.
+
+    :param spreads: of quantities between the recordings, which are part of it, too
     """
     groups = [each for data in datasets for each in windows_of(data, improved)]
     deviations = dict(system.repeatability)
@@ -38,9 +129,7 @@ def repeatability(
         noise = np.mean(np.concatenate([group.deviation**2 for group in own]))
         before = deviations.get(balance, 0.0)
         deviations[balance] = float(np.sqrt(before**2 + max(squares - noise, 0.0)))
-    if 'force' in deviations:
-        runs = [run for data in datasets for run in data.single_runs]
-        spread = level_spread(improved, runs)
-        both = float(np.hypot(deviations.get(FRICTION_LEVEL, 0.0), spread))
-        deviations[FRICTION_LEVEL] = REPEATABILITY[FRICTION_LEVEL].within(both)
+    for name, spread in spreads.items():
+        both = float(np.hypot(deviations.get(name, 0.0), spread))
+        deviations[name] = REPEATABILITY[name].within(both)
     return {name: value for name, value in deviations.items() if value > 0.0}

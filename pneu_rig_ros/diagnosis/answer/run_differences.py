@@ -8,7 +8,7 @@ Higgins, S. G. Thompson, D. J. Spiegelhalter, J. R. Stat. Soc. A 172 (2009) 137)
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,15 +18,18 @@ from scipy.stats import false_discovery_control, t
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.answer.intervals import CONFIDENCE
+from pneu_rig_ros.diagnosis.answer.varying_quantities import (
+    changes,
+    key_of,
+    scale_at,
+    unit_of,
+    value_in,
+    varying_quantities,
+)
 from pneu_rig_ros.diagnosis.causes.candidates import (
-    CONDITIONS,
-    FORCE,
-    PARAMETER_RATIO,
     Candidate,
-    Coordinate,
     Explanation,
 )
-from pneu_rig_ros.diagnosis.inputs.system import value_of
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import (
@@ -36,11 +39,10 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
 )
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.empirical import robust_weights
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, STEP, fit
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, MOST_LEFT, remaining_share
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import Executor, map_tasks
-from pneu_rig_ros.model.quantity import Quantity
 
 FEWEST_OTHERS = 3
 """Recordings with which one is compared: the spread of fewer is hardly known."""
@@ -84,29 +86,8 @@ class RunDifference:
         }
 
 
-@dataclass(frozen=True)
-class FrictionLevel(Candidate):
-    """The level of friction, Coulomb and breakaway force, relative to the model's."""
-
-    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
-        """Return the hypothesis with both forces multiplied."""
-        friction = hypothesis.model.friction
-        for name in ('coulomb_force', 'breakaway_force'):
-            value = values[0] * getattr(friction, name)
-            hypothesis = hypothesis.with_parameter('friction', name, value)
-        return hypothesis
-
-
-CHANGING = 'friction.coulomb_force', 'friction.breakaway_force', 'friction.viscous_coefficient'
-"""Parameters that may change from recording to recording, as conditions do."""
-RATIO = Quantity('-', 1.0 / PARAMETER_RATIO, PARAMETER_RATIO, "times the model's")
-LEVEL = FrictionLevel(
-    CONDITIONS + 'friction_level',
-    FORCE,
-    (Coordinate('times', RATIO, RATIO.low, RATIO.high, 1.0, True, 1.0),),
-    ((1.0,),),
-)
-"""What wear, lubrication and warmth change."""
+NOTHING: Mapping[str, float] = {}
+"""Of earlier recordings, where nothing is known."""
 
 
 def run_differences(
@@ -114,7 +95,7 @@ def run_differences(
     runs: Sequence[Dataset],
     candidates: Sequence[Candidate],
     executor: Executor,
-    level: float | None = None,
+    earlier: Mapping[str, float] = NOTHING,
 ) -> dict[int, RunDifference]:
     """
     Return the runs that differ from the others, each with the quantity that shows it best.
@@ -124,23 +105,19 @@ def run_differences(
 
     :param runs: of one recording each
     :param candidates: whose conditions and parameters of friction are the quantities
-    :param level: standard deviation of the level of friction between earlier recordings, with
-        which it is compared where there are too few others [-]
+    :param earlier: quantity -> standard deviation between earlier recordings, with which it is
+        compared where there are too few others
     """
     odd = [i for i, run in enumerate(runs) if localise(windows_of(run, hypothesis))]
-    if not odd or (len(runs) <= FEWEST_OTHERS and level is None):
+    if not odd or (len(runs) <= FEWEST_OTHERS and not earlier):
         return {}
-    quantities = [c for c in candidates if c.is_condition or c.name in CHANGING]
-    if any(quantity.group == FORCE for quantity in quantities):
-        quantities.append(LEVEL)
+    quantities = varying_quantities(candidates)
     base = [run.whitened(hypothesis) for run in runs]
     results = map_tasks(executor, estimates, quantities, hypothesis, runs, base)
     tests = [
         (i, test)
         for quantity, (values, variances) in zip(quantities, results, strict=True)
-        for i, test in _tests(
-            quantity, hypothesis, runs, values, variances, level if quantity is LEVEL else None
-        )
+        for i, test in _tests(quantity, hypothesis, runs, values, variances, earlier)
         if i in odd
     ]
     rates = false_discovery_control([test.p_value for _, test in tests]) if tests else []
@@ -152,19 +129,21 @@ def run_differences(
     return best
 
 
-def sufficient_differences(search: Search, level: float | None = None) -> list[RunDifference]:
+def sufficient_differences(
+    search: Search, earlier: Mapping[str, float] = NOTHING
+) -> list[RunDifference]:
     """
     Return the differences between runs if these are all that is wrong, else none.
 
     The other runs agree with the given model, and no cause that acts in all runs explains as much.
 
-    :param level: see :func:`run_differences`
+    :param earlier: see :func:`run_differences`
     """
     assert search.initial is not None
     runs = [run for data in search.initial for run in data.single_runs]
-    found = run_differences(search.given, runs, search.pool, search.executor, level)
+    found = run_differences(search.given, runs, search.pool, search.executor, earlier)
     others = [run for i, run in enumerate(runs) if i not in found]
-    if not found or len(others) < (FEWEST_OTHERS if level is None else 1):
+    if not found or len(others) < (1 if earlier else FEWEST_OTHERS):
         return []
     if localise([each for run in others for each in windows_of(run, search.given)]):
         return []
@@ -192,10 +171,9 @@ def estimates(
     :param base: whitened residuals of each run
     :returns: in internal units of the quantity [-], shape (runs,) each
     """
-    moved = _moved(quantity, hypothesis)
     values, variances = np.zeros(len(runs)), np.full(len(runs), np.inf)
     for i, (run, residual) in enumerate(zip(runs, base, strict=True)):
-        change, weights = (run.whitened(moved) - residual) / STEP, robust_weights(residual)
+        change, weights = changes(quantity, hypothesis, run, residual), robust_weights(residual)
         information = float(np.sum(weights * change**2))
         if information > 0.0:
             values[i] = -float(np.sum(weights * change * residual)) / information
@@ -204,41 +182,20 @@ def estimates(
     return values, variances
 
 
-def _moved(quantity: Candidate, hypothesis: Hypothesis) -> Hypothesis:
-    """Return a hypothesis with a slightly larger value of a quantity."""
-    value = _value(quantity, hypothesis)
-    return quantity.apply(hypothesis, (value + STEP * _unit(quantity, value),))
-
-
-def _value(quantity: Candidate, hypothesis: Hypothesis) -> float:
-    """Return the value of a quantity in a hypothesis [unit]."""
-    if quantity.is_condition:
-        return hypothesis.conditions.get(
-            quantity.name.removeprefix(CONDITIONS), quantity.coordinates[0].null
-        )
-    return value_of(hypothesis.model, quantity.name)
-
-
-def _unit(quantity: Candidate, value: float) -> float:
-    """Return by how much a quantity changes with its internal value, at some value [unit]."""
-    (c,) = quantity.coordinates
-    return value if c.logarithmic else c.scale
-
-
 def _tests(
     quantity: Candidate,
     hypothesis: Hypothesis,
     runs: Sequence[Dataset],
     values: Floats,
     variances: Floats,
-    earlier: float | None,
+    earlier: Mapping[str, float],
 ) -> Iterator[tuple[int, RunDifference]]:
     """
     Yield the test of each run against the others that show the quantity.
 
-    :param earlier: standard deviation between earlier recordings, those of the hypothesis [-]
+    :param earlier: standard deviations between earlier recordings, those of the hypothesis
     """
-    factor, shows = _unit(quantity, _value(quantity, hypothesis)), np.isfinite(variances)
+    factor, shows = scale_at(quantity, value_in(quantity, hypothesis)), np.isfinite(variances)
     for i in np.flatnonzero(shows).tolist():
         others = shows & (np.arange(shows.size) != i)
         if others.sum() >= FEWEST_OTHERS:
@@ -246,8 +203,8 @@ def _tests(
             weights = 1.0 / (variances[others] + spread**2)
             expected, uncertain = weights @ values[others] / weights.sum(), 1.0 / weights.sum()
             freedom = float(others.sum() - 1)
-        elif earlier is not None:
-            spread, expected, uncertain, freedom = earlier, 0.0, 0.0, np.inf
+        elif (known := earlier.get(key_of(quantity))) is not None:
+            spread, expected, uncertain, freedom = known / unit_of(quantity), 0.0, 0.0, np.inf
         else:
             continue
         difference = float(values[i] - expected)
@@ -274,11 +231,3 @@ def spread_between(values: Floats, variances: Floats) -> float:
         return 0.0
     best = float(minimize_scalar(negative_log, bounds=(0.0, widest), method='bounded').x)
     return best if negative_log(best) < negative_log(0.0) else 0.0
-
-
-def level_spread(hypothesis: Hypothesis, runs: Sequence[Dataset]) -> float:
-    """Return the standard deviation of the level of friction between runs, 0 of too few [-]."""
-    base = [run.whitened(hypothesis) for run in runs]
-    values, variances = estimates(LEVEL, hypothesis, runs, base)
-    shows = np.isfinite(variances)
-    return spread_between(values[shows], variances[shows]) if shows.sum() > FEWEST_OTHERS else 0.0

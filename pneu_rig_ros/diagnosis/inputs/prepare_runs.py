@@ -26,6 +26,7 @@ from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
 from pneu_rig_ros.records.noise import reading_noise
 from pneu_rig_ros.records.recording import PRESSURES, Recording
+from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL
 from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
 
 SATURATED = 0.5
@@ -103,7 +104,8 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         voltages = np.column_stack([recording.voltage_1, recording.voltage_2])[:-1]
     deviations, noise = system.each_recording, _noise(recording, system.sensors)
     worn = system.rig is not None and system.uncalibrated  # no such rig is kept like new
-    level_error = max(FRICTION_ERROR if worn else 0.0, system.friction_spread or 0.0)
+    differs = dict(system.repeatability)
+    level_error = max(FRICTION_ERROR if worn else 0.0, differs.pop(FRICTION_LEVEL, 0.0))
     recorded = signal('position', 0.0)
     position = without_outliers(recorded, noise.position) if on_bench(recording) else recorded
     run = Run(
@@ -123,7 +125,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(FORCE_OFFSET, 0.0),
         deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
-        system.repeatability,
+        differs,
         level_error * model.friction.coulomb_force,
         notes=(*recording.notes, *_replacement(recorded, position)),
     )

@@ -41,7 +41,11 @@ from pneu_rig_ros.model.quantity import (
 from pneu_rig_ros.model.shape import write_effect
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.configuration import read_effects
-from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL, read_repeatability, write_repeatability
+from pneu_rig_ros.rig.repeatability import (
+    between_recordings,
+    read_repeatability,
+    write_repeatability,
+)
 from pneu_rig_ros.rig.sensors import Sensors
 from pneu_rig_ros.rig.yaml_file import mapping_of, read_yaml, to_yaml
 
@@ -98,8 +102,8 @@ class System:
     :param each_recording: nuisance parameter -> its standard deviation [SI]
     :param refit: parameter -> range within which it may be wrong [SI]
     :param repeatability: balance -> standard deviation of what the model left of recordings to
-        which it was fitted or on which it was validated [unit of the balance], and
-        ``friction_level`` [-]
+        which it was fitted or on which it was validated [unit of the balance], and quantity ->
+        that between recordings [its unit]
     :param rig: the configuration of a complete rig, else None
     """
 
@@ -121,9 +125,9 @@ class System:
         return sensors is not None and max(sensors.position_class, sensors.pressure_class) > 0.0
 
     @property
-    def friction_spread(self) -> float | None:
-        """Standard deviation of the level of friction between recordings, None if unknown [-]."""
-        return self.repeatability.get(FRICTION_LEVEL)
+    def spreads(self) -> dict[str, float]:
+        """Quantity -> its standard deviation between recordings, of those that are known."""
+        return between_recordings(self.repeatability)
 
     @property
     def constant_volume(self) -> bool:

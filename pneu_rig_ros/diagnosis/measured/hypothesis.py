@@ -14,6 +14,7 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import Model, Operation
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
+from pneu_rig_ros.rig.repeatability import REPEATABILITY
 
 Gains = tuple[float, float, float]
 CALIBRATED: Gains = (1.0, 1.0, 1.0)
@@ -91,6 +92,15 @@ class Hypothesis:
     def with_condition(self, name: str, value: float) -> Hypothesis:
         """Return the hypothesis with another condition, as in ``conditions``."""
         return replace(self, conditions={**self.conditions, name: value})
+
+    def varied(self, name: str, by: float) -> Hypothesis:
+        """Return the hypothesis with more of what may differ between recordings."""
+        if REPEATABILITY[name].unit != '-':
+            return self.with_condition(name, self.conditions.get(name, 0.0) + by)
+        if hasattr(self.model.friction, name):
+            value = (1.0 + by) * getattr(self.model.friction, name)
+            return self.with_parameter('friction', name, value)
+        return self.with_condition(name, self.conditions.get(name, 1.0) * (1.0 + by))
 
     def with_effect(self, name: str, parameters: Any) -> Hypothesis:
         """Return the hypothesis with one more acting effect."""

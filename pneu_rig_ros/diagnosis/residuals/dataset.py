@@ -26,6 +26,7 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     estimate_nuisances,
     fitted_to_pressures,
     temperature_columns,
+    varying_columns,
     without_nuisances,
 )
 from pneu_rig_ros.diagnosis.residuals.replicates import Inflation, estimate_inflation, with_bias
@@ -89,6 +90,8 @@ class Dataset:
         inflation = inflation or estimate_inflation(hypothesis, runs, rng)
         noise = partial(noise_model, hypothesis, copies=copies)
         noises = map_runs(noise, runs, rng.spawn(count))
+        varying = map_runs(partial(varying_columns, hypothesis), runs)
+        noises = [each.with_shared(columns) for each, columns in zip(noises, varying, strict=True)]
         biased = tuple(with_bias(*pair, inflation.bias) for pair in zip(noises, runs, strict=True))
         clocks = map_runs(partial(clock_column, hypothesis), runs)
         return cls(hypothesis, runs, biased, inflation, tuple(clocks))

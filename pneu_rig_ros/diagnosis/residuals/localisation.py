@@ -14,7 +14,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2, false_discovery_control, norm
+from scipy.special import chdtrc, ndtr  # of single values ten times as fast as scipy.stats
+from scipy.stats import false_discovery_control, norm
 
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
@@ -132,8 +133,8 @@ def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
         differs = max(differs, group.repeatability)
     # what differs from recording to recording does not average out over the windows of a cell
     deviation = np.hypot(NOISE_ERROR / np.sqrt(bottom), differs)
-    p_mean = 2.0 * float(norm.sf(abs(top / bottom) / deviation))
-    spread = float(chi2.sf(clipped_squares / NOISE_ERROR**2, count))
+    p_mean = 2.0 * float(ndtr(-abs(top / bottom) / deviation))
+    spread = float(chdtrc(count, clipped_squares / NOISE_ERROR**2))
     p_spread = spread if differs == 0.0 else 1.0
     excess = max(squares - count * NOISE_ERROR**2, mean**2 / bottom - NOISE_ERROR**2, 0.0)
     p_value = min(2.0 * min(p_mean, p_spread), 1.0)

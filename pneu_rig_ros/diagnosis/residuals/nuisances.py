@@ -29,6 +29,7 @@ from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, unknown
+from pneu_rig_ros.rig.repeatability import between_recordings
 
 FORCE_OFFSET = 'force_offset'
 CLOCK_OFFSET = 'clock_offset'
@@ -142,6 +143,19 @@ def temperature_columns(
         columns.gas_1[:, 0] = np.nan_to_num(changed.gas_1 - residuals.gas_1)
         columns.gas_2[:, 1] = np.nan_to_num(changed.gas_2 - residuals.gas_2)
     return columns
+
+
+def varying_columns(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
+    """Return the change of each residual by one standard deviation of what may vary, (m, k)."""
+    spreads = between_recordings(comparison.run.repeatability)
+    columns = [Residuals(*(np.zeros((size, 0)) for size in comparison.sizes))]
+    if spreads:
+        residuals = comparison.residuals(hypothesis)
+        for name, spread in spreads.items():
+            moved = comparison.residuals(hypothesis.varied(name, spread))
+            pairs = zip(residuals, moved, strict=True)
+            columns.append(Residuals(*(np.nan_to_num(b - a)[:, np.newaxis] for a, b in pairs)))
+    return Residuals(*(np.hstack(each) for each in zip(*columns, strict=True)))
 
 
 def initial_temperatures(hypothesis: Hypothesis, run: Run) -> tuple[float, float]:

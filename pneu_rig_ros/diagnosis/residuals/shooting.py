@@ -31,6 +31,7 @@ from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Trajectory
+from pneu_rig_ros.rig.repeatability import between_recordings
 
 SETTLING = 0.03
 """From the beginning of a rest to the readings for a restart [s]."""
@@ -254,13 +255,15 @@ class CycleTest:
 
 
 def simulate_worn(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
-    """Return a replicate of a run whose friction differs as it may between recordings."""
+    """Return a replicate of a run that differs as recordings may differ from each other."""
     friction = hypothesis.model.friction
     if run.level_error > 0.0:
         factor = 1.0 + run.level_error / friction.coulomb_force * float(rng.standard_normal())
         for name in ('coulomb_force', 'breakaway_force'):
             level = factor * getattr(friction, name)
             hypothesis = hypothesis.with_parameter('friction', name, level)
+    for name, spread in between_recordings(run.repeatability).items():
+        hypothesis = hypothesis.varied(name, spread * float(rng.standard_normal()))
     return simulate_replicate(hypothesis, run, rng)
 
 

@@ -44,7 +44,10 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
     better = named.explanation.apply(search.given)
     share = remaining_share(search.held_out, search.hypothesis, better)
     is_effect = any(part.is_effect for part in named.explanation.parts)
-    allowed = MOST_LEFT if description.gap_left < share else MOST_LEFT_ALONE
+    beaten = description.gap_left < share
+    allowed = MOST_LEFT if beaten else MOST_LEFT_ALONE
+    if not beaten and reported <= MOST_LEFT:  # much of the share is noise under the given model
+        allowed = MOST_LEFT_OF_ALL
     if discrepant and is_effect:
         allowed = MOST_LEFT_OF_ALL
     # a parameter keeps the form of the model: much of what it leaves has another cause
