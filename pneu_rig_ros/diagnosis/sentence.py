@@ -13,6 +13,7 @@ from pneu_rig_ros.diagnosis.answer.verdict import CONDITIONS, CONSISTENT, UNCALI
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS as CONDITIONS_PREFIX
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
+from pneu_rig_ros.rig.repeatability import REPEATABILITY
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -40,6 +41,15 @@ def _differs(difference: RunDifference) -> str:
     return f'{difference.recording} differs from the others: its {name} is {by}'
 
 
+def _allowance(name: str, value: float) -> str:
+    """Return by how much recordings may differ in the force, a gas source or a quantity."""
+    if name in UNITS:
+        return f'{value:.2g} {UNITS[name]}'
+    unit = REPEATABILITY[name].unit
+    amount = f'{100.0 * value:.2g} %' if unit == '-' else f'{1e3 * value:.2g} m{unit}'
+    return f'{name} {amount}'
+
+
 def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:
     """Return the verdict in one sentence, from rows of the answer."""
     verdict = diagnosis.verdict
@@ -47,8 +57,7 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
         return _tight(diagnosis)
     if verdict == CONSISTENT:
         allowed = ', '.join(
-            f'{value:.2g} {UNITS[name]}' if name in UNITS else f'friction {100.0 * value:.2g} %'
-            for name, value in diagnosis.system.repeatability.items()
+            _allowance(name, value) for name, value in diagnosis.system.repeatability.items()
         )
         limits = f'repeatability ({allowed})' if allowed else 'noise'
         agree = f'odel and measurement agree within the {limits}: nothing is missing.'

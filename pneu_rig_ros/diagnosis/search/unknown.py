@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
-from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
+from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
 from pneu_rig_ros.diagnosis.search.empirical import Description, describe
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
@@ -44,7 +44,10 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
     better = named.explanation.apply(search.given)
     share = remaining_share(search.held_out, search.hypothesis, better)
     is_effect = any(part.is_effect for part in named.explanation.parts)
-    beaten = description.gap_left < share
+    terms = description.explanation
+    formula = score(Fit(terms), search.hypothesis, *data)
+    likelier = improves(formula, score(Fit(named.explanation), search.given, *data))
+    beaten = likelier and NOISE_ERROR * description.gap_left < share
     allowed = MOST_LEFT if beaten else MOST_LEFT_ALONE
     if not beaten and reported <= MOST_LEFT:  # much of the share is noise under the given model
         allowed = MOST_LEFT_OF_ALL
@@ -54,13 +57,9 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
     elif reported > (MOST_LEFT_REPORTED if is_effect else MOST_LEFT):
         return description
     much_better = share > NEGLIGIBLE and description.gap_left < MUCH_BETTER * share
-    if share > allowed or much_better:
+    # a formula with as few numbers needs no more than to be decisively likelier
+    as_simple = not discrepant and len(terms.coordinates) <= len(named.explanation.coordinates)
+    if share > allowed or (likelier and (much_better or as_simple)):
         return description
-    # a formula with as few numbers must not be decisively likelier
-    terms = description.explanation
-    if not discrepant and 0 < len(terms.coordinates) <= len(named.explanation.coordinates):
-        formula = score(Fit(terms), search.hypothesis, *data)
-        if improves(formula, score(Fit(named.explanation), search.given, *data)):
-            return description
     search.best, (search.training, search.held_out) = named, data
     return None
