@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
@@ -24,42 +25,69 @@ from pneu_rig_ros.diagnosis.search.scoring import (
 from pneu_rig_ros.diagnosis.search.selection import Search
 
 
-def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
+class Contest(NamedTuple):
     """
-    Return empirical terms in place of the best explanation; None where that is as good.
+    A name beside a description, on the held-out data.
 
-    A cause with a name has to leave little, and about as little as a formula without one.
+    :param left: share of the excess that the name leaves, with the noise under the given model [-]
+    :param reported: the same with the noise that the data have if it is true [-]
+    :param described: what the description leaves, as ``left`` [-]
+    :param likelier: whether the description is, decisively
+    :param as_simple: whether it has no more fitted values than the name
+    :param is_effect: whether the name has an effect, and not parameters alone
+    :param discrepant: whether all models are far off: the noise of the sensors is then no measure
     """
-    named, data = search.best, (search.training, search.held_out)
-    # the noise of the sensors is no measure of what a cause may leave where all models are far off
+
+    left: float
+    reported: float
+    described: float
+    likelier: bool
+    as_simple: bool
+    is_effect: bool = True
+    discrepant: bool = False
+
+    @property
+    def name_stays(self) -> bool:
+        """Whether the name leaves little, and about as little as the description."""
+        beaten = self.likelier and NOISE_ERROR * self.described < self.left
+        most = MOST_LEFT if beaten else MOST_LEFT_ALONE
+        if (
+            not beaten and self.reported <= MOST_LEFT
+        ):  # most of what is left is noise if it is true
+            most = MOST_LEFT_OF_ALL
+        if self.discrepant and self.is_effect:
+            most = MOST_LEFT_OF_ALL
+        # a parameter keeps the form of the model: much of what it leaves has another cause
+        elif self.reported > (MOST_LEFT_REPORTED if self.is_effect else MOST_LEFT):
+            return False
+        much_better = self.left > NEGLIGIBLE and self.described < MUCH_BETTER * self.left
+        as_simple = self.as_simple and not self.discrepant
+        return self.left <= most and not (self.likelier and (much_better or as_simple))
+
+
+def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
+    """Return empirical terms in place of the best explanation; None where that is as good."""
+    named, data, reported = search.best, (search.training, search.held_out), search.remaining()
     discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
-    reported = search.remaining()
     search.restart()
     if search.residuals_significant and adopt_profile(search, named):
         return None
     description = describe(search, (where or search.cycle_residuals())[0])
     if named is None or named is search.calibrated:
         return description
-    # on the data on which the description was judged, with their noise
-    better = named.explanation.apply(search.given)
-    share = remaining_share(search.held_out, search.hypothesis, better)
-    is_effect = any(part.is_effect for part in named.explanation.parts)
-    terms = description.explanation
+    terms, explanation = description.explanation, named.explanation
     formula = score(Fit(terms), search.hypothesis, *data)
-    likelier = improves(formula, score(Fit(named.explanation), search.given, *data))
-    beaten = likelier and NOISE_ERROR * description.gap_left < share
-    allowed = MOST_LEFT if beaten else MOST_LEFT_ALONE
-    if not beaten and reported <= MOST_LEFT:  # much of the share is noise under the given model
-        allowed = MOST_LEFT_OF_ALL
-    if discrepant and is_effect:
-        allowed = MOST_LEFT_OF_ALL
-    # a parameter keeps the form of the model: much of what it leaves has another cause
-    elif reported > (MOST_LEFT_REPORTED if is_effect else MOST_LEFT):
-        return description
-    much_better = share > NEGLIGIBLE and description.gap_left < MUCH_BETTER * share
-    # a formula with as few numbers needs no more than to be decisively likelier
-    as_simple = not discrepant and len(terms.coordinates) <= len(named.explanation.coordinates)
-    if share > allowed or (likelier and (much_better or as_simple)):
+    contest = Contest(
+        # on the data on which the description was judged, with their noise
+        remaining_share(search.held_out, search.hypothesis, explanation.apply(search.given)),
+        reported,
+        description.gap_left,
+        improves(formula, score(Fit(explanation), search.given, *data)),
+        len(terms.coordinates) <= len(explanation.coordinates),
+        any(part.is_effect for part in explanation.parts),
+        discrepant,
+    )
+    if not contest.name_stays:
         return description
     search.best, (search.training, search.held_out) = named, data
     return None
