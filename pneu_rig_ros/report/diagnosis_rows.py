@@ -202,7 +202,7 @@ def _event(value: float | None, unit: str) -> str:
 
 
 def each_rows(answer: Answer) -> list[Row]:
-    """Return clock offset [s] and initial temperatures [K] of each recording, with p-values."""
+    """Return what is particular to each recording, with intervals and p-values."""
     rows: list[Row] = []
     for one in answer['each_recording']:
         low, high = one['interval']
