@@ -38,7 +38,7 @@ TINY = 1e-12
 
 class Information(NamedTuple):
     """
-    What recordings tell of k quantities: of each g'b - b'Ab/2, the log likelihood of values b.
+    What recordings say about k quantities: of each g'b - b'Ab/2, the log likelihood of values b.
 
     :param gradients: g, shape (recordings, k)
     :param curvatures: A, shape (recordings, k, k)
@@ -55,13 +55,13 @@ class Information(NamedTuple):
         return determined
 
     def only(self, chosen: Flags) -> Information:
-        """Return what is told of the chosen quantities if the others are as in the model."""
+        """Return what they say about the chosen quantities if the others are as in the model."""
         return Information(self.gradients[:, chosen], self.curvatures[:, chosen][:, :, chosen])
 
     @classmethod
     def of(cls, residuals: Sequence[Floats], changes: Sequence[Floats]) -> Information:
         """
-        Return what whitened residuals tell.
+        Return what whitened residuals say.
 
         :param residuals: of each recording, shape (n,) each
         :param changes: their derivatives by the quantities, shape (n, k) each
