@@ -76,31 +76,34 @@ def test_a_rig_is_driven_as_in_its_recordings(
     assert x.min() <= found.initial_position <= x.max()
 
 
+def repeated(
+    folder: Path, tables: list[Path], text: str, signals: tuple[str, ...], parameter: str
+) -> str:
+    """Return the recording like which the next one is, of a part of a rig with two rivals."""
+    system = load_system(system_file(folder, text))
+    runs = read_runs(tables, system, mapping(folder / 'map.yaml', *signals))
+    both = rivals(system.hypothesis, *parameter.split('.'))
+    found = next_experiment(both, data_of(system, runs), system)
+    assert found is not None
+    assert (found.u, found.supply_pressure, found.load_mass) == (None, None, None)
+    return found.like
+
+
 def test_chambers_repeat_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
     fills = (4.5e5, 1.1e6), (1.2e5, 1.3e5)
     tables = [table(tmp_path / f'run_{i}.csv', 0.1, chamber_run(i, fill, CONDUCTANCES))
               for i, fill in enumerate(fills)]  # fmt: skip
-    system = load_system(system_file(tmp_path, CHAMBERS))
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
-    runs = read_runs(tables, system, known)
-    both = rivals(system.hypothesis, 'cylinder', 'cap_dead_volume')
-    found = next_experiment(both, data_of(system, runs), system)
-    assert found is not None
-    assert found.like == runs[0].name  # filled to twice the pressures and more
-    assert (found.u, found.supply_pressure, found.load_mass) == (None, None, None)
+    signals = 'position', 'pressure_1', 'pressure_2'
+    # filled to twice the pressures and more
+    assert repeated(tmp_path, tables, CHAMBERS, signals, 'cylinder.cap_dead_volume') == 'run_0'
 
 
 def test_a_bench_repeats_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
     tables = [table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, 3e5, 0.0, way=way))
               for i, way in enumerate((0.002, 0.03))]  # fmt: skip
-    system = load_system(system_file(tmp_path, BENCH))
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
-    runs = read_runs(tables, system, known)
-    both = rivals(system.hypothesis, 'friction', 'coulomb_force')
-    found = next_experiment(both, data_of(system, runs), system)
-    assert found is not None
-    assert found.like == runs[1].name  # more of the short strokes are turns
-    assert (found.u, found.supply_pressure, found.load_mass) == (None, None, None)
+    signals = 'position', 'pressure_2', 'force'
+    # more of the short strokes are turns
+    assert repeated(tmp_path, tables, BENCH, signals, 'friction.coulomb_force') == 'run_1'
 
 
 def test_without_a_rival_there_is_nothing_to_separate(tmp_path: Path) -> None:
