@@ -55,10 +55,12 @@ class Contest(NamedTuple):
             not beaten and self.reported <= MOST_LEFT
         ):  # most of what is left is noise if it is true
             most = MOST_LEFT_OF_ALL
+        # a parameter keeps the form of the model: much of what it leaves has another cause, unless
+        # it is little under the noise of the given model, and no formula is likelier
+        little = self.left <= MOST_LEFT and not self.likelier
         if self.discrepant and self.is_effect:
             most = MOST_LEFT_OF_ALL
-        # a parameter keeps the form of the model: much of what it leaves has another cause
-        elif self.reported > (MOST_LEFT_REPORTED if self.is_effect else MOST_LEFT):
+        elif self.reported > (MOST_LEFT_REPORTED if self.is_effect or little else MOST_LEFT):
             return False
         much_better = self.left > NEGLIGIBLE and self.described < MUCH_BETTER * self.left
         as_simple = self.as_simple and not self.discrepant
