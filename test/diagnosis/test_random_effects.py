@@ -13,20 +13,20 @@ NOISE = 0.02
 RECORDINGS = 8
 
 
-def told(values: Floats, rng: np.random.Generator, alike: float = 0.0) -> Information:
-    """Return what recordings tell of their values, shape (recordings, k)."""
+def observed(values: Floats, rng: np.random.Generator, alike: float = 0.0) -> Information:
+    """Return the information in recordings with these values, shape (recordings, k)."""
     size, residuals, changes = 400, [], []
-    for each in values:
-        change = rng.standard_normal((size, each.size)) / (NOISE * np.sqrt(size))
+    for row in values:
+        change = rng.standard_normal((size, row.size)) / (NOISE * np.sqrt(size))
         change[:, -1] = alike * change[:, 0] + np.sqrt(1.0 - alike**2) * change[:, -1]
-        residuals.append(rng.standard_normal(size) - change @ each)
+        residuals.append(rng.standard_normal(size) - change @ row)
         changes.append(change)
     return Information.of(residuals, changes)
 
 
 def test_likelihood_is_that_of_normal_values_with_a_common_mean() -> None:
     """Against the density of the values that single recordings show, up to a constant."""
-    data = told(np.array([[0.03], [-0.05], [0.08]]), np.random.default_rng(1))
+    data = observed(np.array([[0.03], [-0.05], [0.08]]), np.random.default_rng(1))
     own = data.curvatures[:, 0, 0]
     shown = data.gradients[:, 0] / own
 
@@ -44,10 +44,8 @@ def test_likelihood_is_that_of_normal_values_with_a_common_mean() -> None:
 
 
 def test_quantities_that_do_not_differ_have_no_spread() -> None:
-    rng = np.random.default_rng(2)
-    found = [
-        random_effects(told(np.full((RECORDINGS, 3), 0.02), rng)).spreads.any() for _ in range(60)
-    ]
+    rng, alike = np.random.default_rng(2), np.full((RECORDINGS, 3), 0.02)
+    found = [random_effects(observed(alike, rng)).spreads.any() for _ in range(60)]
     assert np.sum(found) <= 6  # three tests at 1 % each: two draws in a thousand have more
 
 
@@ -55,7 +53,7 @@ def test_spread_of_one_quantity_is_found_and_its_values_shrink_towards_the_mean(
     rng = np.random.default_rng(3)
     values = np.zeros((RECORDINGS, 2))
     values[:, 0] = 0.05 * rng.standard_normal(RECORDINGS)
-    found = random_effects(told(values, rng))
+    found = random_effects(observed(values, rng))
     assert found.spreads[0] == pytest.approx(values[:, 0].std(ddof=1), rel=0.4)
     assert found.spreads[1] == 0.0
     off = (found.values[:, 0] - values[:, 0]) / found.deviations[:, 0]
@@ -67,13 +65,13 @@ def test_one_of_two_quantities_that_act_alike_is_kept() -> None:
     rng = np.random.default_rng(4)
     values = np.zeros((RECORDINGS, 2))
     values[:, 0] = 0.1 * rng.standard_normal(RECORDINGS)
-    found = random_effects(told(values, rng, alike=0.9))
+    found = random_effects(observed(values, rng, alike=0.9))
     assert found.spreads[0] > 0.05
     assert found.spreads[1] == 0.0
 
 
 def test_quantity_that_a_recording_hardly_shows_is_not_determined() -> None:
-    data = told(np.zeros((RECORDINGS, 2)), np.random.default_rng(5))
+    data = observed(np.zeros((RECORDINGS, 2)), np.random.default_rng(5))
     weak = Information(data.gradients * [1.0, 0.1], data.curvatures * [[1.0, 0.1], [0.1, 0.01]])
     assert weak.determined.tolist() == [True, False]
     assert weak.only(weak.determined).gradients.shape == (RECORDINGS, 1)

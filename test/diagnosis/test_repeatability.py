@@ -91,6 +91,20 @@ def test_rig_keeps_its_repeatability_and_the_plant_runs_as_before(tmp_path: Path
     assert run.level_error == pytest.approx(0.02 * rig.model.friction.coulomb_force)
 
 
+def verdicts_with(
+    folder: Path, bags: list[Path], quantity: str, spreads: tuple[float, ...]
+) -> dict[float, str]:
+    """Return the verdict for each spread of a quantity that a model keeps."""
+    verdicts = {}
+    for spread in spreads:
+        kept = {quantity: spread}
+        system = replace(system_of(folder, configured('cylinder_1')), repeatability=kept)
+        path = folder / f'model_{spread}.yaml'
+        path.write_text(system.to_yaml())
+        verdicts[spread] = diagnose(bags, path).verdict
+    return verdicts
+
+
 def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path) -> None:
     """Friction 6 % higher: a cause, but not where levels differ by 5 %."""
     rig = configured('cylinder_1')
@@ -98,12 +112,7 @@ def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path)
     bags = [
         simulate(replace(worn, seed=seed), 0.34, 6.0, tmp_path / f'run_{seed}') for seed in (1, 2)
     ]
-    verdicts = {}
-    for spread in (0.0, 0.05):
-        system = replace(system_of(tmp_path, rig), repeatability={'friction_level': spread})
-        path = tmp_path / f'model_{spread}.yaml'
-        path.write_text(system.to_yaml())
-        verdicts[spread] = diagnose(bags, path).verdict
+    verdicts = verdicts_with(tmp_path, bags, 'friction_level', (0.0, 0.05))
     assert verdicts[0.0] in ('effect', 'parameter')
     assert verdicts[0.05] == 'consistent'
 
@@ -117,12 +126,7 @@ def test_supply_that_varies_between_recordings_is_no_condition_of_the_next(tmp_p
         off = configured('cylinder_1', seed=seed, supply_pressure=1.03 * stated)
         bags.append(simulate(off, 0.34, 6.0, tmp_path / f'run_{seed}'))
         (bags[-1] / 'conditions.yaml').write_text(f'supply_pressure: {stated} Pa\n')
-    verdicts = {}
-    for spread in (0.0, 0.02):
-        system = replace(system_of(tmp_path, rig), repeatability={'supply_pressure': spread})
-        path = tmp_path / f'model_{spread}.yaml'
-        path.write_text(system.to_yaml())
-        verdicts[spread] = diagnose(bags, path).verdict
+    verdicts = verdicts_with(tmp_path, bags, 'supply_pressure', (0.0, 0.02))
     assert verdicts == {0.0: 'conditions', 0.02: 'consistent'}
 
 

@@ -74,6 +74,9 @@ def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_pat
     assert data['verdict'] == 'consistent'
     assert data['sentence'].startswith('Except in run_2, model and measurement agree')
     assert {name for residual in data['where'] for name in residual['recordings']} >= {'run_2'}
+    levels = {each['recording']: each['value'] for each in data['each_recording']}
+    expected = {f'run_{i}': WORN if i == 2 else 1.0 for i in range(RUNS + 1)}
+    assert levels == pytest.approx(expected, abs=0.015)
     (row,) = data['differing_recordings']
     assert row['recording'] == 'run_2'
     assert f'its friction_level is {100.0 * row["difference"]:.3g} +- ' in data['sentence']

@@ -83,7 +83,7 @@ class RandomEffects(NamedTuple):
 
     :param spreads: standard deviations between the recordings, 0 of quantities that do not differ,
         shape (k,)
-    :param values: in each recording, shape (recordings, k)
+    :param values: in each recording, of quantities that differ, shape (recordings, k)
     :param deviations: standard deviations of the values, shape (recordings, k)
     """
 
@@ -137,7 +137,21 @@ def random_effects(data: Information) -> RandomEffects:
         if gains[least] >= LEAST_GAIN:
             break
         variances, active = smaller[least], [q for i, q in enumerate(active) if i != least]
-    return _shrunk(data, variances)
+    return _of_those_that_differ(data, variances > 0.0)
+
+
+def _of_those_that_differ(data: Information, differs: Flags) -> RandomEffects:
+    """
+    Return the effects of some quantities, and zeros for the others, which are as in the model.
+
+    If common values of the others were estimated, too, they would bias those that differ.
+    """
+    own, shape = data.only(differs), data.gradients.shape
+    effects = RandomEffects(np.zeros(shape[1]), np.zeros(shape), np.zeros(shape))
+    found = _shrunk(own, _likeliest(own, range(int(differs.sum()))))
+    for whole, part in zip(effects, found, strict=True):
+        whole[..., differs] = part
+    return effects
 
 
 def log_likelihood(data: Information, variances: Floats) -> float:

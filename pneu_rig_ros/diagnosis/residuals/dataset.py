@@ -91,7 +91,8 @@ class Dataset:
         noise = partial(noise_model, hypothesis, copies=copies)
         noises = map_runs(noise, runs, rng.spawn(count))
         varying = map_runs(partial(varying_columns, hypothesis), runs)
-        noises = [each.with_shared(columns) for each, columns in zip(noises, varying, strict=True)]
+        pairs = zip(noises, varying, strict=True)
+        noises = [model.with_shared(columns) for model, columns in pairs]
         biased = tuple(with_bias(*pair, inflation.bias) for pair in zip(noises, runs, strict=True))
         clocks = map_runs(partial(clock_column, hypothesis), runs)
         return cls(hypothesis, runs, biased, inflation, tuple(clocks))

@@ -81,13 +81,13 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
     formula = score(Fit(terms), search.hypothesis, *data)
     contest = Contest(
         # on the data on which the description was judged, with their noise
-        remaining_share(search.held_out, search.hypothesis, explanation.apply(search.given)),
-        reported,
-        description.gap_left,
-        improves(formula, score(Fit(explanation), search.given, *data)),
-        len(terms.coordinates) <= len(explanation.coordinates),
-        any(part.is_effect for part in explanation.parts),
-        discrepant,
+        left=remaining_share(search.held_out, search.hypothesis, explanation.apply(search.given)),
+        reported=reported,
+        described=description.gap_left,
+        likelier=improves(formula, score(Fit(explanation), search.given, *data)),
+        as_simple=len(terms.coordinates) <= len(explanation.coordinates),
+        is_effect=any(part.is_effect for part in explanation.parts),
+        discrepant=discrepant,
     )
     if not contest.name_stays:
         return description
