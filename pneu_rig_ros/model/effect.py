@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import compiled
@@ -232,9 +232,11 @@ class Effect:
     :param clock: names of parameters that replace those of the dwell clock of the law
     :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
+    :param strengths: names of the parameters to which the contribution is proportional as a whole;
+        none named: those in the unit of the first one
     :param describes: whether it only describes what has no name yet: no candidate for a name; a
-        parameter in another unit than the first one is then a constant of the terms, and a state
-        has the name of its coefficient
+        parameter that is no strength is then a constant of the terms, and a state has the name of
+        its coefficient
     :param drivers: variables over which its form may differ, see ``shape``, first the likeliest
     :param needs: without any of which it does not show in a part of a rig
     :param fastest: ``f(parameters, model)``, the shortest time in which its states change [s];
@@ -255,6 +257,7 @@ class Effect:
     clock: tuple[str, ...] = ()
     stage: int = 0
     states: tuple[str, ...] = ()
+    strengths: tuple[str, ...] = ()
     describes: bool = False
     drivers: tuple[str, ...] = ()
     needs: tuple[Need, ...] = ()
@@ -274,6 +277,14 @@ class Effect:
     def parameters(self) -> type[Any]:
         """The class of the parameters."""
         return type(self.null)
+
+    @cached_property
+    def proportional(self) -> tuple[str, ...]:
+        """Names of the parameters to which the contribution is proportional as a whole."""
+        given = specifications(self.parameters)
+        units = {name: cast(Quantity, each).unit for name, each in given.items()}
+        first = next(iter(units.values()))
+        return self.strengths or tuple(name for name, unit in units.items() if unit == first)
 
     def shortest_time(self, parameters: Any, model: Any) -> float:
         """Return the shortest time in which the states change in a model [s]."""

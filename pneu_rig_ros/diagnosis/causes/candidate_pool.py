@@ -270,10 +270,10 @@ def _of_open_chambers(candidate: Candidate, balances: frozenset[str]) -> Candida
 
 def _laddered(candidate: Candidate) -> Candidate:
     """Return a candidate that starts from multiples of its probes, within its physical range."""
-    unit = candidate.coordinates[0].quantity.unit  # that of its strength
+    strengths = candidate.strengths
     starts = [
         tuple(
-            c.quantity.within(value * factor if c.quantity.unit == unit else value)
+            c.quantity.within(value * factor if c in strengths else value)
             for c, value in zip(candidate.coordinates, probe, strict=True)
         )
         for probe in candidate.starts

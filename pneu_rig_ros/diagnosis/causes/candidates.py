@@ -142,6 +142,19 @@ class Candidate:
             return SENSOR
         return GAS if balance in GAS_BALANCES else FORCE
 
+    @property
+    def strengths(self) -> list[Coordinate]:
+        """Coordinates to which what it changes is proportional, near enough to screen it."""
+        if self.is_effect:
+            names = library.load(self.name).proportional
+            return [coordinate for coordinate in self.coordinates if coordinate.name in names]
+        return list(self.coordinates)
+
+    def amplified(self, values: Sequence[float], factor: float) -> tuple[float, ...]:
+        """Return values with which it changes a multiple, within their ranges [SI]."""
+        strengths, pairs = self.strengths, zip(self.coordinates, values, strict=True)
+        return tuple(c.amplified(v, factor) if c in strengths else v for c, v in pairs)
+
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
         """Return the hypothesis with this explanation [SI]."""
         if self.is_effect:

@@ -142,9 +142,8 @@ def terms_for(balance: str, search: Search) -> list[Term]:
 
 def _terms_of(effect: Candidate, search: Search) -> list[Term]:
     """Return the terms of an effect, for each value from which a fit of its constant starts."""
-    unit = effect.coordinates[0].quantity.unit
-    linear = [c for c in effect.coordinates if c.quantity.unit == unit]
-    constants = tuple(c for c in effect.coordinates if c.quantity.unit != unit)
+    linear = effect.strengths
+    constants = tuple(c for c in effect.coordinates if c not in linear)
     if not constants:
         return [Term(effect, coordinate) for coordinate in linear]
     (constant,) = constants

@@ -199,9 +199,15 @@ class Remainder:
         if not self.has_cause:
             return bool(residuals) or simulated
         left = self.remaining()
-        if residuals or left > MOST_LEFT_ALONE:
+        if residuals or (left > MOST_LEFT_ALONE and self._left_is_significant()):
             return True
         return simulated and self.cycles_differ() and left > NEGLIGIBLE
+
+    def _left_is_significant(self) -> bool:
+        """Return whether the excess that is left of the held-out data is more than noise."""
+        if self.held_out.cycles is None:
+            return True  # only significant cells count in it
+        return compare_cycles(self.hypothesis, self.held_out.comparisons, self.rng).significant
 
     def closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit, causes: int = 1) -> bool:
         """

@@ -16,6 +16,7 @@ from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.search.fitting import STEP
+from pneu_rig_ros.diagnosis.search.scoring import LIKELY
 
 SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
 """Multiples of a candidate's change of the residuals that are screened [-]."""
@@ -49,7 +50,8 @@ def screen(
     """
     Return the loss that a candidate leaves at the best multiple of the change from each start.
 
-    Simulated cycles do not change in proportion to a cause: there only the starts are compared.
+    Simulated cycles do not change in proportion to a cause: there only the starts are compared, and
+    the strength that the residuals show by themselves.
 
     :param residual: without the candidate, shape (n,)
     :param free: change of the residual by each value of the other causes, which are fitted again
@@ -58,23 +60,32 @@ def screen(
     """
     simulated = dataset.cycles is not None
     shares = np.ones(1) if simulated else SHARES
-    unit = candidate.coordinates[0].quantity.unit  # that of its strength
+    starts = candidate.starts
+    if simulated:
+        starts = (*_shown_by_residuals(candidate, given, dataset.without_cycles, room), *starts)
     results, inverse = [], np.linalg.pinv(free, rcond=STEP)
-    for start in candidate.starts:
+    for start in starts:
         change = dataset.residual(candidate.apply(given, start)) - residual
         left = [residual + share * change for share in shares]
         shifts = [np.clip(-inverse @ each, *room) for each in left]
         losses = [loss(each + free @ shift) for each, shift in zip(left, shifts, strict=True)]
         best = int(np.argmin(losses))
-        values = tuple(
-            c.amplified(value, float(shares[best])) if c.quantity.unit == unit else value
-            for c, value in zip(candidate.coordinates, start, strict=True)
-        )
+        values = candidate.amplified(start, float(shares[best]))
         results.append((losses[best], values, tuple(shifts[best].tolist())))
     results.sort(key=lambda result: result[0])
     count = 2 if simulated and len(candidate.coordinates) > 1 else 1
     least, _, shift = results[0]
     return Screened(candidate, tuple(values for _, values, _ in results[:count]), least, shift)
+
+
+def _shown_by_residuals(
+    candidate: Candidate, given: Hypothesis, dataset: Dataset, room: tuple[Floats, Floats]
+) -> tuple[tuple[float, ...], ...]:
+    """Return the values of a candidate by the residuals alone, none where it gains too little."""
+    residual = dataset.residual(given)
+    others = np.zeros((residual.size, room[0].size))  # stay as they are
+    found = screen(candidate, given, dataset, residual, others, room)
+    return found.starts if found.loss < loss(residual) - LIKELY else ()
 
 
 def changes(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:

@@ -53,7 +53,9 @@ EFFECT = Effect(
     'Vibroimpact, J. Appl. Mech. 42 (1975), with a linear spring',
     null=Parameters(0.01, 0.0, 0.0),
     contribution=contribution,
+    strengths=('stiffness', 'damping'),
     probes=(
+        Parameters(0.01, 500.0, 50.0),
         Parameters(0.02, 500.0, 50.0),
         Parameters(0.03, 200.0, 500.0),
         Parameters(0.02, 5e3, 200.0),
