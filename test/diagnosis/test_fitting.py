@@ -3,11 +3,12 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.multi_start import over_ridges
 from pneu_rig_ros.diagnosis.search.screening import changes, screen
@@ -63,3 +64,27 @@ def test_other_causes_help_a_candidate_within_their_bounds_alone(tmp_path: Path)
     assert left(1.0) < 0.5 * alone
     below, above = base.room
     assert below < 0.0 < above
+
+
+def test_strength_that_the_residuals_show_is_a_start_beside_simulated_cycles(
+    tmp_path: Path,
+) -> None:
+    """A cushion of a fifth of the weakest probe: in simulation each probe is worse than none."""
+    cushion = library.load('end_cushion').parameters(0.01, 100.0, 10.0)
+    system = system_of(tmp_path, configured('cylinder_1'))
+    given, rng = system.hypothesis, np.random.default_rng(0)
+    # creep into the cushion of the outer end, back, and into it once more
+    timeline = ((0.34, 4.0), (0.0, 1.0), (-0.45, 2.0), (0.34, 2.5), (0.0, 1.0))
+    rig = configured('cylinder_1', {'end_cushion': cushion}, initial_position=0.275)
+    runs = [measured(system, 'run', rig, timeline)]
+    data = Dataset.of(given, [Comparison(run) for run in runs], rng).with_cycles(given, rng)
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'end_cushion')
+
+    residual, nothing = data.residual(given), (np.zeros(0), np.zeros(0))
+    found = screen(cause, given, data, residual, np.zeros((residual.size, 0)), nothing)
+    probes = [loss(data.residual(cause.apply(given, probe))) for probe in cause.starts]
+    assert found.loss < loss(residual) < min(probes)
+    assert found.loss == loss(data.residual(cause.apply(given, found.starts[0])))
+    length, stiffness, damping = found.starts[0]
+    assert (length, stiffness / damping) == (0.01, pytest.approx(10.0))
+    assert 20.0 < stiffness < 250.0

@@ -7,6 +7,7 @@ import numpy as np
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.search.fitting import Fit
@@ -107,3 +108,29 @@ def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(tmp_path:
     assert not significant(other, same)
     assert significant(other, other)
     assert significant(far, same)
+
+
+def test_share_that_is_left_counts_only_if_the_cycles_of_held_out_data_are_off(
+    tmp_path: Path,
+) -> None:
+    """A true model leaves all of the excess of its own cycles, which is noise."""
+    system = system_of(tmp_path, configured('cylinder_1'))
+    hypothesis, rng = system.hypothesis, np.random.default_rng(0)
+    runs = [measured(system, str(seed), configured('cylinder_1', seed=seed)) for seed in (0, 1)]
+    training, held_out = (
+        Dataset.of(hypothesis, [Comparison(run)], rng).with_cycles(hypothesis, rng) for run in runs
+    )
+
+    def leaves_something(given: Hypothesis) -> bool:
+        search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
+        search.best = score(Fit(Explanation()), given, training, held_out)
+        assert search.has_cause
+        assert search.remaining() == 1.0
+        return search.leaves_something([])
+
+    friction = hypothesis.model.friction
+    sticky = hypothesis.with_parameter(
+        'friction', 'breakaway_force', 2.0 * friction.breakaway_force
+    )
+    assert not leaves_something(hypothesis)
+    assert leaves_something(sticky)

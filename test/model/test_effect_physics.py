@@ -324,6 +324,11 @@ def test_cushion_never_pulls_and_gives_no_energy() -> None:
             assert force(depth, speed) > force(depth, 0.0) > force(depth, -speed) >= 0.0
     cap = contribute('end_cushion', values, position=0.005, velocity=-0.1)[0]
     assert cap == pytest.approx(force(0.015, 0.1))
+    strengths = effects.load('end_cushion').proportional
+    assert strengths == ('stiffness', 'damping')
+    twice = effects.load('end_cushion').parameters(0.02, 2e4, 1e3)
+    pressed = contribute('end_cushion', twice, position=STROKE - 0.01, velocity=0.3)[0]
+    assert -pressed == pytest.approx(2.0 * force(0.01, 0.3))
 
 
 def test_loose_load_swings_at_its_frequency_and_keeps_its_momentum() -> None:

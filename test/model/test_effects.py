@@ -90,6 +90,7 @@ def test_effect_describes_itself(name: str) -> None:
     assert 2 <= len(effect.probes) <= 12  # each is screened
     assert effect.null not in effect.probes
     assert set(effect.laws) <= set(FRICTION_MODELS)
+    assert set(effect.proportional) <= set(effect.parameters._fields)
 
 
 @pytest.mark.parametrize(

@@ -50,8 +50,8 @@ def screen(
     """
     Return the loss that a candidate leaves at the best multiple of the change from each start.
 
-    Simulated cycles do not change in proportion to a cause: there only the starts are compared, and
-    the strength that the residuals show by themselves.
+    Simulated cycles do not change in proportion to a cause: there only the starts are compared,
+    and the strength that the residuals show by themselves.
 
     :param residual: without the candidate, shape (n,)
     :param free: change of the residual by each value of the other causes, which are fitted again

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
 from pneu_rig_ros.diagnosis.search.empirical import Description, describe
@@ -50,21 +52,33 @@ class Contest(NamedTuple):
     def name_stays(self) -> bool:
         """Whether the name leaves little, and about as little as the description."""
         beaten = self.likelier and NOISE_ERROR * self.described < self.left
-        most = MOST_LEFT if beaten else MOST_LEFT_ALONE
-        if (
-            not beaten and self.reported <= MOST_LEFT
-        ):  # most of what is left is noise if it is true
-            most = MOST_LEFT_OF_ALL
-        # a parameter keeps the form of the model: much of what it leaves has another cause, unless
-        # it is little under the noise of the given model, and no formula is likelier
-        little = self.left <= MOST_LEFT and not self.likelier
-        if self.discrepant and self.is_effect:
-            most = MOST_LEFT_OF_ALL
-        elif self.reported > (MOST_LEFT_REPORTED if self.is_effect or little else MOST_LEFT):
-            return False
         much_better = self.left > NEGLIGIBLE and self.described < MUCH_BETTER * self.left
         as_simple = self.as_simple and not self.discrepant
-        return self.left <= most and not (self.likelier and (much_better or as_simple))
+        if self.likelier and (much_better or as_simple):
+            return False
+        return self.left <= self._most(beaten) and self.reported <= self._most_reported
+
+    def _most(self, beaten: bool) -> float:
+        """Return the largest share that the name may leave under the noise of the given model."""
+        if self.discrepant and self.is_effect:
+            return MOST_LEFT_OF_ALL
+        if beaten:
+            return MOST_LEFT
+        # else most of what is left is noise if the name is true
+        return MOST_LEFT_OF_ALL if self.reported <= MOST_LEFT else MOST_LEFT_ALONE
+
+    @property
+    def _most_reported(self) -> float:
+        """
+        The largest share that the name may leave as reported.
+
+        A parameter keeps the form of the model: much of what it leaves has another cause, unless
+        it is little under the noise of the given model, and no formula is likelier.
+        """
+        if self.discrepant and self.is_effect:
+            return np.inf
+        little = self.left <= MOST_LEFT and not self.likelier
+        return MOST_LEFT_REPORTED if self.is_effect or little else MOST_LEFT
 
 
 def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
