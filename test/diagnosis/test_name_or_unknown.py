@@ -18,7 +18,7 @@ LIKELIER, SIMPLE = True, True
         Contest(0.45, 0.50, 0.90, not LIKELIER, not SIMPLE),
         # what is left under the given model is noise if the name is true
         Contest(0.56, 0.13, 0.57, not LIKELIER, not SIMPLE),
-        Contest(0.10, 0.50, 0.00, not LIKELIER, not SIMPLE, is_effect=False),  # a weak parameter
+        Contest(0.10, 0.00, 0.00, not LIKELIER, not SIMPLE, is_effect=False),  # a weak parameter
         Contest(0.90, 0.90, 0.80, LIKELIER, SIMPLE, discrepant=True),
     ],
 )
@@ -36,7 +36,7 @@ def test_name_stays(contest: Contest) -> None:
         Contest(0.40, 0.80, 0.90, not LIKELIER, not SIMPLE),
         Contest(0.10, 0.30, 0.10, LIKELIER, not SIMPLE, is_effect=False),
         Contest(0.30, 0.30, 0.90, not LIKELIER, not SIMPLE, is_effect=False),
-        Contest(0.10, 0.80, 0.90, not LIKELIER, not SIMPLE, is_effect=False),
+        Contest(0.00, 0.47, 1.00, not LIKELIER, not SIMPLE, is_effect=False),
         Contest(0.96, 0.10, 0.97, not LIKELIER, not SIMPLE),
         Contest(0.90, 0.90, 0.40, LIKELIER, not SIMPLE, discrepant=True),
     ],

@@ -198,16 +198,22 @@ class Remainder:
         simulated = self.training.cycles is not None
         if not self.has_cause:
             return bool(residuals) or simulated
-        left = self.remaining()
-        if residuals or (left > MOST_LEFT_ALONE and self._left_is_significant()):
+        if residuals or self.remaining_beyond_noise() > MOST_LEFT_ALONE:
             return True
-        return simulated and self.cycles_differ() and left > NEGLIGIBLE
+        return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
 
-    def _left_is_significant(self) -> bool:
-        """Return whether the excess that is left of the held-out data is more than noise."""
-        if self.held_out.cycles is None:
-            return True  # only significant cells count in it
-        return compare_cycles(self.hypothesis, self.held_out.comparisons, self.rng).significant
+    def remaining_beyond_noise(self) -> float:
+        """
+        Return the share of the excess that remains, 0 where what remains is noise.
+
+        Of residuals only significant cells count in it; simulated cycles are noise if they are no
+        farther off than those of replicates.
+        """
+        if self.held_out.cycles is not None:
+            test = compare_cycles(self.hypothesis, self.held_out.comparisons, self.rng)
+            if not test.significant:
+                return 0.0
+        return self.remaining()
 
     def closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit, causes: int = 1) -> bool:
         """

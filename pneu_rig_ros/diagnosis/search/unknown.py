@@ -32,7 +32,8 @@ class Contest(NamedTuple):
     A name beside a description, on the held-out data.
 
     :param left: share of the excess that the name leaves, with the noise under the given model [-]
-    :param reported: the same with the noise that the data have if it is true [-]
+    :param reported: the same with the noise that the data have if it is true, 0 if what it leaves
+        then is noise [-]
     :param described: what the description leaves, as ``left`` [-]
     :param likelier: whether the description is, decisively
     :param as_simple: whether it has no more fitted values than the name
@@ -72,18 +73,17 @@ class Contest(NamedTuple):
         """
         The largest share that the name may leave as reported.
 
-        A parameter keeps the form of the model: much of what it leaves has another cause, unless
-        it is little under the noise of the given model, and no formula is likelier.
+        A parameter keeps the form of the model: much of what it leaves has another cause.
         """
         if self.discrepant and self.is_effect:
             return np.inf
-        little = self.left <= MOST_LEFT and not self.likelier
-        return MOST_LEFT_REPORTED if self.is_effect or little else MOST_LEFT
+        return MOST_LEFT_REPORTED if self.is_effect else MOST_LEFT
 
 
 def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
     """Return empirical terms in place of the best explanation; None where that is as good."""
-    named, data, reported = search.best, (search.training, search.held_out), search.remaining()
+    named, data = search.best, (search.training, search.held_out)
+    reported = search.remaining_beyond_noise() if search.has_cause else 1.0
     discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
     search.restart()
     if search.residuals_significant and adopt_profile(search, named):
