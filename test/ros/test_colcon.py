@@ -18,6 +18,10 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState
 
+from pneu_rig_ros.records.bag import open_bag
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
+
 from .domain import own_domain
 
 PACKAGE = 'pneu_rig_ros'
@@ -231,6 +235,23 @@ def test_launch_file_that_fails_ends_all_with_code_1(
     output, _ = run.communicate(timeout=PATIENCE)  # also ends when no process holds its pipe
     assert run.returncode == 1, output
     assert message in output  # launch_ros may add a traceback of its own wait for a service
+
+
+@pytest.mark.live
+def test_model_beside_a_bag_ends_with_it_and_is_recorded(workspace: Path) -> None:
+    pytest.importorskip('launch_ros', reason='no ROS 2 launch')
+    simulate(load_configuration('cylinder_1'), 0.3, 5.0, workspace / 'bag')
+    words = (
+        f'shadow model:=cylinder_1 bag:={workspace}/bag record:=true output:={workspace}/shadow'
+    )
+    run = sourced(workspace, sys.executable, '-c', LAUNCH, *words.split())
+    output, _ = run.communicate(timeout=PATIENCE)
+    assert run.returncode == 0, output
+    with open_bag(workspace / 'shadow') as bag:
+        counts = {connection.topic: connection.msgcount for connection in bag.connections}
+    samples = round(5.0 / 1.16e-3) + 1
+    assert counts['/joint_states'] == samples
+    assert counts['/predicted/joint_states'] > 0.9 * samples
 
 
 @pytest.fixture(scope='module')
