@@ -56,3 +56,21 @@ def test_only_an_empirical_term_may_change_its_sign(tmp_path: Path) -> None:
     law = f'effects: {{position_dependent_friction: {{gradient: 0.1 -, shape: {shape}}}}}\n'
     with pytest.raises(RigError, match=r'times\[0\]: -1 is not within 0.01 to 100'):
         load_system(system_file(tmp_path, BENCH + law))
+
+
+def test_profile_that_leaves_a_third_stays_where_no_description_leaves_less(
+    tmp_path: Path,
+) -> None:
+    """Waves along the stroke, and a force that changes at random once a second."""
+    tables = []
+    for i, gauge in enumerate((1e5, 3e5, 5e5)):
+        run = bench_run(i, gauge, 0.0, wave=WAVE)
+        levels = np.random.default_rng(100 + i).normal(0.0, 0.2, 12)
+        run['force'] += np.repeat(levels, run['force'].size // 12)
+        tables.append(table(tmp_path / f'run_{i}.csv', 0.01, run))
+    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
+    data = answer(diagnose(tables[:2], system_file(tmp_path, BENCH), tables[2:], mapping=known))
+    assert 0.21 < 1.0 - data['gap']['cut'] < 0.4
+    assert data['verdict'] == 'effect'
+    assert [effect['name'] for effect in data['effects']] == ['position_dependent_friction']
+    assert data['effects'][0]['shape']['variable'] == 'position'

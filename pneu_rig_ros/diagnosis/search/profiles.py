@@ -21,14 +21,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.empirical import projection, robust_weights
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
-from pneu_rig_ros.diagnosis.search.scoring import (
-    MOST_LEFT,
-    MUCH_BETTER,
-    ScoredFit,
-    improves,
-    remaining_share,
-    score,
-)
+from pneu_rig_ros.diagnosis.search.scoring import MUCH_BETTER, ScoredFit, improves, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import map_tasks
 from pneu_rig_ros.model import effects as library
@@ -153,47 +146,45 @@ def profiles(search: Search) -> Iterator[Profile]:
             yield Profile(kind.mechanism, cause.balance, coordinates, starts, kind=kind, at=at)
 
 
-def adopt_profile(search: Search, named: ScoredFit | None) -> bool:
+def rival_profile(search: Search, named: ScoredFit | None) -> ScoredFit | None:
     """
-    Take the best profile for the explanation where it closes the gap and no named cause does.
+    Return the likeliest profile in place of a cause, None where a name is as good.
 
-    It has to leave as little as a named cause may, less than half of what that leaves, and to be
-    decisively likelier.
+    It has to leave less than half of what the name leaves, and to be decisively likelier.
 
-    :param named: the best explanation so far, before the search returned to its start
+    :param search: returned to its start, without simulation
+    :param named: the best explanation so far
     """
-    profile = best_profile(search)
+    profile = _likeliest(search)
     if profile is None:
-        return False
-    training, held_out = (data.without_cycles for data in (search.training, search.held_out))
-    parts = Explanation() if named is None else named.explanation
-    other = score(Fit(parts), search.given, training, held_out)
+        return None
+    start = Explanation() if named is None else named.explanation
+    other = score(Fit(start), search.given, search.training, search.held_out)
+    less = search.left_by(profile) <= MUCH_BETTER * search.left_by(other)
+    return profile if less and improves(profile, other) else None
 
-    def left(fit: ScoredFit) -> float:
-        return remaining_share(held_out, search.hypothesis, fit.explanation.apply(search.given))
 
-    little = left(profile) <= min(MOST_LEFT, MUCH_BETTER * left(other))
-    if not little or not improves(profile, other):
-        return False
+def adopt(search: Search, profile: ScoredFit) -> None:
+    """Take a profile for the explanation."""
     search.best = profile
     # others are compared with it under the same noise
-    others = [score(each, search.given, training, held_out) for each in search.ranking]
-    search.ranking = [profile, *others]
-    return True
+    data = search.training, search.held_out
+    search.ranking = [profile, *(score(each, search.given, *data) for each in search.ranking)]
 
 
-def best_profile(search: Search) -> ScoredFit | None:
-    """Return the likeliest profile in place of a cause, None where there is none."""
-    training, held_out = (data.without_cycles for data in (search.training, search.held_out))
-    given = search.hypothesis
-    residual = training.residual(given)
+def _likeliest(search: Search) -> ScoredFit | None:
+    """Return the likeliest profile, None where there is none."""
+    given, data = search.hypothesis, (search.training, search.held_out)
+    residual = search.training.residual(given)
     candidates = list(profiles(search))
-    explained = map_tasks(search.executor, _explained, candidates, given, training, residual)
+    explained = map_tasks(
+        search.executor, _explained, candidates, given, search.training, residual
+    )
     order = np.argsort(explained, kind='stable')[::-1][:FITTED]
     start = Explanation() if search.best is None else search.best.explanation
     starts = [start.with_part(candidates[i], candidates[i].starts[0]) for i in order]
-    fits = map_tasks(search.executor, fit, starts, search.given, training, ROUNDS)
-    scored = [score(each, search.given, training, held_out) for each in fits]
+    fits = map_tasks(search.executor, fit, starts, search.given, search.training, ROUNDS)
+    scored = [score(each, search.given, *data) for each in fits]
     return min(scored, key=lambda each: each.cost, default=None)
 
 

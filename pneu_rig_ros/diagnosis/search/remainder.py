@@ -18,6 +18,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
 )
 from pneu_rig_ros.diagnosis.residuals.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
+from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT,
     MOST_LEFT_ALONE,
@@ -154,6 +155,10 @@ class Remainder:
     def left_of(self, dataset: Dataset) -> float:
         """Return the share of the excess on a dataset that the best explanation leaves [-]."""
         return remaining_share(dataset, self.given, self.hypothesis)
+
+    def left_by(self, fit: Fit) -> float:
+        """Return the share of the excess on the held-out data that another explanation leaves."""
+        return remaining_share(self.held_out, self.hypothesis, fit.explanation.apply(self.given))
 
     def remaining(self) -> float:
         """Return the same of the held-out data."""

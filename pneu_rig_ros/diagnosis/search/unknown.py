@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.residuals.dataset import rms
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
 from pneu_rig_ros.diagnosis.search.empirical import Description, describe
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
-from pneu_rig_ros.diagnosis.search.profiles import adopt_profile
+from pneu_rig_ros.diagnosis.search.profiles import adopt, rival_profile
 from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT,
@@ -20,8 +20,8 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT_OF_ALL,
     MOST_LEFT_REPORTED,
     MUCH_BETTER,
+    ScoredFit,
     improves,
-    remaining_share,
     score,
 )
 from pneu_rig_ros.diagnosis.search.selection import Search
@@ -81,21 +81,56 @@ class Contest(NamedTuple):
 
 
 def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
-    """Return empirical terms in place of the best explanation; None where that is as good."""
+    """
+    Return empirical terms in place of the best explanation.
+
+    None where that is as good, or a profile of a mechanism is, which is then the best explanation.
+    """
     named, data = search.best, (search.training, search.held_out)
-    reported = search.remaining_beyond_noise() if search.has_cause else 1.0
-    discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
+    has_cause, discrepant = search.has_cause, is_discrepant(search)
+    reported = search.remaining_beyond_noise() if has_cause else 1.0
     search.restart()
-    if search.residuals_significant and adopt_profile(search, named):
+    profile = rival_profile(search, named) if search.residuals_significant else None
+    if profile is not None and search.left_by(profile) <= MOST_LEFT:
+        adopt(search, profile)
         return None
     description = describe(search, (where or search.cycle_residuals())[0])
-    if named is None or named is search.calibrated:
+    if profile is not None:
+        start, left = (search.training, search.held_out), search.left_by(profile)
+        if contest(search, profile, description, start, left).name_stays:
+            adopt(search, profile)
+            return None
+    if named is None or not has_cause:
         return description
-    terms, explanation = description.explanation, named.explanation
+    if not contest(search, named, description, data, reported, discrepant).name_stays:
+        return description
+    search.best, (search.training, search.held_out) = named, data
+    return None
+
+
+def is_discrepant(search: Search) -> bool:
+    """Return whether the best explanation is off by so much that noise is no measure."""
+    return rms(search.training.whitened(search.hypothesis)) > DISCREPANT
+
+
+def contest(
+    search: Search,
+    name: ScoredFit,
+    description: Description,
+    data: tuple[Dataset, Dataset],
+    reported: float,
+    discrepant: bool = False,
+) -> Contest:
+    """
+    Return a name beside a description that a search has found from its start.
+
+    :param data: with which they are compared, training and held-out
+    """
+    terms, explanation = description.explanation, name.explanation
     formula = score(Fit(terms), search.hypothesis, *data)
-    contest = Contest(
+    return Contest(
         # on the data on which the description was judged, with their noise
-        left=remaining_share(search.held_out, search.hypothesis, explanation.apply(search.given)),
+        left=search.left_by(name),
         reported=reported,
         described=description.gap_left,
         likelier=improves(formula, score(Fit(explanation), search.given, *data)),
@@ -103,7 +138,3 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
         is_effect=any(part.is_effect for part in explanation.parts),
         discrepant=discrepant,
     )
-    if not contest.name_stays:
-        return description
-    search.best, (search.training, search.held_out) = named, data
-    return None
