@@ -20,11 +20,13 @@ from pneu_rig_ros.diagnosis.residuals.shooting import CycleTest, compare_cycles
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.scoring import (
+    DECISIVE,
     MOST_LEFT,
     MOST_LEFT_ALONE,
     ScoredFit,
     excess,
     remaining_share,
+    residual_excess,
 )
 
 NEGLIGIBLE = 0.03
@@ -139,11 +141,26 @@ class Remainder:
         return alone and self.remaining() < MOST_LEFT_ALONE
 
     def _by_chance(self, found: Sequence[SignificantResidual]) -> bool:
-        """Return whether what an accepted cause leaves is little, and not in the held-out data."""
+        """
+        Return whether what an accepted cause leaves is little, and not in the held-out data.
+
+        What it leaves as it was, in a balance on which it does not act, is not little.
+        """
         training = self.training.without_cycles
         if not self.has_cause or self.left_of(training) > MOST_LEFT:
             return False
-        return not {each.balance for each in found} & self._disagreeing(self.held_out)
+        balances = {each.balance for each in found}
+        clear = {each.balance for each in found if each.p_value < np.exp(-DECISIVE)}
+        if any(self._left_in(name, training) > MOST_LEFT for name in clear):
+            return False
+        return not balances & self._disagreeing(self.held_out)
+
+    def _left_in(self, balance: str, dataset: Dataset) -> float:
+        """Return the share of the excess in a balance that the best explanation leaves [-]."""
+        before, after = (
+            residual_excess(dataset, each, (balance,)) for each in (self.given, self.hypothesis)
+        )
+        return after / before if before > 0.0 else 1.0
 
     def _disagreeing(self, dataset: Dataset) -> set[str]:
         """Return the balances with significant residuals in a dataset."""

@@ -16,6 +16,7 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.localisation import significant_cells
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
@@ -129,17 +130,24 @@ def ambiguous(fits: Sequence[ScoredFit]) -> bool:
 
 
 def excess(dataset: Dataset, hypothesis: Hypothesis) -> float:
-    """
-    Return the misfit beyond the noise [-]: of the cycles if simulated, else of residuals.
-
-    That of residuals is the root of the sum of squares in the cells in which they are significant:
-    a local one does not drown in the noise of all others.
-    """
+    """Return the misfit beyond the noise [-]: of the cycles if simulated, else of residuals."""
     if dataset.cycles is None:
-        significant = significant_cells(windows_of(dataset, hypothesis))
-        return float(np.sqrt(sum(test.excess for _, test in significant)))
+        return residual_excess(dataset, hypothesis)
     losses = dataset.cycles.losses(hypothesis) - TRUE_LOSS
     return max(float(losses.mean()), 0.0)
+
+
+def residual_excess(
+    dataset: Dataset, hypothesis: Hypothesis, balances: Sequence[str] = BALANCES
+) -> float:
+    """
+    Return the misfit of residuals beyond the noise, in some balances [-].
+
+    It is the root of the sum of squares in the cells in which they are significant: a local one
+    does not drown in the noise of all others.
+    """
+    significant = significant_cells(windows_of(dataset, hypothesis))
+    return float(np.sqrt(sum(t.excess for cell, t in significant if cell.place[0] in balances)))
 
 
 def remaining_share(dataset: Dataset, before: Hypothesis, after: Hypothesis) -> float:
