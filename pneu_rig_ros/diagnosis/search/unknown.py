@@ -124,16 +124,20 @@ def contest(
     """
     Return a name beside a description that a search has found from its start.
 
-    :param data: with which they are compared, training and held-out
+    Residuals alone compare them: a description is not fitted to simulated cycles.
+
+    :param data: with whose noise they are compared, training and held-out
     """
     terms, explanation = description.explanation, name.explanation
-    formula = score(Fit(terms), search.hypothesis, *data)
+    training, held_out = (each.without_cycles for each in data)
+    formula = score(Fit(terms), search.hypothesis, training, held_out)
+    named = score(Fit(explanation), search.given, training, held_out)
     return Contest(
         # on the data on which the description was judged, with their noise
         left=search.left_by(name),
         reported=reported,
         described=description.gap_left,
-        likelier=improves(formula, score(Fit(explanation), search.given, *data)),
+        likelier=improves(formula, named),
         as_simple=len(terms.coordinates) <= len(explanation.coordinates),
         is_effect=any(part.is_effect for part in explanation.parts),
         discrepant=discrepant,
