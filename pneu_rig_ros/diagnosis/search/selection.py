@@ -17,7 +17,14 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED, Growth
 from pneu_rig_ros.diagnosis.search.noise_gain import chosen_beyond_noise
-from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, improves, preferred, score
+from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
+from pneu_rig_ros.diagnosis.search.scoring import (
+    ScoredFit,
+    improves,
+    preferred,
+    residual_excess,
+    score,
+)
 
 MOST_CAUSES = 3
 """Causes of an explanation at most."""
@@ -74,7 +81,7 @@ class Search(Growth):
             self.ranking += [chosen, *fits]
             if len(accepted.explanation.parts) > len(chosen.explanation.parts):
                 break
-            beam = beam_of(accepted, fits)
+            beam = self._beam(accepted, fits)
         return self.best
 
     def causes(self, explanation: Explanation) -> list[str]:
@@ -131,7 +138,7 @@ class Search(Growth):
             return accepted
         further = None
         if size < MOST_CAUSES and not (enough or self.weak):
-            further = self._with_one_more(beam_of(accepted, fits), smaller, size + 1)
+            further = self._with_one_more(self._beam(accepted, fits), smaller, size + 1)
         if further is None:
             self.best, self.training, self.held_out = before
         return further
@@ -151,6 +158,21 @@ class Search(Growth):
         self.ranking += [chosen, *fits]
         return both
 
+    def _beam(self, accepted: ScoredFit, fits: Sequence[ScoredFit]) -> list[Explanation]:
+        """
+        Return the explanations that grow further: the accepted one, and the best others.
+
+        Beside one that leaves next to nothing no other is likely to be part of the right one.
+        """
+        own = accepted.explanation
+        before, after = (
+            residual_excess(self.training, each) for each in (self.given, self.hypothesis)
+        )
+        if after < NEGLIGIBLE * before:
+            return [own]
+        others = [each.explanation for each in sorted(fits, key=lambda fit: fit.cost)]
+        return [own, *(each for each in others if each.name != own.name)][:BEAM]
+
     def _renewed(self, chosen: ScoredFit) -> ScoredFit:
         """Return an explanation fitted with the noise that the data have if it is true."""
         explanation = self.fit_thoroughly(chosen.explanation).explanation
@@ -164,10 +186,3 @@ class Search(Growth):
         again = fit(explanation, self.given, self.training, FINAL_ROUNDS)
         self.best = score(again, self.given, self.training, self.held_out)
         return self.best
-
-
-def beam_of(accepted: ScoredFit, fits: Sequence[ScoredFit]) -> list[Explanation]:
-    """Return the explanations that grow further: the accepted one, and the best others."""
-    own = accepted.explanation
-    others = [each.explanation for each in sorted(fits, key=lambda fit: fit.cost)]
-    return [own, *(each for each in others if each.name != own.name)][:BEAM]

@@ -109,7 +109,7 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
 
 
 def is_discrepant(search: Search) -> bool:
-    """Return whether the best explanation is off by so much that noise is no measure."""
+    """Return whether the best explanation is off by more than any noise."""
     return rms(search.training.whitened(search.hypothesis)) > DISCREPANT
 
 
