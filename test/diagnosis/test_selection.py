@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.search.fitting import Fit
-from pneu_rig_ros.diagnosis.search.scoring import score
+from pneu_rig_ros.diagnosis.search.scoring import MOST_LEFT, score
 from pneu_rig_ros.diagnosis.search.selection import Search
+from pneu_rig_ros.model import effects as library
 
 from .runs import configured, measured, system_of
 
@@ -134,3 +136,27 @@ def test_share_that_is_left_counts_only_if_the_cycles_of_held_out_data_are_off(
     )
     assert not leaves_something(hypothesis)
     assert leaves_something(sticky)
+
+
+def test_residual_of_a_balance_on_which_no_cause_acts_is_evidence_however_small(
+    tmp_path: Path,
+) -> None:
+    """A wrong level of friction makes nearly all of the gap, a leak in one recording the rest."""
+    system = system_of(tmp_path, configured('cylinder_1'))
+    rng, right = np.random.default_rng(0), system.hypothesis
+    coulomb = right.model.friction.coulomb_force
+    given = right.with_parameter('friction', 'coulomb_force', 3.0 * coulomb)
+    leak = library.load('chamber_leak').parameters(0.0, 3e-9)
+
+    def data(effects: dict[str, Any], seed: int) -> Dataset:
+        run = measured(system, str(seed), configured('cylinder_1', effects, seed=seed))
+        return Dataset.of(right, [Comparison(run)], rng)
+
+    training, held_out = data({'chamber_leak': leak}, 0), data({}, 1)
+    runs = [each.comparisons[0].run for each in (training, held_out)]
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'friction.coulomb_force')
+    search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
+    found = Fit(Explanation().with_part(cause, (coulomb,)))
+    search.best = score(found, given, training, held_out)
+    assert search.left_of(training) < MOST_LEFT
+    assert {residual.balance for residual in search.significant()} == {'gas_2'}
