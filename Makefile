@@ -37,6 +37,13 @@ help:  ## show this list
 demo: $(READY)  ## run the rig live and record it (CYLINDER=1|2|3 DURATION=seconds U=volts)
 	@$(BIN)/pneu-rig demo --cylinder cylinder_$(CYLINDER) --u $(U) --duration $(DURATION)
 
+# The tests run with ROS 2 Jazzy; this is the demonstration with the other release that has wheels.
+KILTED := build/kilted
+
+.PHONY: kilted
+kilted: $(KILTED)/.ready  ## run the demonstration with ROS 2 Kilted from wheels
+	@env -u FASTRTPS_DEFAULT_PROFILES_FILE $(KILTED)/bin/pneu-rig demo --duration 5  # that is for Jazzy
+
 .PHONY: gap
 gap: $(READY)  ## hide an effect in the rig, find it, close the gap (ARGS='--seed 7')
 	@$(BIN)/pneu-rig gap $(ARGS)
@@ -136,6 +143,13 @@ $(READY): requirements.txt setup.py | $(BIN)/python
 	@echo 'Installing the pinned packages into $(VENV) (once, takes a minute or two) ...'
 	@$(BIN)/python -m pip install -qq --requirement requirements.txt \
 	    && $(BIN)/python -m pip install -qq --no-deps --no-build-isolation --editable . \
+	    || { echo 'error: set-up failed (see above); check the network and run make again' >&2; exit 1; }
+	@touch $@
+
+$(KILTED)/.ready: setup.py $(READY)
+	@echo 'Installing ROS 2 Kilted into $(KILTED) (once, takes a minute or two) ...'
+	@$(BIN)/python -m venv --clear $(KILTED)
+	@$(KILTED)/bin/python -m pip install -qq --editable '.[kilted]' \
 	    || { echo 'error: set-up failed (see above); check the network and run make again' >&2; exit 1; }
 	@touch $@
 
