@@ -138,7 +138,8 @@ def _verdicts(diagnosis: Diagnosis) -> dict[str, str]:
     significant = {each.balance for each in diagnosis.significant}
     if diagnosis.verdict in (CONSISTENT, UNKNOWN) or diagnosis.restated is not None:
         return {n: diagnosis.verdict if n in significant else CONSISTENT for n in BALANCES}
-    verdicts = of_balances(diagnosis.explanation, diagnosis.given, diagnosis.training)
+    training, cycles = diagnosis.training, diagnosis.search.training.cycles
+    verdicts = of_balances(diagnosis.explanation, diagnosis.given, training, cycles)
     return {
         name: UNKNOWN if name in significant and each == CONSISTENT else each
         for name, each in verdicts.items()
@@ -292,7 +293,7 @@ def two_sided(difference: float, deviation: float) -> float:
 def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the excess and the RMSE on held-out data, before and after."""
     given, improved, held_out = diagnosis.given, diagnosis.improved, diagnosis.search.held_out
-    before, after = (excess(held_out, hypothesis) for hypothesis in (given, improved))
+    before, after = excess(held_out, given), diagnosis.search.excess_beyond_noise(improved)
     if diagnosis.restated is not None:
         before = diagnosis.restated.excess
     return {

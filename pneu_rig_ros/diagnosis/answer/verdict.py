@@ -6,10 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import (
+    CALIBRATION,
+    FORCE,
+    Candidate,
+    Explanation,
+)
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.dataset import LARGEST, Dataset, by_balance, loss
+from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE
 
 CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'
@@ -27,23 +33,36 @@ def of_parts(parts: Sequence[Candidate]) -> str:
     return PARAMETER if any(part.is_parameter for part in causes) else CONDITIONS
 
 
-def of_balances(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> dict[str, str]:
+def of_balances(
+    explanation: Explanation, given: Hypothesis, dataset: Dataset, cycles: Cycles | None = None
+) -> dict[str, str]:
     """
     Return balance -> the verdict by the causes that its residuals show.
 
     They show a cause without which they are decisively less likely. Another form of an effect is
     no cause of its own.
+
+    :param cycles: simulated cycles that show causes of friction too, if simulation was used
     """
-    with_all = _losses(explanation.apply(given), dataset)
+    all_causes = explanation.apply(given)
+    with_all = _losses(all_causes, dataset)
     shown: dict[str, list[Candidate]] = {name: [] for name in BALANCES}
     for part in explanation.parts:
         if part.names != (part.name,):
             continue
-        without = _losses(explanation.without(part).apply(given), dataset)
+        smaller = explanation.without(part).apply(given)
+        without = _losses(smaller, dataset)
+        if cycles is not None and part.group == FORCE:
+            without[FORCE] += _added(cycles, smaller, all_causes)
         for name in BALANCES:
             if without[name] - with_all[name] > DECISIVE:
                 shown[name].append(part)
     return {name: of_parts(parts) for name, parts in shown.items()}
+
+
+def _added(cycles: Cycles, smaller: Hypothesis, larger: Hypothesis) -> float:
+    """Return by how much the loss of cycles is larger under the first of two hypotheses [-]."""
+    return float((cycles.losses(smaller) - cycles.losses(larger)).sum())
 
 
 def _losses(hypothesis: Hypothesis, dataset: Dataset) -> dict[str, float]:

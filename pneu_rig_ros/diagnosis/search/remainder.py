@@ -65,6 +65,7 @@ class Remainder:
     :ivar best: the accepted explanation
     :ivar calibrated: the base alone
     :ivar first_cycle_test: of the given hypothesis, if it was made
+    :ivar held_out_test: the last one on the held-out data, with its hypothesis
     """
 
     given: Hypothesis
@@ -74,6 +75,7 @@ class Remainder:
     best: ScoredFit | None = None
     calibrated: ScoredFit | None = None
     first_cycle_test: CycleTest | None = None
+    held_out_test: tuple[Hypothesis, CycleTest] | None = None
 
     @property
     def hypothesis(self) -> Hypothesis:
@@ -225,17 +227,28 @@ class Remainder:
         return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
 
     def remaining_beyond_noise(self) -> float:
+        """Return the share of the held-out excess that remains, 0 where what remains is noise."""
+        before = excess(self.held_out, self.given)
+        return self.excess_beyond_noise(self.hypothesis) / before if before > 0.0 else 0.0
+
+    def excess_beyond_noise(self, hypothesis: Hypothesis) -> float:
         """
-        Return the share of the excess that remains, 0 where what remains is noise.
+        Return the excess that a hypothesis leaves in the held-out data, 0 where that is noise.
 
         Of residuals only significant cells count in it; simulated cycles are noise if they are no
         farther off than those of replicates.
         """
-        if self.held_out.cycles is not None:
-            test = compare_cycles(self.hypothesis, self.held_out.comparisons, self.rng)
-            if not test.significant:
-                return 0.0
-        return self.remaining()
+        left = excess(self.held_out, hypothesis)
+        return left if left > 0.0 and self._held_out_differ(hypothesis) else 0.0
+
+    def _held_out_differ(self, hypothesis: Hypothesis) -> bool:
+        """Return whether held-out cycles, if simulated, are farther off than replicates'."""
+        if self.held_out.cycles is None:
+            return True
+        if self.held_out_test is None or self.held_out_test[0] != hypothesis:
+            test = compare_cycles(hypothesis, self.held_out.comparisons, self.rng)
+            self.held_out_test = hypothesis, test
+        return self.held_out_test[1].significant
 
     def closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit, causes: int = 1) -> bool:
         """
