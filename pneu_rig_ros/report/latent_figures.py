@@ -56,12 +56,14 @@ def tracks_of(
     """
     Return balance -> the latent input with a hypothesis in each recording.
 
+    Readings at end stops, which are no force, are not drawn.
+
     :param improved: the hypothesis with the explanation, None without one
     """
-    windows = {_key(one): one for one in windows_of(dataset, hypothesis)}
+    windows = _by_key(dataset, hypothesis)
     explained = {}
     if improved is not None:
-        others = {_key(one): one for one in windows_of(dataset, improved)}
+        others = _by_key(dataset, improved)
         explained = {key: one.residual - others[key].residual for key, one in windows.items()}
     tracks: dict[str, list[Track]] = {balance: [] for balance, _, _ in windows}
     for balance, rows in tracks.items():
@@ -76,10 +78,13 @@ def tracks_of(
     return tracks
 
 
-def _key(windows: Windows) -> tuple[str, str, bool]:
-    """Return balance, recording, and whether the windows are breakaways."""
-    breaks_away = windows.balance == 'force' and windows.regime[0] == BREAKAWAY
-    return windows.balance, windows.recording, bool(breaks_away)
+def _by_key(dataset: Dataset, hypothesis: Hypothesis) -> dict[tuple[str, str, bool], Windows]:
+    """Return the windows by balance, recording, and whether they are breakaways."""
+    return {
+        (one.balance, one.recording, one.balance == 'force' and one.regime[0] == BREAKAWAY): one
+        for one in windows_of(dataset, hypothesis)
+        if not one.at_stops
+    }
 
 
 @matplotlib.rc_context(STYLE)

@@ -24,7 +24,7 @@ from pneu_rig_ros.errors import printable
 from pneu_rig_ros.report.dependence import dependence
 from pneu_rig_ros.report.diagnosis_page import spans_of, write_files
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
-from pneu_rig_ros.report.latent_figures import connected, draw_latent, tracks_of
+from pneu_rig_ros.report.latent_figures import Track, connected, draw_latent, tracks_of
 
 COMMAND = importlib.import_module('pneu_rig_ros.cli.diagnose')
 """The module: in its package the name is that of the command."""
@@ -35,6 +35,18 @@ HOSTILE = (
 )
 NOTE = '2 wrong position readings replaced'
 GAUGES, SLOPE = (1e5, 4e5), 1e-5
+
+
+@pytest.fixture(scope='module')
+def tracks(bench: Diagnosis) -> list[Track]:
+    """Return the recordings of the force balance without and with its latent input."""
+    return tracks_of(bench.training, bench.given, None)['force']
+
+
+@pytest.fixture(scope='module')
+def explained(bench: Diagnosis) -> list[Track]:
+    """Return the recordings with what the answer explains of the latent input."""
+    return tracks_of(bench.training, bench.given, bench.improved)['force']
 
 
 def test_latent_input_is_what_the_seal_rubs_more(bench: Diagnosis) -> None:
@@ -52,7 +64,7 @@ def test_band_of_noise_alone_has_its_width(bench: Diagnosis) -> None:
     windows = bench.windows[0]
     rng = np.random.default_rng(1)
     inside = []
-    for _ in range(10):
+    for _ in range(2):
         band = windows.whiten.band
         white = rng.normal(size=windows.residual.size)
         own = band[0] * white
@@ -63,28 +75,27 @@ def test_band_of_noise_alone_has_its_width(bench: Diagnosis) -> None:
     assert np.mean(inside) > 0.9
 
 
-def test_pressure_is_what_it_depends_on(bench: Diagnosis) -> None:
-    (side,) = dependence(tracks_of(bench.training, bench.given, None)['force'])
+def test_pressure_is_what_it_depends_on(tracks: list[Track]) -> None:
+    (side,) = dependence(tracks)
     assert side.variable == 'pressure_2'
     assert set(side.bins) == {'out', 'in'}
     assert np.all(np.diff(side.bins['in'].mean) > 0.0)
     assert np.all(np.diff(side.bins['out'].mean) < 0.0)
 
 
-def test_explanation_is_drawn_over_the_latent_input(bench: Diagnosis) -> None:
-    (track, _) = tracks_of(bench.training, bench.given, bench.improved)['force']
+def test_explanation_is_drawn_over_the_latent_input(explained: list[Track]) -> None:
+    track, _ = explained
     assert track.latent is not None
     assert track.explained is not None
     explained = track.latent.levelled(track.explained)
     assert np.corrcoef(track.latent.mean, explained)[0, 1] > 0.98
 
 
-def test_significant_stretches_are_shaded(bench: Diagnosis) -> None:
+def test_significant_stretches_are_shaded(bench: Diagnosis, explained: list[Track]) -> None:
     data = answer(bench)
     spans = spans_of(data, 'force')
     assert set(spans) == {'run_0', 'run_1'}
-    tracks = tracks_of(bench.training, bench.given, bench.improved)['force']
-    figure = draw_latent('force', tracks, spans, bench.significant)
+    figure = draw_latent('force', explained, spans, bench.significant)
     assert isinstance(figure, Figure)
     significant = [span for one in bench.significant for span in one.intervals]
     for axes, name in zip(figure.axes[:2], ('run_0', 'run_1'), strict=True):
@@ -95,19 +106,19 @@ def test_significant_stretches_are_shaded(bench: Diagnosis) -> None:
 
 @pytest.mark.parametrize('signal', ['pressure_2', 'velocity', 'dwell'])
 def test_significant_parts_of_a_range_are_shaded_against_their_signal(
-    bench: Diagnosis, signal: str
+    bench: Diagnosis, tracks: list[Track], signal: str
 ) -> None:
-    tracks = []
-    for track in tracks_of(bench.training, bench.given, None)['force']:
+    dwelling = []
+    for track in tracks:
         assert track.windows is not None
         columns = track.windows.variables | {'dwell': track.windows.middle}
-        tracks.append(replace(track, windows=replace(track.windows, variables=columns)))
-    low, high = np.quantile(tracks[0].windows.variables[signal], (0.2, 0.6))  # type: ignore[union-attr]
+        dwelling.append(replace(track, windows=replace(track.windows, variables=columns)))
+    low, high = np.quantile(dwelling[0].windows.variables[signal], (0.2, 0.6))  # type: ignore[union-attr]
     first = replace(bench.significant[0], parts=((signal, float(low), float(high)),))
-    sides = dependence(tracks, [first])
+    sides = dependence(dwelling, [first])
     assert [side.variable for side in sides] == list(dict.fromkeys(['pressure_2', signal]))
-    figure = draw_latent('force', tracks, {}, [first])
-    shades = [len(axes.patches) for axes in figure.axes[len(tracks) :]]
+    figure = draw_latent('force', dwelling, {}, [first])
+    shades = [len(axes.patches) for axes in figure.axes[len(dwelling) :]]
     assert shades == [0] * (len(sides) - 1) + [1]
 
 
@@ -119,8 +130,8 @@ def test_significant_parts_are_in_the_answer(bench: Diagnosis) -> None:
     assert 'pressure_2' in {name for name, _, _ in parts}
 
 
-def test_dwell_is_drawn_of_what_rests_alone(bench: Diagnosis) -> None:
-    (track, _) = tracks_of(bench.training, bench.given, None)['force']
+def test_dwell_is_drawn_of_what_rests_alone(bench: Diagnosis, tracks: list[Track]) -> None:
+    track, _ = tracks
     assert track.windows is not None
     rests = track.windows.middle < 6.0
     regime = np.where(rests, 'dwell', 'sliding')
@@ -134,8 +145,8 @@ def test_dwell_is_drawn_of_what_rests_alone(bench: Diagnosis) -> None:
     assert side.bins[''].middle.max() < 6.0
 
 
-def test_nothing_stands_beside_what_depends_on_nothing(bench: Diagnosis) -> None:
-    (track, _) = tracks_of(bench.training, bench.given, None)['force']
+def test_nothing_stands_beside_what_depends_on_nothing(tracks: list[Track]) -> None:
+    track, _ = tracks
     assert track.windows is not None
     constant = {name: np.zeros_like(v) for name, v in track.windows.variables.items()}
     residual = np.zeros_like(track.windows.residual)

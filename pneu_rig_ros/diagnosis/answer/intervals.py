@@ -91,7 +91,7 @@ def contribution_intervals(given: Hypothesis, improved: Hypothesis, dataset: Dat
         run = comparison.run
         after, inertia = comparison.evaluate(improved)
         pair = comparison.residuals(given), after
-        *changes, at_breakaway = (np.abs(b - a) for a, b in zip(*pair, strict=True))
+        *changes, at_breakaway, at_stop = (np.abs(b - a) for a, b in zip(*pair, strict=True))
         functions = comparison.gas, comparison.gas, comparison.motion
         variances = white_variances(improved, comparison, inertia)
         for balance, each, change, variance in zip(
@@ -105,6 +105,10 @@ def contribution_intervals(given: Hypothesis, improved: Hypothesis, dataset: Dat
         time = run.begin + comparison.breakaways[kept].astype(np.float64) * run.interval
         near = time - NEAR_BREAKAWAY, time + NEAR_BREAKAWAY
         spans += _spans('force', run.name, *near, at_breakaway[kept] > deviation)
+        kept, deviation = noise.stop.kept, noise.stop.deviation
+        start = run.begin + comparison.stops.starts[kept].astype(np.float64) * run.interval
+        end = start + comparison.stops.size * run.interval
+        spans += _spans('force', run.name, start, end, at_stop[kept] > deviation)
     return spans
 
 

@@ -118,8 +118,9 @@ def repeatability(
     groups = [each for data in datasets for each in windows_of(data, improved)]
     deviations = dict(system.repeatability)
     for balance in dict.fromkeys(group.balance for group in groups):
-        # breakaways, single numbers, are a group of their own
-        own = [g for g in groups if g.balance == balance and set(g.regime) != {BREAKAWAY}]
+        # breakaways, single numbers, and readings at stops are groups of their own
+        own = [g for g in groups if g.balance == balance and not g.at_stops]
+        own = [group for group in own if set(group.regime) != {BREAKAWAY}]
         if not own:
             continue
         # the zero of a bench is unknown

@@ -9,7 +9,8 @@ piston, Eq. 8 with the missing force along the outstroke::
 
     residual = M mean(phi d2x/dt2) - modelled force (- force of a bench)             [N]
 
-and at each breakaway the force by which the seal held more than the model lets it [N].
+at each breakaway the force by which the seal held more than the model lets it [N], and at an end
+stop the reading of the position less the place of that stop [m].
 """
 
 from __future__ import annotations
@@ -33,9 +34,16 @@ from pneu_rig_ros.model.shape import without_shape
 
 BALANCES = ('gas_1', 'gas_2', 'force')
 UNITS = {'gas_1': 'kg/s', 'gas_2': 'kg/s', 'force': 'N'}
+STOP_UNIT = 'm'
+"""Of what the balance of forces has at an end stop, which holds the piston at its place."""
 
 GAS_WINDOW, FORCE_WINDOW = 0.1, 0.07
 """Length of the test functions [s]: as long as the duration of a slip permits."""
+STOP_WINDOW = 0.5
+"""
+Length of the windows at an end stop [s]: a contact of a few seconds has several, so that they
+make a cell, and few beside those of the sliding piston.
+"""
 LEAST_SAMPLES = 20
 """A test function has at least so many intervals."""
 GAS_POWER, FORCE_POWER = 2, 4
@@ -55,12 +63,13 @@ SLOW_SAMPLING = 5e-3
 
 
 class Residuals(NamedTuple):
-    """Of chamber 1 and 2 [kg/s], the sliding piston [N] and its breakaways [N]."""
+    """Of chamber 1 and 2 [kg/s], the sliding piston [N], its breakaways [N] and end stops [m]."""
 
     gas_1: Floats
     gas_2: Floats
     force: Floats
     breakaway: Floats
+    stop: Floats
 
 
 @dataclass(frozen=True)
@@ -85,6 +94,11 @@ class Comparison:
         """Windows of the balance of forces."""
         return self._windows(FORCE_POWER, FORCE_WINDOW, FORCE_OVERLAP)
 
+    @cached_property
+    def stops(self) -> TestFunctions:
+        """Windows of the readings at an end stop."""
+        return self._windows(GAS_POWER, STOP_WINDOW, 1)
+
     def _windows(self, power: int, length: float, overlap: int) -> TestFunctions:
         size = max(round(length / self.run.interval), LEAST_SAMPLES)
         hop = max(round(size / overlap), 1)
@@ -96,10 +110,10 @@ class Comparison:
         return np.array([rest.end - 2 for rest in self.run.breakaways], dtype=np.intp)
 
     @property
-    def sizes(self) -> tuple[int, int, int, int]:
+    def sizes(self) -> tuple[int, int, int, int, int]:
         """Number of residuals of each kind."""
         gas, motion = self.gas.starts.size, self.motion.starts.size
-        return gas, gas, motion, self.breakaways.size
+        return gas, gas, motion, self.breakaways.size, self.stops.starts.size
 
     @property
     def free(self) -> bool:
@@ -125,6 +139,7 @@ class Comparison:
             self._gas(hypothesis, run, rates, 2),
             self._force(run, rates, inertia),
             self._breakaway(hypothesis, run, rates),
+            self._stop(hypothesis, run),
         )
         return residuals, inertia
 
@@ -209,6 +224,18 @@ class Comparison:
                 for window, load in zip(windows, loads, strict=True)
             ]
         )
+
+    def _stop(self, hypothesis: Hypothesis, run: Run) -> Floats:
+        """Return the mean reading less the place of the end stop, NaN where none holds."""
+        places = {
+            along.AT_INNER_STOP: 0.0,
+            along.AT_OUTER_STOP: hypothesis.model.cylinder.stroke,
+        }
+        off = np.full(self.stops.starts.size, np.nan)
+        for contact, place in places.items():
+            held = self.stops.inside(self.run.contacts == contact)
+            off[held] = self.stops.averages(run.position[1:] - place)[held]
+        return off
 
 
 def _finite_mean(values: Floats) -> float:

@@ -121,7 +121,7 @@ class Dataset:
         :param other: whose residuals give the width, balance by balance
         """
         rows = other.residuals_by_run(hypothesis)
-        gas_1, gas_2, force, breakaway = (
+        gas_1, gas_2, force, breakaway, stop = (
             max(rms(np.concatenate(column)), 1.0) for column in zip(*rows, strict=True)
         )
         old = self.inflation
@@ -130,6 +130,7 @@ class Dataset:
             gas_2=old.gas_2 * gas_2,
             force=tuple(force * factor for factor in old.force),
             breakaway=old.breakaway * breakaway,
+            stop=old.stop * stop,
         )
         return replace(self, inflation=wider)
 
@@ -247,9 +248,9 @@ def _wider(
 
 
 def by_balance(rows: Sequence[Residuals]) -> dict[str, Floats]:
-    """Return balance -> whitened residuals of runs, breakaways among the forces, (n,) each."""
+    """Return balance -> whitened residuals of runs, (n,) each; the force has three kinds."""
     parts = {name: [getattr(row, name) for row in rows] for name in BALANCES}
-    parts['force'] += [row.breakaway for row in rows]
+    parts['force'] += [each for row in rows for each in (row.breakaway, row.stop)]
     return {name: np.concatenate(each) for name, each in parts.items()}
 
 

@@ -18,7 +18,7 @@ from scipy.special import chdtrc, ndtr  # of single values ten times as fast as 
 from scipy.stats import false_discovery_control, norm
 
 from pneu_rig_ros.arrays import Flags, Floats
-from pneu_rig_ros.diagnosis.residuals.balances import UNITS
+from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT, UNITS
 from pneu_rig_ros.diagnosis.residuals.windows import VARIABLES, Windows
 
 FALSE_DISCOVERY_RATE = 0.05
@@ -249,7 +249,8 @@ def _described(significant: Sequence[tuple[Cell, CellTest]]) -> SignificantResid
         if each.variable in VARIABLES
     ]
     names = dict.fromkeys(g.recording for each, _ in significant for g, _ in each.members)
-    bounds, unit = (cell.variable, cell.low, cell.high), UNITS[cell.place[0]]
+    bounds = cell.variable, cell.low, cell.high
+    unit = STOP_UNIT if cell.members[0][0].at_stops else UNITS[cell.place[0]]
     values = test.mean, test.deviation, test.p_value
     found = tuple(names), tuple(spans), tuple(parts)
     return SignificantResidual(*cell.place, unit, *values, *bounds, *found)

@@ -59,6 +59,7 @@ class NoiseModel(NamedTuple):
     gas_2: Whitener
     force: Whitener
     breakaway: Whitener
+    stop: Whitener
 
     def whiten(self, residuals: Residuals) -> Residuals:
         """Return the whitened residuals of the kept windows."""
@@ -116,7 +117,8 @@ def noise_model(
     columns = [clipped_thrust(hypothesis, comparison), offset, levels, smeared]
     force = whitener(kept, sources, excess + differs**2).with_shared(np.hstack(columns))
     breakaway = breakaway_noise(hypothesis, comparison, errors.breakaway, residuals.breakaway)
-    return NoiseModel(chambers[0], chambers[1], force, breakaway)
+    stop = stop_noise(comparison, residuals.stop)
+    return NoiseModel(chambers[0], chambers[1], force, breakaway, stop)
 
 
 def excess_variance(errors: Floats, variance: Floats) -> Floats:
@@ -225,6 +227,21 @@ def breakaway_noise(
     return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
 
 
+def stop_noise(comparison: Comparison, residual: Floats) -> Whitener:
+    """
+    Return the noise of the readings at an end stop.
+
+    Readings that stay within one step of the converter, or are cut off at the end of the span, do
+    not average out: their mean may be off by as much as a single one.
+    """
+    run, functions = comparison.run, comparison.stops
+    kept = np.isfinite(residual) & functions.inside(run.position_valid)
+    kept &= 'force' in run.balances and run.noise.position > 0.0  # else nothing moves
+    variance = np.full(residual.size, run.noise.position**2)
+    noise = whitener(kept, [Source(variance, np.zeros(0))], np.zeros(residual.size))
+    return noise.with_shared(np.full((residual.size, 1), run.noise.position))
+
+
 def reading_errors(
     hypothesis: Hypothesis, comparison: Comparison, rng: Generator, count: int
 ) -> Residuals:
@@ -250,5 +267,6 @@ def reading_errors(
             if abs(copy.breakaways[nearest] - end) * base.interval < SAME_BREAKAWAY:
                 breakaway[index] = residuals.breakaway[nearest] - truth.breakaway[index]
         gas_1, gas_2 = residuals.gas_1 - truth.gas_1, residuals.gas_2 - truth.gas_2
-        copies.append(Residuals(gas_1, gas_2, residuals.force - truth.force, breakaway))
+        force, stop = residuals.force - truth.force, residuals.stop - truth.stop
+        copies.append(Residuals(gas_1, gas_2, force, breakaway, stop))
     return Residuals(*(np.array(column) for column in zip(*copies, strict=True)))

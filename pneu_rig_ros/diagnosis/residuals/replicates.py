@@ -40,7 +40,7 @@ class Inflation(NamedTuple):
     """
     How the residuals of a true model differ from their computed noise.
 
-    :param gas_1, gas_2, breakaway: factors on the standard deviation [-]
+    :param gas_1, gas_2, breakaway, stop: factors on the standard deviation [-]
     :param force: the same for each class of speed
     :param bias: class of speed and direction -> mean of the force residuals [N]
     :param shift: the same, shrunk by as much as it is uncertain [N]
@@ -52,19 +52,21 @@ class Inflation(NamedTuple):
     breakaway: float
     bias: Mapping[int, float]
     shift: Mapping[int, float]
+    stop: float = 1.0
 
     def factors(self, comparison: Comparison, noise: NoiseModel) -> Residuals:
         """Return the factor of each kept window of a run."""
         by_speed = np.array(self.force)[speed_classes(comparison)[noise.force.kept]]
-        gas_1, gas_2, breakaway = (
+        gas_1, gas_2, breakaway, stop = (
             np.full(int(whiten.kept.sum()), factor)
             for whiten, factor in (
                 (noise.gas_1, self.gas_1),
                 (noise.gas_2, self.gas_2),
                 (noise.breakaway, self.breakaway),
+                (noise.stop, self.stop),
             )
         )
-        return Residuals(gas_1, gas_2, by_speed, breakaway)
+        return Residuals(gas_1, gas_2, by_speed, breakaway, stop)
 
     def force_bias(self, comparison: Comparison) -> Floats:
         """Return the mean force residual of a true model in each window of a run [N], (m,)."""
@@ -157,7 +159,7 @@ def estimate_inflation(
     bias = {number: float(residuals.mean()) for number, residuals in by_class.items()}
     shift = {number: shrunk_mean(residuals) for number, residuals in by_class.items()}
     rows = [with_bias(noise, run, bias).whiten(residuals) for run, noise, residuals in triples]
-    gas_1, gas_2, force, breakaway = (np.concatenate(each) for each in zip(*rows, strict=True))
+    gas_1, gas_2, force, breakaway, _ = (np.concatenate(each) for each in zip(*rows, strict=True))
     speeds = used % SPEED_CLASSES
     by_speed = tuple(inflation(force[speeds == number]) for number in range(SPEED_CLASSES))
     return Inflation(

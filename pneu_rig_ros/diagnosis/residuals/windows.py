@@ -59,6 +59,11 @@ class Windows:
     variables: dict[str, Floats]
     repeatability: float = 0.0
 
+    @property
+    def at_stops(self) -> bool:
+        """Whether these are readings at end stops, in the unit of a position."""
+        return self.balance == 'force' and self.regime[0] == END_STOP
+
     @cached_property
     def middle(self) -> Floats:
         """Middles of the windows [s], shape (m,)."""
@@ -77,21 +82,23 @@ class Windows:
 
 
 def windows_of(dataset: Dataset, hypothesis: Hypothesis) -> list[Windows]:
-    """Return the windows of all balances in all runs, breakaways as windows of the force."""
+    """Return the windows of all balances in all runs; breakaways and stops are of the force."""
     windows = []
     runs = zip(dataset.comparisons, dataset.factors, dataset.evaluate(hypothesis), strict=True)
     for comparison, factors, (residuals, noise, whitened) in runs:
         places = [_windows(comparison, comparison.gas, noise[i].kept, gas=True) for i in (0, 1)]
         places.append(_windows(comparison, comparison.motion, noise.force.kept, gas=False))
         places.append(_breakaways(comparison, noise.breakaway.kept))
+        places.append(_windows(comparison, comparison.stops, noise.stop.kept, gas=False))
         for i, (start, end, regime, direction, variables) in enumerate(places):
             if start.size:
                 whiten = noise[i]
                 residual = residuals[i][whiten.kept], whiten.deviation, whitened[i]
-                balance = (*BALANCES, 'force')[i]
+                balance = (*BALANCES, 'force', 'force')[i]
                 place = balance, comparison.run.name, start, end
                 kind = regime, direction, variables
                 differs = comparison.run.repeatability.get(balance, 0.0)
+                differs = 0.0 if whiten is noise.stop else differs
                 windows.append(Windows(*place, *residual, whiten, factors[i], *kind, differs))
     return windows
 
