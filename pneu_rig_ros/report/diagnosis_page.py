@@ -39,7 +39,8 @@ LATENT = {
     'gas': 'Missing mass flow into the chamber for the measured pressure, or the flow of heat '
     'that raises the pressure as much.',
     'force': 'Missing force along the outstroke for the measured motion; at each breakaway, the '
-    'force by which the seal held more than in the model.',
+    'force by which the seal held more than in the model. Readings at an end stop that are not at '
+    'its place are listed above, not drawn.',
 }
 """Captions of the latent inputs."""
 HEADS = ('>supply, absolute', '>load', '>rest before')

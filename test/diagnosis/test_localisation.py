@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, localise
@@ -16,7 +17,7 @@ from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.rig import RigConfiguration
 
-from .runs import TIMELINE, Timeline, configured, measured, system_of
+from .runs import TIMELINE, Timeline, configured, measured, recorded, system_of
 
 LEAK = 2e-9
 SEEDS = 100
@@ -159,3 +160,21 @@ def test_less_friction_is_told_of_the_force_in_both_directions(tmp_path: Path) -
     signs = {one.direction: np.sign(one.mean) for one in found if one.regime == 'sliding'}
     assert signs == {'out': 1.0, 'in': -1.0}
     assert min(one.p_value for one in found) < 1e-9
+
+
+@pytest.mark.parametrize(('short', 'found'), [(0.0, False), (1e-3, True)])
+def test_reading_that_falls_short_of_an_end_stop_is_told_with_its_place(
+    short: float, found: bool, tmp_path: Path
+) -> None:
+    rig = configured('cylinder_2', initial_position=0.15)
+    system, stroke = system_of(tmp_path, rig), rig.model.cylinder.stroke
+    recording = recorded('stop', rig, ((0.6, 8.0),))
+    read = recording.signals['position']
+    recording.signals['position'] = np.where(read > stroke - short, stroke - short, read)
+    run = prepare_run(recording, system, Path('stop'))
+    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    told = [each for each in localise(windows_of(data, system.hypothesis)) if each.unit == 'm']
+    assert bool(told) == found
+    for each in told:
+        assert (each.balance, each.regime) == ('force', 'end stop')
+        assert each.mean == pytest.approx(-short, abs=1e-4)
