@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneu_rig_ros.analysis.motion import find_cycles
-from pneu_rig_ros.batch.strokes import at_end, strokes
+from pneu_rig_ros.batch import at_end, strokes
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.model import effects as library

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneu_rig_ros.analysis.motion import Cycle, find_cycles
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.batch.strokes import END_SHARE, strokes
+from pneu_rig_ros.batch import END_SHARE, strokes
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pneu_rig_ros.batch.strokes import END_SHARE
+from pneu_rig_ros.batch import END_SHARE
 from pneu_rig_ros.claims.captions import stroke_texts
 from pneu_rig_ros.claims.experiments import CYLINDERS, LONGEST_STROKE, Laboratory
 from pneu_rig_ros.claims.findings import Row

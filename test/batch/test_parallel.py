@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from pneu_rig_ros.batch.parallel import pack_parameters, run_parallel
-from pneu_rig_ros.batch.strokes import END_SHARE, strokes
+from pneu_rig_ros.batch import END_SHARE, run_parallel, strokes
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING
 from pneu_rig_ros.model.plant import Plant, Trajectory
@@ -76,12 +75,3 @@ def test_strokes_end_where_the_piston_gets() -> None:
     assert out.position[-1] >= END_SHARE * length > out.position[-2]
     assert back.position[-1] <= (1 - END_SHARE) * length < back.position[-2]
     assert len(none.time) == round(12.0 / INTERVAL)
-
-
-def test_packed_parameters_are_numbers_arrays_and_code() -> None:
-    row = pack_parameters((1.5, 2, (np.zeros(3), 0.25)))
-    assert row.numbers == [1.5, 2.0, 0.25]
-    assert row.code == '(row[0], int(row[1]), (arrays[0][i], row[2], ), )'
-    assert [array.shape for array in row.arrays] == [(3,)]
-    with pytest.raises(TypeError, match='not a number'):
-        pack_parameters(('text',))

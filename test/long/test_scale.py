@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from distributed import LocalCluster
 
-from pneu_rig_ros.batch.parallel import run_parallel
+from pneu_rig_ros.batch import run_parallel
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration

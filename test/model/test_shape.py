@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pneu_rig_ros.batch.parallel import run_parallel
+from pneu_rig_ros.batch import run_parallel
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.effect import READING_BALANCES, Balance

@@ -1,19 +1,38 @@
-"""Strokes under constant commands, each simulated as far as its end."""
+"""Many plants at once, on all processors, with the bits of each run alone."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
+import numba
 import numpy as np
 
 from pneu_rig_ros.arrays import Flags, Floats
-from pneu_rig_ros.batch.parallel import run_parallel
 from pneu_rig_ros.model.plant import Plant, Trajectory
 
 BLOCK = 5.0
 """Simulated between two checks for strokes that have ended [s]."""
 END_SHARE = 0.98
 """A stroke counts as done at this share of the way to the end stop [-]."""
+
+
+def run_parallel(
+    plants: Sequence[Plant], voltages: Floats, interval: float, threads: int | None = None
+) -> list[Trajectory]:
+    """
+    Continue the run of each plant: the compiled run lets go of Python, so that threads share it.
+
+    :param plants: n plants, all different
+    :param voltages: u1, u2 [V] for all, shape (m, 2), or of each, shape (n, m, 2)
+    :param interval: [s]
+    :param threads: at most; None for Numba's own number
+    :raises RigError: if a simulation fails
+    """
+    each = voltages if voltages.ndim > 2 else [voltages] * len(plants)
+    most: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    with ThreadPoolExecutor(threads or most) as pool:
+        return list(pool.map(lambda plant, held: plant.run(held, interval), plants, each))
 
 
 def strokes(

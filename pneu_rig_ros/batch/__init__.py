@@ -1,1 +1,0 @@
-"""Many plants at once, on all processors, with the bits of each run alone."""
