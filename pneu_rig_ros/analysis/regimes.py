@@ -1,25 +1,23 @@
 """
-The regime of motion of every sample, from measured positions, better with pressures.
+The regime of motion of every sample, from measured position and pressures.
 
 Regimes divide each stroke by its feed V, the mean speed under way: the air raises the driving
 force on a piston slower than V, and lowers it on a faster one. So ``DWELL`` is wider than a
 rest of ``motion``: a piston that creeps at a third of the feed dwells, but does not rest. With
-|v|, and the friction force F_r of Eq. 2 where pressures are known, in the order in which a
-stick-slip cycle goes through them:
+|v|, and the friction force F_r of Eq. 2, in the order in which a stick-slip cycle goes through
+them:
 
 - ``DWELL``: between slides, |v| <= V/2. The bristles carry the rising force. What they deflect,
   the presliding displacement proper of 0.1-0.4 mm, is a few steps of the position sensor, and the
   seal may creep; both are slower than the feed. So creep that comes to rest again without getting
   as fast as the feed is part of the dwell.
-- ``PRESLIDING``: the run-up to a breakaway, |v| > V/2 and F_r not yet at its peak; without F_r,
-  |v| not yet at V, where the driving force has its peak.
+- ``PRESLIDING``: the run-up to a breakaway, |v| > V/2 and F_r not yet at its peak.
 - ``BREAKAWAY``: from that peak to gross sliding at 1.4 V, while friction falls and the piston runs
   away: what a breakaway of ``motion`` begins. The peak itself is the first sample. A piston that
   glides off without outrunning the feed that far, as with Coulomb friction, has no such regime and
   slides at once.
 - ``SLIDING``: gross sliding, from there until |v| <= V/2. Steady sliding is part of it.
-- ``END_STOP``: at 0 or L, the driving force pushing outwards; without pressures, at rest where the
-  piston has come to an end of its stroke.
+- ``END_STOP``: at 0 or L, the driving force pushing outwards.
 """
 
 from __future__ import annotations
@@ -59,18 +57,6 @@ SLIP_SHARE = 1.4
 """A slide that gets faster than this multiple of the feed is a slip [-]."""
 
 
-class Forces(NamedTuple):
-    """
-    Forces on the piston by Eq. 2, shape (n,) each.
-
-    :param friction: F_r [N]
-    :param push: driving force of the air [N]
-    """
-
-    friction: Floats
-    push: Floats
-
-
 class Slide(NamedTuple):
     """
     A stretch of motion faster than V/2 that gets as fast as V, in samples.
@@ -78,13 +64,11 @@ class Slide(NamedTuple):
     :param start: first sample faster than V/2, but for short dips
     :param onset: where gross sliding begins: first sample faster than 1.4 V; equal to ``start``
         when the piston glides off without overshoot, or glides further than it slips
-    :param fed: first sample faster than V, the onset at the latest
     :param end: one after the last sample
     """
 
     start: int
     onset: int
-    fed: int
     end: int
 
 
@@ -92,7 +76,8 @@ def regimes(
     position: Floats,
     interval: float,
     stroke: float,
-    forces: Forces | None = None,
+    friction: Floats,
+    push: Floats,
     noise: float = NOISE,
     resolution: float = RESOLUTION,
 ) -> Regimes:
@@ -102,24 +87,23 @@ def regimes(
     :param position: measured position [m], shape (n,), equally spaced
     :param interval: sampling interval [s]
     :param stroke: L [m]
-    :param forces: friction and driving force, where pressures are known
+    :param friction: F_r of Eq. 2 [N], shape (n,)
+    :param push: driving force of the air [N], shape (n,)
     :param noise: standard deviation of a measured position [m]
     :param resolution: step of the position sensor [m]
     """
     found = np.full(position.size, Regime.DWELL, dtype=np.int8)
-    load = None if forces is None else np.abs(running_mean(forces.friction, interval, MEAN_WINDOW))
+    load = np.abs(running_mean(friction, interval, MEAN_WINDOW))
     for first, end in strokes(position, interval, noise):
         part = position[first:end]
         mean = feed(part, interval, noise)
         for slide in find_slides(part, mean, interval, noise):
-            peak = slide.fed
-            if load is not None:  # the largest friction force on the way to gross sliding
-                rise = load[first + slide.start : first + slide.onset + 1]
-                peak = slide.start + int(rise.argmax())
+            # the largest friction force on the way to gross sliding
+            rise = load[first + slide.start : first + slide.onset + 1]
+            peak = slide.start + int(rise.argmax())
             found[first + slide.start : first + peak] = Regime.PRESLIDING
             found[first + peak : first + slide.onset] = Regime.BREAKAWAY
             found[first + slide.onset : first + slide.end] = Regime.SLIDING
-    push = None if forces is None else forces.push
     sides = end_stops(position, stroke, interval, push, noise, resolution)
     found[sides != 0] = Regime.END_STOP
     return found
@@ -137,7 +121,8 @@ def regimes_of(recording: Recording) -> Regimes:
         recording.position,
         recording.interval,
         rig.model.cylinder.stroke,
-        Forces(friction_of(recording), push),
+        friction_of(recording),
+        push,
         recording.noise['position'],
         recording.resolution['position'],
     )
@@ -176,6 +161,4 @@ def _slide(speed: Floats, mean: float, start: int, end: int) -> Slide:
     onset = start + int(fast.argmax())
     if speed[start:onset].sum() > speed[onset:end].sum():  # it glides farther than it slips
         onset = start
-    as_fast = speed[start:onset] > mean
-    fed = start + int(as_fast.argmax()) if as_fast.any() else onset
-    return Slide(start, onset, fed, end)
+    return Slide(start, onset, end)
