@@ -14,9 +14,14 @@ from pathlib import Path
 from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter
-from pneu_rig_ros.records.cdr import pack_float64, pack_string, pack_valve_voltages, template
+from pneu_rig_ros.records.cdr_encoding import (
+    PlantMessages,
+    pack_float64,
+    pack_string,
+    pack_valve_voltages,
+    template,
+)
 from pneu_rig_ros.records.description import bag_metadata, describe
-from pneu_rig_ros.records.plant_messages import PlantMessages
 from pneu_rig_ros.records.topics import TOPICS, absolute_names
 from pneu_rig_ros.rig import Rig, RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from pneu_rig_ros.records.cdr import typestore
+from pneu_rig_ros.records.cdr_encoding import typestore
 from pneu_rig_ros.records.topics import PISTON, TOPICS, topic_named
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'

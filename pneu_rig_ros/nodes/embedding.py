@@ -17,7 +17,7 @@ from pneu_rig_ros.nodes.loop_timer import PeriodicTimer
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
-from pneu_rig_ros.records.cdr import pack_float64
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 
 Run = Callable[[Callable[[], bool]], None]
 _Node = TypeVar('_Node', bound=RigNode)

@@ -19,12 +19,12 @@ from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.embedding import COMMAND_PERIOD_NS
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
 from pneu_rig_ros.nodes.sync import SampleSubscription
-from pneu_rig_ros.records.cdr import (
-    pack_float64,
+from pneu_rig_ros.records.cdr_decoding import (
     unpack_float64,
     unpack_joint_state,
     unpack_valve_voltages,
 )
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.configuration import OVERRIDES
 

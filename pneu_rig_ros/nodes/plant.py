@@ -19,9 +19,9 @@ from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
-from pneu_rig_ros.records.cdr import pack_string, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
+from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.records.description import describe
-from pneu_rig_ros.records.plant_messages import PlantMessages
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.configuration import OVERRIDES
 from pneu_rig_ros.rig.urdf import robot_description

@@ -16,7 +16,7 @@ from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.topics import SHARED_TOPICS, ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files
-from pneu_rig_ros.records.cdr import unpack_stamp, unpack_string
+from pneu_rig_ros.records.cdr_decoding import unpack_stamp, unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.repair import CUT_SUFFIX
 from pneu_rig_ros.records.topics import CLOCK, JOINT, PRESSURE, RECORDER_DEPTH, TOPICS

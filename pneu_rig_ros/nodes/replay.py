@@ -13,7 +13,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.loop_timer import LoopTimer
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
-from pneu_rig_ros.records.cdr import NANOSECONDS
+from pneu_rig_ros.records.cdr_encoding import NANOSECONDS
 from pneu_rig_ros.records.playback import Message, Playback
 from pneu_rig_ros.records.topics import CLOCK
 

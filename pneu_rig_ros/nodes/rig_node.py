@@ -27,7 +27,7 @@ from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer
 from pneu_rig_ros.nodes.qos import QosMonitor
 from pneu_rig_ros.nodes.topics import SHARED_TOPICS, PolledSubscription, create_publisher
-from pneu_rig_ros.records.cdr import unpack_string
+from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.rig_node import RigNode
-from pneu_rig_ros.records.cdr import unpack_fluid_pressure, unpack_joint_state
+from pneu_rig_ros.records.cdr_decoding import unpack_fluid_pressure, unpack_joint_state
 from pneu_rig_ros.records.topics import SAMPLE_TOPICS
 
 LARGEST_VALUE = 1e9

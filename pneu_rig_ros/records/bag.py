@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cdr import unpack_string
+from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mcap_chunks import scan_records
 from pneu_rig_ros.records.mcap_file import McapFile

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cdr import NANOSECONDS, pack_string, template
+from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, fill_rows, pack_string, template
 from pneu_rig_ros.records.conditions import (
     FILE_NAME,
     apply_conditions,
@@ -30,10 +30,9 @@ from pneu_rig_ros.records.conditions import (
 from pneu_rig_ros.records.description import bag_metadata, describe, git_revision, package_version
 from pneu_rig_ros.records.reader import read_recording
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
-from pneu_rig_ros.records.rows import TopicRows, fill_rows
 from pneu_rig_ros.records.topics import STRING, TOPICS
 from pneu_rig_ros.records.whole_files import atomic_write
-from pneu_rig_ros.records.writer import BagWriter
+from pneu_rig_ros.records.writer import BagWriter, TopicRows
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description
 

@@ -29,7 +29,7 @@ from pneu_rig_ros.records.bag import (
     storage_files,
     unreadable,
 )
-from pneu_rig_ros.records.cdr import NANOSECONDS, typestore
+from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, typestore
 from pneu_rig_ros.records.decompression import check_ros1_chunks
 from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.mapping import Source, TableMapping, in_si, unit_of

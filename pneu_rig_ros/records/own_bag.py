@@ -10,8 +10,9 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
-from pneu_rig_ros.records.bulk_cdr import Decoder, decode_all
-from pneu_rig_ros.records.cdr import (
+from pneu_rig_ros.records.cdr_decoding import (
+    Decoder,
+    decode_all,
     unpack_float64,
     unpack_fluid_pressure,
     unpack_joint_state,

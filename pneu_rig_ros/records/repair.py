@@ -18,7 +18,6 @@ from pathlib import Path
 from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import cdr
 from pneu_rig_ros.records.bag import (
     NOTHING_TO_RECOVER,
     bag_directory,
@@ -26,6 +25,7 @@ from pneu_rig_ros.records.bag import (
     open_bag,
     storage_files,
 )
+from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mcap_chunks import chunk_content, chunk_messages, scan_records
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
@@ -158,7 +158,7 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
                 writer.write(channel.topic, type_name, log_time, message)
                 if channel.topic.endswith(DESCRIPTION):
                     with contextlib.suppress(RigError):  # not readable before the damage either
-                        metadata = bag_metadata(cdr.unpack_string(message))
+                        metadata = bag_metadata(unpack_string(message))
         writer.close(metadata | kept)
     channels = summary.channels
     return [{channels[n].topic for n in numbers & channels.keys()} for numbers in damaged]

@@ -18,6 +18,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -25,9 +26,10 @@ import yaml
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Header, MessageIndex, Metadata, MetadataIndex, Schema
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
+from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cdr import typestore
+from pneu_rig_ros.records.cdr_encoding import typestore
 from pneu_rig_ros.records.mcap_chunks import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.rosbag2_metadata import (
@@ -36,7 +38,6 @@ from pneu_rig_ros.records.rosbag2_metadata import (
     offered_qos,
     write_metadata,
 )
-from pneu_rig_ros.records.rows import TopicRows, chunk_of
 from pneu_rig_ros.records.whole_files import GrowingFile, deferred_interrupts
 
 FLUSH_PERIOD = 0.4
@@ -47,6 +48,18 @@ CHUNK_SIZE = 2**20
 
 _MESSAGE = struct.Struct(HEAD.format + MESSAGE.format.lstrip('<'))
 """What precedes the data of a message in a file."""
+
+_HEAD = struct.Struct('<BQHI')
+"""Opcode and length of a record, channel, sequence of a message or size of an index [byte]."""
+
+
+class TopicRows(NamedTuple):
+    """The messages of one topic, shape (n, size), and which of them there are, shape (n,)."""
+
+    topic: str
+    type: str
+    messages: NDArray[np.uint8]
+    present: NDArray[np.bool_]
 
 
 class BagWriter:
@@ -234,3 +247,44 @@ class BagWriter:
         except OSError as error:
             cause = error.strerror or error
             raise RigError(f'cannot write the bag {self.path}: {cause}') from error
+
+
+def chunk_of(
+    rows: Sequence[TopicRows], channels: Sequence[int], log_times: Stamps, start: int
+) -> tuple[bytes, bytes]:
+    """
+    Return the message records of n instants, topic by topic at each, and their index records.
+
+    :param channels: number of each topic's channel
+    :param log_times: of the instants [ns], shape (n,)
+    :param start: offset of the first record in its chunk [byte]
+    """
+    records = [
+        _records(channel, log_times, row.messages)
+        for row, channel in zip(rows, channels, strict=True)
+    ]
+    sizes = np.array([record.shape[1] for record in records])
+    present = np.stack([row.present for row in rows], axis=1)
+    together = np.hstack(records)
+    if not present.all():
+        together = together[np.repeat(present, sizes, axis=1)]
+    ends = np.cumsum(present * sizes).reshape(present.shape)
+    index = b''.join(
+        _index(channel, log_times[there], start + end[there] - size)
+        for channel, there, end, size in zip(channels, present.T, ends.T, sizes, strict=True)
+        if there.any()
+    )
+    return together.tobytes(), index
+
+
+def _records(channel: int, log_times: Stamps, messages: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    head = _HEAD.pack(Opcode.MESSAGE, MESSAGE.size + messages.shape[1], channel, 0)
+    heads = np.tile(np.frombuffer(head, dtype=np.uint8), (log_times.size, 1))
+    # the log time is that of publishing, too
+    times = np.stack([log_times, log_times], axis=1).astype('<u8').view(np.uint8)
+    return np.hstack([heads, times, messages])
+
+
+def _index(channel: int, log_times: Stamps, offsets: Stamps) -> bytes:
+    entries = np.stack([log_times, offsets], axis=1).astype('<u8').tobytes()
+    return _HEAD.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries)) + entries

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from pneu_rig_ros.records import BagWriter
-from pneu_rig_ros.records.cdr import pack_float64, pack_valve_voltages
-from pneu_rig_ros.records.plant_messages import PlantMessages
+from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_float64, pack_valve_voltages
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Sample
 

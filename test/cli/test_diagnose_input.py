@@ -19,7 +19,7 @@ from diagnosis.parts import (
 from numpy.typing import NDArray
 
 from pneu_rig_ros.records import BagWriter
-from pneu_rig_ros.records.plant_messages import PlantMessages
+from pneu_rig_ros.records.cdr_encoding import PlantMessages
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Sample, load_configuration
 from pneu_rig_ros.simulate import simulate

@@ -23,7 +23,7 @@ from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import bag as bags
-from pneu_rig_ros.records import cdr, read_recording, repair
+from pneu_rig_ros.records import cdr_decoding, cdr_encoding, read_recording, repair
 from pneu_rig_ros.records.conditions import format_conditions, parse_conditions
 from pneu_rig_ros.records.description import bag_metadata
 from pneu_rig_ros.records.mapping import read_mapping
@@ -164,16 +164,16 @@ def _foreign_bag(data: bytes, folder: Path) -> None:
 
 
 DECODERS: dict[str, tuple[str, Callable[[bytes], Any], Callable[[Any], Any]]] = {
-    'float64': ('std_msgs/msg/Float64', cdr.unpack_float64, lambda m: m.data),
-    'string': ('std_msgs/msg/String', cdr.unpack_string, lambda m: m.data),
+    'float64': ('std_msgs/msg/Float64', cdr_decoding.unpack_float64, lambda m: m.data),
+    'string': ('std_msgs/msg/String', cdr_decoding.unpack_string, lambda m: m.data),
     'voltages': (
         'std_msgs/msg/Float64MultiArray',
-        cdr.unpack_valve_voltages,
+        cdr_decoding.unpack_valve_voltages,
         lambda m: tuple(m.data),
     ),
     'joint': (
         'sensor_msgs/msg/JointState',
-        cdr.unpack_joint_state,
+        cdr_decoding.unpack_joint_state,
         lambda m: (
             _nanoseconds(m.header.stamp),
             *(f[0] if len(f) else math.nan for f in (m.position, m.velocity, m.effort)),
@@ -181,7 +181,7 @@ DECODERS: dict[str, tuple[str, Callable[[bytes], Any], Callable[[Any], Any]]] = 
     ),
     'pressure': (
         'sensor_msgs/msg/FluidPressure',
-        cdr.unpack_fluid_pressure,
+        cdr_decoding.unpack_fluid_pressure,
         lambda m: (_nanoseconds(m.header.stamp), m.fluid_pressure, m.variance),
     ),
 }
@@ -189,7 +189,7 @@ DECODERS: dict[str, tuple[str, Callable[[bytes], Any], Callable[[Any], Any]]] = 
 
 
 def _nanoseconds(stamp: Any) -> int:
-    return int(stamp.sec) * cdr.NANOSECONDS + int(stamp.nanosec)
+    return int(stamp.sec) * cdr_encoding.NANOSECONDS + int(stamp.nanosec)
 
 
 def _cdr(data: bytes, _: Path) -> None:
@@ -197,7 +197,7 @@ def _cdr(data: bytes, _: Path) -> None:
     kind, decode, values = list(DECODERS.values())[data[0] % len(DECODERS) if data else 0]
     ours = decode(data[1:])
     try:
-        theirs = values(cdr.typestore().deserialize_cdr(data[1:], kind))
+        theirs = values(cdr_encoding.typestore().deserialize_cdr(data[1:], kind))
     except SerdeError as error:
         if isinstance(error.__cause__, UnicodeDecodeError):
             return  # a name that nobody asks for, in another encoding

@@ -13,7 +13,7 @@ import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 
-from pneu_rig_ros.records import Recording, cdr, read_recording, writer
+from pneu_rig_ros.records import Recording, cdr_encoding, read_recording, writer
 from pneu_rig_ros.records.mcap_file import CHUNK_CRC_OFFSET
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
@@ -132,7 +132,7 @@ def unprotected_bag() -> bytes:
 @cache
 def _foreign(mode: CompressionMode) -> tuple[bytes, bytes]:
     """Return file and metadata.yaml of a bag with topics and units of others."""
-    store = cdr.typestore()
+    store = cdr_encoding.typestore()
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder, 'stroke')
         made = Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP)
@@ -167,7 +167,7 @@ def foreign_metadata() -> bytes:
 
 
 def _header(k: int) -> Any:
-    types = cdr.typestore().types
+    types = cdr_encoding.typestore().types
     stamp = types['builtin_interfaces/msg/Time'](sec=1, nanosec=k * 10**7)
     return types['std_msgs/msg/Header'](stamp=stamp, frame_id='axis')
 
@@ -186,10 +186,10 @@ def _pressure(k: int) -> dict[str, Any]:
 def messages() -> tuple[bytes, ...]:
     """Return messages on the wire, each behind the number of its decoder."""
     made = [
-        cdr.pack_float64(0.34),
-        cdr.pack_string('name: rig'),
-        cdr.pack_valve_voltages(2.8, 2.2),
-        cdr.template('predicted/joint_states').at(10**9 + 5, 0.1, 0.2, 3.0),
-        cdr.template('chamber_1/pressure').at(10**9 + 5, 2e5),
+        cdr_encoding.pack_float64(0.34),
+        cdr_encoding.pack_string('name: rig'),
+        cdr_encoding.pack_valve_voltages(2.8, 2.2),
+        cdr_encoding.template('predicted/joint_states').at(10**9 + 5, 0.1, 0.2, 3.0),
+        cdr_encoding.template('chamber_1/pressure').at(10**9 + 5, 2e5),
     ]
     return tuple(bytes([number]) + cdr for number, cdr in enumerate(made))

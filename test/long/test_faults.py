@@ -26,7 +26,8 @@ from pneu_rig_ros.nodes.qos import qos_profile
 from pneu_rig_ros.nodes.topics import create_publisher
 from pneu_rig_ros.records import Recording, read_recording, repair
 from pneu_rig_ros.records.bag import open_bag, storage_files
-from pneu_rig_ros.records.cdr import pack_float64, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 

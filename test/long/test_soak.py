@@ -21,7 +21,7 @@ from rosbags.rosbag2 import Reader
 
 from benchmarks.live import lost, missed, read_content
 from pneu_rig_ros.records.bag import open_bag, storage_files
-from pneu_rig_ros.records.cdr import unpack_stamp
+from pneu_rig_ros.records.cdr_decoding import unpack_stamp
 from pneu_rig_ros.records.topics import DIAGNOSTICS
 
 from .live_rig import ProcessRig

@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
 from pneu_rig_ros.records.bag import open_bag
-from pneu_rig_ros.records.cdr import pack_float64
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 
 from .live_rig import PATIENCE

@@ -13,7 +13,7 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, bag, repair
 from pneu_rig_ros.records.bag import open_bag
-from pneu_rig_ros.records.cdr import pack_float64
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.records.mcap_file import McapFile
 
 FLOAT64 = 'std_msgs/msg/Float64'

@@ -7,14 +7,14 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.bulk_cdr import Decoder, decode_all
-from pneu_rig_ros.records.cdr import (
-    pack_float64,
-    pack_valve_voltages,
+from pneu_rig_ros.records.cdr_decoding import (
+    Decoder,
+    decode_all,
     unpack_float64,
     unpack_joint_state,
     unpack_valve_voltages,
 )
+from pneu_rig_ros.records.cdr_encoding import pack_float64, pack_valve_voltages
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 JOINT = 'sensor_msgs/msg/JointState'

@@ -8,8 +8,8 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import cdr
-from pneu_rig_ros.records.plant_messages import PlantMessages
+from pneu_rig_ros.records import cdr_decoding, cdr_encoding
+from pneu_rig_ros.records.cdr_encoding import PlantMessages
 from pneu_rig_ros.records.topics import CLOCK, TOPICS
 from pneu_rig_ros.rig import Sample
 
@@ -65,9 +65,9 @@ def test_plant_messages_equal_the_typestore(value, stamp_ns, prefix):
 @pytest.mark.parametrize('stamp_ns', STAMPS)
 @pytest.mark.parametrize('value', VALUES)
 def test_friction_equals_the_typestore(value, stamp_ns):
-    packed = cdr.template('friction').at(stamp_ns, value)
+    packed = cdr_encoding.template('friction').at(stamp_ns, value)
     assert packed == joint_state(stamp_ns, effort=[value], frame_id='base')
-    reading = cdr.unpack_joint_state(packed)
+    reading = cdr_decoding.unpack_joint_state(packed)
     assert (reading.stamp_ns, reading.effort) == (stamp_ns, value)
     assert all(map(math.isnan, (reading.position, reading.velocity)))
 
@@ -76,45 +76,48 @@ def test_an_earlier_message_is_not_changed_by_a_later_one():
     messages = PlantMessages(1.0)
     before = messages.pack(Sample(0, 1.0, 2.0, 3.0, 4.0), 1)['joint_states']
     messages.pack(Sample(1, 5.0, 6.0, 7.0, 8.0), 2)
-    assert cdr.unpack_joint_state(before)[:3] == (1, 1.0, 2.0)
+    assert cdr_decoding.unpack_joint_state(before)[:3] == (1, 1.0, 2.0)
 
 
 @pytest.mark.parametrize('value', VALUES)
 def test_plain_messages_round_trip(value):
-    assert cdr.unpack_float64(cdr.pack_float64(value)) == value
-    assert cdr.unpack_valve_voltages(cdr.pack_valve_voltages(value, 2.5)) == (value, 2.5)
+    assert cdr_decoding.unpack_float64(cdr_encoding.pack_float64(value)) == value
+    assert cdr_decoding.unpack_valve_voltages(cdr_encoding.pack_valve_voltages(value, 2.5)) == (
+        value,
+        2.5,
+    )
 
 
 @pytest.mark.parametrize('text', ['', 'a', 'name: cylinder_2  # 1 µm\n'])
 def test_string_round_trip(text):
-    assert cdr.pack_string(text) == serialize('std_msgs/msg/String', data=text)
-    assert cdr.unpack_string(cdr.pack_string(text)) == text
+    assert cdr_encoding.pack_string(text) == serialize('std_msgs/msg/String', data=text)
+    assert cdr_decoding.unpack_string(cdr_encoding.pack_string(text)) == text
 
 
 @pytest.mark.parametrize('frame_id', ['', 'a', 'ab', 'abc', 'abcd', 'abcdefgh'])
 @pytest.mark.parametrize('names', [(), ('x',), ('piston', 'load'), ('ab', 'abc', 'abcd')])
 def test_joint_states_of_others_are_read(frame_id, names):
     message = joint_state(5, [1.0, 2.0], [3.0], [4.0, 5.0, 6.0], frame_id, names)
-    assert cdr.unpack_joint_state(message) == (5, 1.0, 3.0, 4.0)
-    assert cdr.unpack_stamp(message) == 5
+    assert cdr_decoding.unpack_joint_state(message) == (5, 1.0, 3.0, 4.0)
+    assert cdr_decoding.unpack_stamp(message) == 5
 
 
 @pytest.mark.parametrize('other', ['x', 'xy', 'xyz', 'elbow'])
 def test_a_command_is_that_of_the_piston(other):
     message = joint_state(5, [], [1.0, 2.0], [], '', (other, 'piston'))
-    assert cdr.unpack_joint_command(message)[::2] == (5, 2.0)
+    assert cdr_decoding.unpack_joint_command(message)[::2] == (5, 2.0)
     for wrong in (
         joint_state(5, [], [1.0], [], '', names) for names in ((other, 'piston'), (other,))
     ):
         with pytest.raises(RigError, match=r'joint'):
-            cdr.unpack_joint_command(wrong)
+            cdr_decoding.unpack_joint_command(wrong)
 
 
 @pytest.mark.parametrize('frame_id', ['', 'a', 'ab', 'abc', 'abcd', 'abcdefgh'])
 def test_pressures_of_others_are_read(frame_id):
     fields = {'header': header(6, frame_id), 'fluid_pressure': 1.0, 'variance': 2.0}
     message = serialize('sensor_msgs/msg/FluidPressure', **fields)
-    assert cdr.unpack_fluid_pressure(message) == (6, 1.0, 2.0)
+    assert cdr_decoding.unpack_fluid_pressure(message) == (6, 1.0, 2.0)
 
 
 def voltages(labels, data):
@@ -128,22 +131,22 @@ def voltages(labels, data):
 
 @pytest.mark.parametrize('labels', [(), ('',), ('valve',), ('a', 'bc')])
 def test_voltages_with_any_layout_are_read(labels):
-    assert cdr.unpack_valve_voltages(voltages(labels, [1.0, 2.0])) == (1.0, 2.0)
+    assert cdr_decoding.unpack_valve_voltages(voltages(labels, [1.0, 2.0])) == (1.0, 2.0)
 
 
 @pytest.mark.parametrize('data', [[], [1.0], [1.0, 2.0, 3.0]])
 def test_other_than_two_voltages_are_refused(data):
     with pytest.raises(RigError, match=f'{len(data)} values, allowed 2'):
-        cdr.unpack_valve_voltages(voltages(('v',), data))
+        cdr_decoding.unpack_valve_voltages(voltages(('v',), data))
 
 
 @pytest.mark.parametrize(
     ('unpack', 'cdr'),
     [
-        (cdr.unpack_float64, cdr.pack_float64(1.0)),
-        (cdr.unpack_valve_voltages, cdr.pack_valve_voltages(1.0, 2.0)),
-        (cdr.unpack_joint_state, cdr.template('friction').at(2, 1.0)),
-        (cdr.unpack_string, cdr.pack_string('abcdefg')),
+        (cdr_decoding.unpack_float64, cdr_encoding.pack_float64(1.0)),
+        (cdr_decoding.unpack_valve_voltages, cdr_encoding.pack_valve_voltages(1.0, 2.0)),
+        (cdr_decoding.unpack_joint_state, cdr_encoding.template('friction').at(2, 1.0)),
+        (cdr_decoding.unpack_string, cdr_encoding.pack_string('abcdefg')),
     ],
 )
 def test_cut_messages_are_refused(unpack, cdr):
@@ -154,7 +157,7 @@ def test_cut_messages_are_refused(unpack, cdr):
 
 def test_big_endian_is_refused():
     with pytest.raises(RigError, match='little-endian'):
-        cdr.unpack_float64(b'\x00\x00\x00\x00' + struct.pack('>d', 1.0))
+        cdr_decoding.unpack_float64(b'\x00\x00\x00\x00' + struct.pack('>d', 1.0))
 
 
 def test_rclpy_reads_every_message_back():
@@ -178,10 +181,10 @@ def test_rclpy_reads_every_message_back():
     assert (pressure.fluid_pressure, pressure.variance) == (6e5, 2.5)
     assert read(messages['position'], Float64).data == 0.1
     assert read(messages[CLOCK], Clock).clock.nanosec == STAMPS[-1] % 10**9
-    voltage = read(cdr.pack_valve_voltages(1.5, 3.5), Float64MultiArray)
+    voltage = read(cdr_encoding.pack_valve_voltages(1.5, 3.5), Float64MultiArray)
     assert list(voltage.data) == [1.5, 3.5]
     assert voltage.layout.dim[0].size == 2
-    assert list(read(cdr.template('friction').at(1, 9.0), JointState).effort) == [9.0]
+    assert list(read(cdr_encoding.template('friction').at(1, 9.0), JointState).effort) == [9.0]
 
 
 def test_what_rclpy_writes_is_read():
@@ -190,12 +193,12 @@ def test_what_rclpy_writes_is_read():
     from std_msgs.msg import Float64, Float64MultiArray
 
     joint = JointState(name=['piston'], position=[1.0], velocity=[2.0], effort=[3.0])
-    assert cdr.unpack_joint_state(serialize_message(joint)) == (0, 1.0, 2.0, 3.0)
+    assert cdr_decoding.unpack_joint_state(serialize_message(joint)) == (0, 1.0, 2.0, 3.0)
     pressure = FluidPressure(fluid_pressure=4.0, variance=5.0)
-    assert cdr.unpack_fluid_pressure(serialize_message(pressure)) == (0, 4.0, 5.0)
-    assert serialize_message(Float64(data=0.34)) == cdr.pack_float64(0.34)
+    assert cdr_decoding.unpack_fluid_pressure(serialize_message(pressure)) == (0, 4.0, 5.0)
+    assert serialize_message(Float64(data=0.34)) == cdr_encoding.pack_float64(0.34)
     both = Float64MultiArray(data=[1.0, 2.0])
-    assert cdr.unpack_valve_voltages(serialize_message(both)) == (1.0, 2.0)
+    assert cdr_decoding.unpack_valve_voltages(serialize_message(both)) == (1.0, 2.0)
 
 
 def test_the_table_names_known_types():

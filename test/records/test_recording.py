@@ -11,8 +11,7 @@ import yaml
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter, Recording, read_recording
 from pneu_rig_ros.records.bag import last_text, open_bag
-from pneu_rig_ros.records.cdr import pack_valve_voltages
-from pneu_rig_ros.records.plant_messages import PlantMessages
+from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_valve_voltages
 from pneu_rig_ros.records.recording import WHOLE, voltages_of
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Rig, Sample, load_configuration

@@ -25,8 +25,7 @@ import sys, time
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.records.cdr import pack_string
-from pneu_rig_ros.records.plant_messages import PlantMessages
+from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.rig import Rig, load_configuration
 rig = Rig(load_configuration('cylinder_1', seed=11))
 messages = PlantMessages(rig.pressure_variance, clock=True)

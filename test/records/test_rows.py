@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.cdr import pack_float64, pack_valve_voltages, template
+from pneu_rig_ros.records.cdr_encoding import (
+    PlantMessages,
+    pack_float64,
+    pack_valve_voltages,
+    template,
+)
 from pneu_rig_ros.records.conversion import BLOCK, write_bag
 from pneu_rig_ros.records.mcap_file import McapFile
-from pneu_rig_ros.records.plant_messages import PlantMessages
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import Sample
 

@@ -10,7 +10,7 @@ from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter
-from pneu_rig_ros.records.cdr import pack_float64
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 
 FLOAT64 = 'std_msgs/msg/Float64'
 Row = tuple[str, int, bytes]

@@ -13,7 +13,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import cdr, read_recording
+from pneu_rig_ros.records import cdr_encoding, read_recording
 from pneu_rig_ros.records.description import bag_metadata, describe
 from pneu_rig_ros.records.writer import BagWriter
 from pneu_rig_ros.rig import load_configuration
@@ -137,7 +137,7 @@ def test_message_definitions_do_not_run(
     with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as made:
         connection = made.add_connection('/x', kind, msgdef=definition, rihs01=HASH)
         for k in range(4):
-            made.write(connection, k, cdr.pack_float64(0.1))
+            made.write(connection, k, cdr_encoding.pack_float64(0.1))
     mapping = {'topics': {'position': {'topic': '/x', 'field': 'data'}}}
     with pytest.raises(RigError) as told:
         read_recording(tmp_path / 'bag', mapping)

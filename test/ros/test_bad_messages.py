@@ -19,15 +19,14 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import (
+from pneu_rig_ros.records.cdr_decoding import unpack_joint_state, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_encoding import (
+    PlantMessages,
     pack_float64,
     pack_string,
     pack_valve_voltages,
     template,
-    unpack_joint_state,
-    unpack_valve_voltages,
 )
-from pneu_rig_ros.records.plant_messages import PlantMessages
 from pneu_rig_ros.rig import Sample
 from pneu_rig_ros.rig.valve_drive import LARGEST_COMMAND, valve_voltages
 

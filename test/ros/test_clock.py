@@ -11,7 +11,8 @@ from pneu_rig_ros.nodes.clock import SampleClock, WallClock
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.records.cdr import template, unpack_float64
+from pneu_rig_ros.records.cdr_decoding import unpack_float64
+from pneu_rig_ros.records.cdr_encoding import template
 
 from .bystander import Bystander, gather
 

@@ -19,7 +19,8 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.cdr import pack_float64, unpack_float64, unpack_joint_state
+from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_joint_state
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 

@@ -16,7 +16,8 @@ from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.topics import message_class
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import pack_float64, unpack_string, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_decoding import unpack_string, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 
 from .bystander import Bystander, gather, until

@@ -20,11 +20,8 @@ from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.cdr import (
-    pack_float64,
-    unpack_joint_state,
-    unpack_valve_voltages,
-)
+from pneu_rig_ros.records.cdr_decoding import unpack_joint_state, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 
 from .bystander import Bystander, gather
 

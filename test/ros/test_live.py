@@ -13,12 +13,8 @@ from typing import Any
 import pytest
 
 from pneu_rig_ros.cli import main
-from pneu_rig_ros.records.cdr import (
-    pack_float64,
-    unpack_float64,
-    unpack_joint_state,
-    unpack_string,
-)
+from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_joint_state, unpack_string
+from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.rig import Rig, configuration_from_yaml, load_configuration
 
 from .bystander import DOMAIN, PATIENCE, Bystander, until

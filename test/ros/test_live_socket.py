@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from pneu_rig_ros.nodes.embedding import embedded
 from pneu_rig_ros.nodes.live import History, LiveNode
-from pneu_rig_ros.records.cdr import pack_string
+from pneu_rig_ros.records.cdr_encoding import pack_string
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.web.server import serve

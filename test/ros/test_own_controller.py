@@ -11,7 +11,7 @@ import pytest
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import unpack_joint_state
+from pneu_rig_ros.records.cdr_decoding import unpack_joint_state
 
 from .bystander import gather
 

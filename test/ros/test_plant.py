@@ -17,14 +17,14 @@ from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
-from pneu_rig_ros.records.cdr import (
-    pack_valve_voltages,
+from pneu_rig_ros.records.cdr_decoding import (
     unpack_float64,
     unpack_fluid_pressure,
     unpack_joint_state,
     unpack_stamp,
     unpack_string,
 )
+from pneu_rig_ros.records.cdr_encoding import pack_valve_voltages
 from pneu_rig_ros.records.topics import CLOCK
 from pneu_rig_ros.rig import configuration_from_yaml
 

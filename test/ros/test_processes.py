@@ -21,7 +21,8 @@ from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.embedding import hold_command
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.bag import open_bag
-from pneu_rig_ros.records.cdr import template, unpack_stamp
+from pneu_rig_ros.records.cdr_decoding import unpack_stamp
+from pneu_rig_ros.records.cdr_encoding import template
 from pneu_rig_ros.records.topics import DIAGNOSTICS
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate

@@ -16,8 +16,8 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.topics import message_class
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import pack_float64, unpack_float64, unpack_valve_voltages
-from pneu_rig_ros.records.plant_messages import PlantMessages
+from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_float64
 from pneu_rig_ros.records.topics import SAMPLE_TOPICS, TOPICS
 from pneu_rig_ros.rig import Sample
 from pneu_rig_ros.rig.valve_drive import valve_voltages

@@ -13,14 +13,14 @@ from rosbags.rosbag2 import Reader
 from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.records.cdr import (
+from pneu_rig_ros.records.cdr_decoding import unpack_joint_state
+from pneu_rig_ros.records.cdr_encoding import (
+    PlantMessages,
     pack_float64,
     pack_string,
     pack_valve_voltages,
-    unpack_joint_state,
 )
 from pneu_rig_ros.records.description import describe
-from pneu_rig_ros.records.plant_messages import PlantMessages
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Rig, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages

@@ -14,7 +14,7 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.replay import ReplayNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.cdr import unpack_stamp
+from pneu_rig_ros.records.cdr_decoding import unpack_stamp
 from pneu_rig_ros.records.playback import Playback
 from pneu_rig_ros.records.topics import CLOCK
 from pneu_rig_ros.rig import load_configuration

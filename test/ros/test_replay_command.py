@@ -10,7 +10,7 @@ from pneu_rig_ros.cli import main
 from pneu_rig_ros.cli.run import replay
 from pneu_rig_ros.nodes.replay import ReplayNode
 from pneu_rig_ros.nodes.rig_node import COMMON
-from pneu_rig_ros.records.cdr import unpack_stamp
+from pneu_rig_ros.records.cdr_decoding import unpack_stamp
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 

@@ -13,7 +13,7 @@ from pneu_rig_ros.nodes.joint_command import JointCommandNode
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import unpack_float64
+from pneu_rig_ros.records.cdr_decoding import unpack_float64
 from pneu_rig_ros.records.topics import PISTON
 
 from .bystander import PATIENCE, until

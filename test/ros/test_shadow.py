@@ -8,7 +8,7 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.replay import ReplayNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
-from pneu_rig_ros.records.cdr import unpack_fluid_pressure, unpack_joint_state
+from pneu_rig_ros.records.cdr_decoding import unpack_fluid_pressure, unpack_joint_state
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 

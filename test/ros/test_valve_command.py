@@ -7,7 +7,8 @@ import pytest
 
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.records.cdr import pack_float64, template, unpack_valve_voltages
+from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
+from pneu_rig_ros.records.cdr_encoding import pack_float64, template
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import gather, until

@@ -1,43 +1,36 @@
 """
-The rig's messages as raw CDR, the bytes that travel on the wire and lie in the bag.
+Decodes the rig's messages from raw CDR, one by one or many of one topic at once.
 
-Each message is serialised once as a template; a tick then only patches its numbers. That is four
-times cheaper than typed messages, and the live nodes and the offline simulation write the same
-bytes because they use the same templates. No ROS is needed here.
+Most messages of a topic differ in nothing but their stamp and their numbers. Where these are is
+seen in the first message; all that are like it in every other byte are read as columns of an
+array.
 """
+
+from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable
-from functools import cache, wraps
+from collections.abc import Callable, Sequence
+from functools import wraps
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from rosbags.typesys import Stores, get_typestore
-from rosbags.typesys.store import Typestore
+from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.topics import BASE, JOINT, PISTON, STRING, TOPICS, TUBE
+from pneu_rig_ros.records.cdr_encoding import (
+    COUNT,
+    ENCAPSULATION,
+    LITTLE_ENDIAN,
+    NANOSECONDS,
+    TIME,
+)
+from pneu_rig_ros.records.topics import PISTON
 
 _Value = TypeVar('_Value')
-NANOSECONDS = 1_000_000_000
-"""In a second."""
-_TIME = struct.Struct('<iI')
-_DOUBLE = struct.Struct('<d')
-_COUNT = struct.Struct('<I')
-_LITTLE_ENDIAN = b'\x00\x01\x00\x00'
-_ENCAPSULATION = len(_LITTLE_ENDIAN)
 _MOST_PADDING = 3
-# Placeholders for the numbers in a new template. Their bytes occur nowhere else in a message, so
-# a search for them finds the offsets at which the numbers are patched.
-_MARKS = (1.2345678e-101, 2.3456789e-102, 3.4567891e-103)
-
-_JOINT_FIELDS = {
-    'joint_states': ('position', 'velocity'),
-    'predicted/joint_states': ('position', 'velocity', 'effort'),
-    'residual/joint_states': ('position', 'velocity'),
-}
-"""Topic of JointStates -> what its numbers are; an effort on all others."""
+NUMBER = 8
+"""Bytes of a float."""
 
 
 class JointReading(NamedTuple):
@@ -57,117 +50,26 @@ class PressureReading(NamedTuple):
     variance: float
 
 
-@cache
-def typestore() -> Typestore:
-    """Return the message definitions of ROS 2 Jazzy."""
-    return get_typestore(Stores.ROS2_JAZZY)
-
-
-def _message(type_name: str, **fields: Any) -> Any:
-    return typestore().types[type_name](**fields)
-
-
-def _header(frame_id: str) -> Any:
-    stamp = _message('builtin_interfaces/msg/Time', sec=0, nanosec=0)
-    return _message('std_msgs/msg/Header', stamp=stamp, frame_id=frame_id)
-
-
-class Template:
-    """
-    A serialised message whose stamp (if any) and marked doubles are patched in place.
-
-    :param message: with the first of ``_MARKS`` in the place of its numbers
-    """
-
-    def __init__(self, message: Any) -> None:
-        self.stamped = hasattr(message, 'header')
-        self.buffer = bytearray(typestore().serialize_cdr(message, message.__msgtype__))
-        marks = map(_DOUBLE.pack, _MARKS)
-        self.offsets = [self.buffer.index(mark) for mark in marks if mark in self.buffer]
-
-    def fill(self, *values: float) -> bytes:
-        """Return the message with these numbers."""
-        for offset, value in zip(self.offsets, values, strict=True):
-            _DOUBLE.pack_into(self.buffer, offset, value)
-        return bytes(self.buffer)
-
-    def at(self, stamp_ns: int, *values: float) -> bytes:
-        """Return the message with this stamp [ns] and these numbers."""
-        # The stamp is the first field of a header, and a header that of its message.
-        _TIME.pack_into(self.buffer, _ENCAPSULATION, *divmod(stamp_ns, NANOSECONDS))
-        return self.fill(*values)
-
-
-def template(topic: str, frame_prefix: str = '', variance: float = 0.0) -> Template:
-    """
-    Return the message of a topic of the rig, its shadow or a measured `force`, for its numbers.
-
-    :param frame_prefix: of the frame in the header, as robot_state_publisher gives it to it
-    :param variance: of a pressure [Pa^2]; 0 for one that is not known, as sensor_msgs says
-    """
-    if topic == 'valve_voltages':
-        return _voltages()
-    if topic in ('u', 'position', 'velocity'):
-        return Template(_message(TOPICS[topic].type, data=_MARKS[0]))
-    if topic.endswith('/pressure'):
-        content = {'fluid_pressure': _MARKS[0], 'variance': variance}
-        header = _header(frame_prefix + TUBE)
-        return Template(_message(TOPICS[topic].type, header=header, **content))
-    marks = dict(zip(_JOINT_FIELDS.get(topic, ('effort',)), _MARKS, strict=False))
-    fields = ('position', 'velocity', 'effort')
-    arrays = {name: np.array([marks[name]] if name in marks else [], float) for name in fields}
-    return Template(_message(JOINT, header=_header(frame_prefix + BASE), name=[PISTON], **arrays))
-
-
-@cache
-def _voltages() -> Template:
-    label = 'valve_1, valve_2 [V]'
-    dimension = _message('std_msgs/msg/MultiArrayDimension', label=label, size=2, stride=2)
-    layout = _message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
-    data = np.array(_MARKS[:2])
-    return Template(_message(TOPICS['valve_voltages'].type, layout=layout, data=data))
-
-
-def pack_float64(value: float) -> bytes:
-    """Encode std_msgs/Float64."""
-    return _LITTLE_ENDIAN + _DOUBLE.pack(value)
-
-
-def pack_valve_voltages(voltage_1: float, voltage_2: float) -> bytes:
-    """Encode the voltages of valve 1 and 2 [V] as Float64MultiArray with a labelled layout."""
-    return _voltages().fill(voltage_1, voltage_2)
-
-
-def pack_clock(stamp_ns: int) -> bytes:
-    """Encode a stamp [ns] as rosgraph_msgs/Clock."""
-    return _LITTLE_ENDIAN + _TIME.pack(*divmod(stamp_ns, NANOSECONDS))
-
-
-def pack_string(text: str) -> bytes:
-    """Encode std_msgs/String."""
-    return bytes(typestore().serialize_cdr(_message(STRING, data=text), STRING))
-
-
 class Reader:
     """Walks through little-endian CDR; alignment counts from the end of the encapsulation."""
 
     def __init__(self, cdr: bytes) -> None:
-        if len(cdr) < _ENCAPSULATION or bytes(cdr[:2]) != _LITTLE_ENDIAN[:2]:
+        if len(cdr) < ENCAPSULATION or bytes(cdr[:2]) != LITTLE_ENDIAN[:2]:
             raise RigError(f'message of {len(cdr)} bytes: not little-endian CDR')
         self._cdr = cdr
         self.size = len(cdr)
-        self._at = _ENCAPSULATION
+        self._at = ENCAPSULATION
 
     def count(self) -> int:
         """Return the next number of elements."""
         self._at += -self._at % 4  # the encapsulation is 4 bytes long: no need to subtract it
-        (value,) = _COUNT.unpack_from(self._cdr, self._at)
+        (value,) = COUNT.unpack_from(self._cdr, self._at)
         self._at += 4
         return int(value)
 
     def stamp(self) -> int:
         """Return a stamp [ns]."""
-        seconds, nanoseconds = _TIME.unpack_from(self._cdr, self._at)
+        seconds, nanoseconds = TIME.unpack_from(self._cdr, self._at)
         self._at += 8
         if nanoseconds >= NANOSECONDS:
             raise RigError(f'stamp with {nanoseconds} ns in a second, allowed are below 1e9')
@@ -182,7 +84,7 @@ class Reader:
 
     def string(self) -> str:
         """Return a text."""
-        start = self._at + -self._at % 4 + _COUNT.size
+        start = self._at + -self._at % 4 + COUNT.size
         self.skip_string()
         return str(self._cdr[start : self._at - 1], 'utf-8')
 
@@ -190,7 +92,7 @@ class Reader:
         """Return some floats."""
         # An empty sequence is not followed by padding for the elements that it does not have.
         if count:
-            self._at += -(self._at - _ENCAPSULATION) % 8
+            self._at += -(self._at - ENCAPSULATION) % 8
         values = struct.unpack_from(f'<{count}d', self._cdr, self._at)
         self._at += 8 * count
         return values
@@ -295,3 +197,110 @@ def unpack_string(reader: Reader) -> str:
     text = reader.string()
     reader.end()
     return text
+
+
+Decoder = Callable[[Reader], Any]
+"""One of those above."""
+
+
+class Layout(NamedTuple):
+    """
+    Where a message has what a decoder returns.
+
+    :param stamp: offset, None without one
+    :param values: offset of each value, None for one that the message lacks
+    :param fixed: whether a byte is neither of a stamp nor of a number, shape (size,)
+    """
+
+    stamp: int | None
+    values: list[int | None]
+    fixed: NDArray[np.bool_]
+
+
+def decode_all(
+    decoder: Decoder, messages: Sequence[bytes]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """
+    Return the stamps [ns], shape (n,), 0 without one, and the values of n messages, shape (n, k).
+
+    :raises RigError: for a message that cannot be decoded, with its number
+    """
+    if not messages:
+        return np.empty(0, dtype=np.int64), np.empty((0, 0))
+    layout = layout_of(decoder, messages[0])
+    alike = np.array([len(message) == layout.fixed.size for message in messages])
+    joined = b''.join(message for message, same in zip(messages, alike, strict=True) if same)
+    content = np.frombuffer(joined, dtype=np.uint8).reshape(-1, layout.fixed.size)
+    stamps, right = _stamps(content, layout.stamp)
+    right &= (content[:, layout.fixed] == content[0, layout.fixed]).all(axis=1)
+    columns = [_column(content, at, '<f8') for at in layout.values]
+    alike[alike] = right
+    all_stamps = np.zeros(len(messages), dtype=np.int64)
+    all_values = np.zeros((len(messages), len(columns)))
+    all_stamps[alike] = stamps[right]
+    all_values[alike] = np.column_stack(columns)[right]
+    for index in np.flatnonzero(~alike).tolist():
+        _, (all_stamps[index], *all_values[index]) = _decoded(decoder, messages[index], index + 1)
+    return all_stamps, all_values
+
+
+def layout_of(decoder: Decoder, message: bytes) -> Layout:
+    """Return where a message has its stamp and values; RigError where it cannot be decoded."""
+    reader, _ = _decoded(decoder, message, 1)
+    fixed, marked = np.ones(len(message), dtype=np.bool_), bytearray(message)
+    if reader.stamp_at is not None:
+        fixed[reader.stamp_at : reader.stamp_at + TIME.size] = False
+    for at in reader.numbers_at:
+        fixed[at : at + NUMBER] = False
+        # a number that says where it is: the decoder then says which it takes
+        struct.pack_into('<d', marked, at, float(at))
+    _, (_, *marks) = _decoded(decoder, bytes(marked), 1)
+    return Layout(reader.stamp_at, [None if math.isnan(m) else int(m) for m in marks], fixed)
+
+
+class _Locating(Reader):
+    """A reader that notes the offsets of the stamp and of all floats."""
+
+    def __init__(self, cdr: bytes) -> None:
+        super().__init__(cdr)
+        self.stamp_at: int | None = None
+        self.numbers_at: list[int] = []
+
+    def stamp(self) -> int:
+        self.stamp_at = self._at
+        return super().stamp()
+
+    def doubles(self, count: int) -> tuple[float, ...]:
+        values = super().doubles(count)
+        self.numbers_at += range(self._at - NUMBER * count, self._at, NUMBER)
+        return values
+
+
+def _decoded(decoder: Decoder, message: bytes, number: int) -> tuple[_Locating, tuple[Any, ...]]:
+    """Return the reader of one message, with its stamp [ns], 0 without one, and its values."""
+    try:
+        reader = _Locating(message)
+        value = decoder(reader)
+    except RigError as error:
+        raise RigError(f'message {number}: {error}') from error
+    values = value if isinstance(value, tuple) else (value,)
+    return reader, values if reader.stamp_at is not None else (0, *values)
+
+
+def _stamps(
+    content: NDArray[np.uint8], at: int | None
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the stamps [ns] of messages, and whether each is one, shape (n,)."""
+    if at is None:
+        return np.zeros(len(content), dtype=np.int64), np.ones(len(content), dtype=np.bool_)
+    seconds = _column(content, at, '<i4').astype(np.int64)
+    nanoseconds = _column(content, at + 4, '<u4').astype(np.int64)
+    return seconds * NANOSECONDS + nanoseconds, nanoseconds < NANOSECONDS
+
+
+def _column(content: NDArray[np.uint8], at: int | None, kind: str) -> NDArray[Any]:
+    """Return the values at an offset of all messages, NaN without one, shape (n,)."""
+    if at is None:
+        return np.full(len(content), np.nan)
+    size = np.dtype(kind).itemsize
+    return content[:, at : at + size].copy().view(kind)[:, 0]
