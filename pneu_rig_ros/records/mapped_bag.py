@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
+from rosbags.rosbag1.reader import Header, read_bytes, read_uint32
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
@@ -30,9 +32,9 @@ from pneu_rig_ros.records.bag import (
     unreadable,
 )
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, typestore
-from pneu_rig_ros.records.decompression import check_ros1_chunks
 from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.mapping import Source, TableMapping, in_si, unit_of
+from pneu_rig_ros.records.mcap_chunks import decompress
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Stamps
 from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import JOINT
@@ -92,7 +94,7 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
         with AnyReader([directory], default_typestore=typestore()) as reader:
             for bag in reader.readers:
                 if isinstance(bag, Reader1):
-                    check_ros1_chunks(Path(str(bag.path)), [c.pos for c in bag.chunk_infos])
+                    _check_ros1_chunks(Path(str(bag.path)), [c.pos for c in bag.chunk_infos])
             sources = mapping.signals if mapping else _own_sources(reader.connections)
             for name, source in sources.items():
                 where = f'{mapping.origin if mapping else path}: {name}'
@@ -107,6 +109,21 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
             raise unreadable(directory, error) from error
         raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from error
     return _columns(path, streams)._replace(gauge=gauge, metadata=custom, protected=protected)
+
+
+def _check_ros1_chunks(path: Path, offsets: Iterable[int]) -> None:
+    """
+    Decompress the chunks of a ROS 1 bag once, within the bound.
+
+    :param offsets: of the chunk records in the file [byte]
+    :raises RigError: when a chunk does not have the size that it claims
+    """
+    with path.open('rb') as stream:
+        for offset in offsets:
+            stream.seek(offset)
+            header = Header.read(stream)
+            data = read_bytes(stream, read_uint32(stream))
+            decompress(data, header.get_string('compression'), header.get_uint32('size'))
 
 
 def _own_sources(connections: list[Connection]) -> dict[str, Source]:

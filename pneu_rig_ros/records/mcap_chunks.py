@@ -1,19 +1,23 @@
 """
 The chunks of MCAP files: their content, and the index that is made from them.
 
-A file that is being recorded, or whose recorder was killed, has no other index.
+A file that is being recorded, or whose recorder was killed, has no other index. Decompression has
+a bound: a few kB in a hostile bag could otherwise fill the memory.
 """
 
 from __future__ import annotations
 
 import io
 import struct
+import sys
+from bz2 import BZ2Decompressor
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import BinaryIO
+from typing import Any, BinaryIO
 from zlib import crc32
 
+from lz4.frame import LZ4FrameDecompressor
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -28,7 +32,12 @@ from mcap.records import (
 )
 from mcap.summary import Summary
 
-from pneu_rig_ros.records.decompression import decompress
+from pneu_rig_ros.errors import RigError
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
 
 MAGIC = b'\x89MCAP0\r\n'
 
@@ -45,6 +54,15 @@ _CHUNK = struct.Struct('<QQQII')
 
 Message = tuple[int, int, bytes]
 """Log time [ns], channel, data."""
+
+LARGEST_CHUNK = 2**27
+"""Of a bag's chunk, decompressed [byte]; recorders write some MB."""
+
+_DECOMPRESSORS: dict[str, Callable[[], Any]] = {
+    'zstd': zstd.ZstdDecompressor,
+    'lz4': LZ4FrameDecompressor,
+    'bz2': BZ2Decompressor,
+}
 
 
 def encode(*records: McapRecord) -> bytes:
@@ -151,6 +169,39 @@ def chunk_content(stream: BinaryIO, chunk: ChunkIndex) -> bytes:
     if record.uncompressed_crc not in (0, crc32(content)):
         raise ValueError(f'the chunk at {chunk.chunk_start_offset} does not fit its checksum')
     return content
+
+
+def decompress(data: bytes, compression: str, size: int) -> bytes:
+    """
+    Return decompressed data.
+
+    :param compression: 'zstd', 'lz4', 'bz2', or '' for none
+    :param size: that the data are to have, at most `LARGEST_CHUNK` [byte]
+    :raises RigError: when they have another
+    """
+    if compression in ('', 'none'):
+        content = data
+    elif compression not in _DECOMPRESSORS:
+        raise RigError(f'chunk compressed by {compression!r}, allowed: zstd, lz4')
+    else:
+        content = _at_most(_DECOMPRESSORS[compression], data, min(size, LARGEST_CHUNK) + 1)
+    if len(content) != size:
+        raise RigError(f'a chunk does not have the {size} bytes that it claims')
+    return content
+
+
+def _at_most(new: Callable[[], Any], data: bytes, limit: int) -> bytes:
+    """Return the decompressed data, or the first `limit` bytes of them; any number of frames."""
+    content, decompressor = bytearray(), new()
+    while len(content) < limit:
+        part = decompressor.decompress(data, max_length=limit - len(content))
+        content += part
+        data = decompressor.unused_data if decompressor.eof else b''
+        if decompressor.eof and data:
+            decompressor = new()
+        elif decompressor.eof or not part:
+            break  # the end, or cut off
+    return bytes(content)
 
 
 def chunk_messages(content: bytes, summary: Summary) -> list[Message]:

@@ -23,9 +23,9 @@ from mcap.records import Footer, Statistics
 from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.decompression import LARGEST_CHUNK
 from pneu_rig_ros.records.mcap_chunks import (
     HEAD,
+    LARGEST_CHUNK,
     MAGIC,
     Message,
     chunk_content,
