@@ -80,8 +80,7 @@ def claims(
     from pneu_rig_ros.claims.readings import load_reading
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
     from pneu_rig_ros.records.whole_files import atomic_write
-    from pneu_rig_ros.report.claims_figures import SHOWS
-    from pneu_rig_ros.report.claims_page import write_page
+    from pneu_rig_ros.report.claims_page import SHOWS, write_page
 
     laboratory = Laboratory(load_reading(reading))
     rows = []

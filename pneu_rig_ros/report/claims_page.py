@@ -1,25 +1,84 @@
-"""The paper's statements as one self-contained HTML page: findings, values, curves."""
+"""
+The paper's statements as one self-contained HTML page: findings, values, curves.
+
+The curves are those of the paper's figures, as simulated: Fig. 4-6, 3 and 7-13.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from pneu_rig_ros.batch import END_SHARE
-from pneu_rig_ros.claims.captions import stroke_texts
-from pneu_rig_ros.claims.experiments import CYLINDERS, LONGEST_STROKE, Laboratory
+from pneu_rig_ros.claims.captions import DWELL, RLG, stroke_texts
+from pneu_rig_ros.claims.experiments import (
+    CAPTIONS,
+    CYLINDERS,
+    LONGEST_STROKE,
+    Experiment,
+    Laboratory,
+    Stroke,
+)
 from pneu_rig_ros.claims.findings import Row
+from pneu_rig_ros.claims.friction import PAUSES, equation_16, pauses, static_peaks
 from pneu_rig_ros.claims.readings import (
     SPECIFICATIONS,
     open_quantities,
     printed_values_changed,
     short_text,
 )
+from pneu_rig_ros.claims.trends import (
+    LOAD_COMMAND,
+    LOADS,
+    SUPPLIES,
+    commands,
+    loads,
+    starts,
+    supplies,
+)
 from pneu_rig_ros.records.whole_files import atomic_write
-from pneu_rig_ros.report.claims_figures import SHOWS, drawings
-from pneu_rig_ros.report.figure import plain_name
-from pneu_rig_ros.report.page import draw_all, render
+from pneu_rig_ros.report.figure import (
+    BAR,
+    BLUE,
+    GREY,
+    ORANGE,
+    QUANTITIES,
+    STYLE,
+    add_legend,
+    add_letter,
+    plain_name,
+    time_panels,
+)
+from pneu_rig_ros.report.page import Drawing, draw_all, render
+
+WIDTH = 9.6
+"""Width of every figure [inch]."""
+MANY_CYCLES = 50
+"""With so many cycles single steps are too small to be seen in the whole stroke."""
+LAW_STYLES = {RLG: (ORANGE, 'RLG, constant'), DWELL: (BLUE, 'with Eq. 16')}
+
+SHOWS = {
+    4: (1,),
+    5: (2, 11),
+    6: (3,),
+    3: (9,),
+    7: (4, 12),
+    8: (5, 13),
+    9: (6,),
+    10: (7,),
+    11: (8, 14, 15),
+    12: (8, 14, 15),
+    13: (8, 14, 15),
+}
+"""Number of a figure of the paper -> numbers of the statements that it shows; as on the page."""
 
 
 class Value(NamedTuple):
@@ -52,10 +111,10 @@ def write_page(
         rows=rows,
         shares=shares,
         strokes=stroke_texts(laboratory),
-        pictures=draw_all(drawings(laboratory), progress),
+        pictures=draw_all(_drawings(laboratory), progress),
         shows=SHOWS,
         reading=laboratory.reading,
-        values=reading_table(laboratory),
+        values=_reading_table(laboratory),
         changed=printed_values_changed(laboratory.reading),
         cylinders=[plain_name(name) for name in CYLINDERS],
         end_share=END_SHARE,
@@ -64,7 +123,7 @@ def write_page(
     return atomic_write(path, text)
 
 
-def reading_table(laboratory: Laboratory) -> Iterator[Value]:
+def _reading_table(laboratory: Laboratory) -> Iterator[Value]:
     """Yield what the paper does not print, and what the reading changes of the printed."""
     models = [laboratory.reading.model(name) for name in CYLINDERS]
     changed = printed_values_changed(laboratory.reading)
@@ -74,3 +133,166 @@ def reading_table(laboratory: Laboratory) -> Iterator[Value]:
         used = [getattr(getattr(model, section), key) for model in models]
         texts = tuple(short_text(specification, value) for value in used)
         yield Value(key, specification.description, texts, name in changed)
+
+
+def _drawings(laboratory: Laboratory) -> Iterator[Drawing]:
+    """Yield all figures in the order of the page."""
+    for number, (name, point) in enumerate(CAPTIONS.items(), start=4):
+        yield Drawing(
+            f'Fig. {number}: stick-slip of {plain_name(name)}',
+            '(a) position, (b) velocity, (c) absolute chamber pressures, (d) friction force with '
+            f'the breakaways marked. {_operating_point(point)}.',
+            partial(_draw_strokes, laboratory, [point]),
+            f'fig-{number}',
+        )
+    yield Drawing(
+        'Fig. 3b: static friction against dwell time',
+        'Each friction peak at a breakaway against the dwell before it: in the strokes of '
+        'Fig. 4-6, and when the piston is pushed, shut in for '
+        f'{min(PAUSES):g} to {max(PAUSES):g} s and pushed again. The line is Eq. 16 with '
+        'the values of Table 2. (Fig. 3a is panel (d) of Fig. 5.)',
+        partial(_draw_static_friction, laboratory),
+        'fig-3',
+    )
+    yield from _trends(laboratory)
+    for number, (name, point) in enumerate(CAPTIONS.items(), start=11):
+        yield Drawing(
+            f'Fig. {number}: constant against dwell-dependent static friction, {plain_name(name)}',
+            'The revised LuGre law (RLG) with constant static friction, and the same with Eq. 16. '
+            f'{_operating_point(point)}. The paper also shows its measurement here; its data are '
+            'not published, so only the two simulations are shown.',
+            partial(_draw_strokes, laboratory, [replace(point, law=law) for law in LAW_STYLES]),
+            f'fig-{number}',
+        )
+
+
+def _operating_point(point: Experiment) -> str:
+    return f'u = {point.u:.2f} V, supply {point.supply:g} bar, load {point.load_mass:g} kg'
+
+
+def _trends(laboratory: Laboratory) -> Iterator[Drawing]:
+    """Yield the figures of what changes with the conditions."""
+    draw = partial(_draw_sweep, laboratory)
+    yield Drawing(
+        'Fig. 7: effect of the airflow rate',
+        'Position against time at 4 bar and 0.2 kg, with the airflow of Fig. 4-6 and multiples '
+        'of it, the same for all cylinders. The text prints only 0.28-0.29 V for cylinder 1.',
+        partial(draw, commands, lambda one: f'{one.u:.3g} V'),
+        'fig-7',
+    )
+    yield Drawing(
+        'Fig. 8: effect of the supply pressure',
+        f'Position against time from {min(SUPPLIES):g} to {max(SUPPLIES):g} bar, at the u of '
+        'Fig. 4-6 and 0.2 kg.',
+        partial(draw, supplies, lambda one: f'{one.supply:g} bar'),
+        'fig-8',
+    )
+    yield Drawing(
+        'Fig. 9: effect of the external load',
+        f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
+        f'at {LOAD_COMMAND:.2f} V and 4 bar.',
+        partial(draw, loads, lambda one: f'{one.load_mass:g} kg', CYLINDERS[:1]),
+        'fig-9',
+    )
+    yield Drawing(
+        'Fig. 10: effect of the initial position',
+        'Position against time from several initial positions, at the operating points of '
+        'Fig. 4-6. The captions print no positions; these are shares of the stroke.',
+        partial(draw, starts, lambda one: f'{one.start or 0.0:.0%} of the stroke'),
+        'fig-10',
+    )
+
+
+@matplotlib.rc_context(STYLE)
+def _draw_strokes(laboratory: Laboratory, experiments: Sequence[Experiment]) -> Figure:
+    """Draw position, velocity, pressures and friction of one stroke, or of two to compare."""
+    strokes = laboratory.perform_all(experiments)
+    alone = len(strokes) == 1
+    end = max(float(stroke.run.time[-1]) for stroke in strokes)
+    figure, panels = time_panels((WIDTH, 8.0), QUANTITIES, 0.0, end)
+    position, velocity, pressure, friction = panels
+    for stroke in strokes:
+        color, label = LAW_STYLES[stroke.experiment.law]
+        run = stroke.run
+        position.plot(run.time, 1e3 * run.position, color=color, label=label)
+        velocity.plot(run.time, 1e3 * run.velocity, color=color, linewidth=0.7)
+        pressure.plot(run.time, run.pressure_1 / BAR, color=color, label='$p_1$')
+        second = {'color': ORANGE} if alone else {'color': color, 'linestyle': (0, (3, 1.5))}
+        pressure.plot(run.time, run.pressure_2 / BAR, label='$p_2$', **second)
+        friction.plot(run.time, run.friction_force, color=color, linewidth=0.7)
+    if max(stroke.count for stroke in strokes) >= MANY_CYCLES:
+        _enlarge(position, strokes)
+    if alone:
+        times, peaks = strokes[0].column('breakaway_time'), strokes[0].column('peak_friction')
+        size = 4.5 if strokes[0].count < MANY_CYCLES else 2.0
+        friction.plot(times, peaks, 'v', color=ORANGE, markersize=size, label='breakaway')
+        add_legend(friction)
+    else:
+        add_legend(position)
+    add_legend(pressure)
+    return figure
+
+
+def _enlarge(axes: Axes, strokes: Sequence[Stroke]) -> None:
+    """Draw a short time in the middle of the last stroke into the free corner of the panel."""
+    inset = axes.inset_axes((0.72, 0.15, 0.275, 0.42))
+    for stroke in strokes:
+        color, _ = LAW_STYLES[stroke.experiment.law]
+        inset.plot(stroke.run.time, 1e3 * stroke.run.position, color=color)
+    run = strokes[-1].run
+    first, last = round(0.48 * run.time.size), round(0.52 * run.time.size)
+    inset.set_xlim(run.time[first], run.time[last])
+    low, high = 1e3 * run.position[[first, last]]
+    inset.set_ylim(low, max(high, low + 1.0))
+    inset.tick_params(labelsize=7, length=2)
+    inset.locator_params(nbins=4)
+    axes.indicate_inset_zoom(inset, edgecolor=GREY)
+
+
+@matplotlib.rc_context(STYLE)
+def _draw_sweep(
+    laboratory: Laboratory,
+    experiments: Callable[[str], Sequence[Experiment]],
+    label: Callable[[Experiment], str],
+    cylinders: Sequence[str] = CYLINDERS,
+) -> Figure:
+    """Draw position against time, a panel for each cylinder, a curve for each experiment."""
+    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    panels = figure.subplots(1, len(cylinders), squeeze=False)[0]
+    for index, (axes, name) in enumerate(zip(panels, cylinders, strict=True)):
+        strokes = laboratory.perform_all(experiments(name))
+        colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(strokes)))
+        for stroke, color in zip(strokes, colors, strict=True):
+            run = stroke.run
+            text = label(stroke.experiment)
+            axes.plot(run.time, 1e3 * run.position, color=color, label=text)
+        add_letter(axes, index, plain_name(name))
+        axes.set_xlabel('time [s]')
+        axes.set_xlim(left=0.0)
+        length = strokes[0].plant.model.cylinder.stroke
+        axes.set_ylim(-0.02 * 1e3 * length, 1.03 * 1e3 * length)
+        axes.legend(loc='lower right', frameon=True, framealpha=0.85, edgecolor='none')
+    panels[0].set_ylabel('position [mm]')
+    return figure
+
+
+@matplotlib.rc_context(STYLE)
+def _draw_static_friction(laboratory: Laboratory) -> Figure:
+    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    panels = figure.subplots(1, len(CYLINDERS))
+    dwell = np.geomspace(0.02, 100.0, 200)
+    for index, (axes, name) in enumerate(zip(panels, CYLINDERS, strict=True)):
+        stroke = laboratory.perform(CAPTIONS[name])
+        law = equation_16(dwell, stroke.plant.model.friction)
+        axes.plot(dwell, law, color=GREY, linewidth=1.4, label='Eq. 16')
+        peaks = stroke.column('dwell', 1), static_peaks(stroke)[1:]
+        axes.plot(*peaks, 'o', color=BLUE, markersize=4, alpha=0.6, label='in the stroke')
+        after = pauses(laboratory, name)
+        axes.plot(*after, 's', color=ORANGE, markersize=5, label='after pauses')
+        add_letter(axes, index, plain_name(name))
+        axes.set_xscale('log')
+        axes.set_xlabel('dwell time [s]')
+        axes.set_ylim(bottom=0.0)
+    panels[0].set_ylabel('friction peak [N]')
+    panels[0].legend(loc='lower right')
+    return figure
