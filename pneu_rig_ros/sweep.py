@@ -171,14 +171,6 @@ UNITS = dict(zip(Measures._fields, ('s', 'm', '-', 's', 's', 's', 'm', 'N'), str
 """Measure -> its unit."""
 
 
-class Setting(NamedTuple):
-    """What the strokes share: rig, names of what is varied, time after which they end [s]."""
-
-    configuration: RigConfiguration
-    names: tuple[str, ...]
-    longest: float
-
-
 def grid(axes: Sequence[Axis]) -> list[Point]:
     """Return all points; the last axis changes fastest."""
     return list(itertools.product(*(one.values for one in axes)))
@@ -200,27 +192,30 @@ def sweep(
     :param progress: called with the number of completed strokes
     :raises RigError: when values of a point contradict each other
     """
-    points = grid(axes)
-    setting = Setting(configuration, tuple(one.name for one in axes), longest)
+    points, names = grid(axes), tuple(one.name for one in axes)
     blocks = [points[i : i + BLOCK] for i in range(0, len(points), BLOCK)]
     done = map_tasks(
         executor,
         measure,
         blocks,
-        setting,
+        configuration,
+        names,
+        longest,
         progress=lambda number: progress(min(number * BLOCK, len(points))),
     )
     return [measures for block in done for measures in block]
 
 
-def measure(points: Sequence[Point], setting: Setting) -> list[Measures]:
-    """Return the summaries of the strokes at some points."""
-    rigs = [at_point(setting.configuration, setting.names, point) for point in points]
+def measure(
+    points: Sequence[Point], configuration: RigConfiguration, names: Sequence[str], longest: float
+) -> list[Measures]:
+    """Return the summaries of the strokes at some points of the grid; see :func:`sweep`."""
+    rigs = [at_point(configuration, names, point) for point in points]
     plants = [Plant(rig.model, rig.effects) for rig in rigs]
-    u = setting.names.index('u')
+    u = names.index('u')
     voltages = np.array([valve_voltages(point[u]) for point in points])
-    interval = setting.configuration.interval_ns * 1e-9
-    runs = strokes(plants, voltages, interval, setting.longest)
+    interval = configuration.interval_ns * 1e-9
+    runs = strokes(plants, voltages, interval, longest)
     return [
         summary(run, interval, bool(at_end(plant, held, run)[-1]), plant)
         for plant, held, run in zip(plants, voltages, runs, strict=True)

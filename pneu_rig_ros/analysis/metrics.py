@@ -19,16 +19,7 @@ from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
-
-UNITS = {
-    'position': 'm',
-    'velocity': 'm/s',
-    'pressure_1': 'Pa',
-    'pressure_2': 'Pa',
-    'friction': 'N',
-    'force': 'N',
-}
-"""Signal that is compared -> its unit."""
+from pneu_rig_ros.records.recording import SIGNALS
 
 END_SHARE = 0.98
 """A stroke counts as done at this share of the way to the end stop [-]."""
@@ -86,8 +77,8 @@ class AnalysedRun(NamedTuple):
     A recording with the signals and events derived from it.
 
     :param recording: the run
-    :param signals: name of :data:`UNITS` -> signal, shape (n,); without friction where the rig is
-        not known, or the sampling too slow for its filter
+    :param signals: name of `recording.SIGNALS` -> signal, shape (n,); without friction where the
+        rig is not known, or the sampling too slow for its filter
     :param events: its events
     """
 
@@ -162,7 +153,7 @@ def compare_signals(
     for name in (name for name in measured if name in simulated):
         difference = simulated[name] - measured[name]
         gaps[name] = SignalGap(
-            unit=UNITS[name],
+            unit=SIGNALS[name],
             rmse=float(np.sqrt(np.mean(difference**2))),
             largest=float(np.abs(difference).max()),
             bias=float(difference.mean()),
@@ -178,7 +169,7 @@ def signal_noise(
     balance: ForceBalance | None = None,
 ) -> dict[str, float]:
     """
-    Return the standard deviation of the noise of each signal of :data:`UNITS`.
+    Return the standard deviation of the noise of each signal that ``derived_signals`` returns.
 
     The estimators of the derived signals are linear, so they are applied to white sensor noise,
     which is drawn from a fixed seed.

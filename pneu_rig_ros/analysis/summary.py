@@ -73,7 +73,8 @@ class Summary:
 
 def summarise(recording: Recording) -> Summary:
     """Return the summary of a recording; RigError when it is that of a part of a rig."""
-    recording.require(*WHOLE)
+    for name in WHOLE:
+        recording[name]  # RigError without it
     friction = known_friction(recording)
     cycles = cycles_of(recording, friction)
     peaks = [cycle.peak_friction for cycle in cycles] if friction is not None else []

@@ -107,21 +107,16 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     from pneu_rig_ros.analysis.friction import friction_of
     from pneu_rig_ros.analysis.motion import cycles_of
     from pneu_rig_ros.records import read_recording
-    from pneu_rig_ros.records.conversion import Column, Signals, write_csv
+    from pneu_rig_ros.records.conversion import Signals, columns_of, write_csv
 
     recording = read_recording(bag)
     force = friction_of(recording)
     cycles = cycles_of(recording, force)
     files: dict[str, Path] = {}
     if csv:
-        columns = [
-            Column('time_s', 's', recording.time),
-            Column('position_m', 'm', recording.position),
-            Column('velocity_m_per_s', 'm/s', recording.velocity),
-            Column('pressure_1_Pa', 'Pa', recording.pressure_1),
-            Column('pressure_2_Pa', 'Pa', recording.pressure_2),
-            Column('friction_N', 'N', force),
-        ]
+        derived = recording.with_signals(velocity=recording.velocity, friction=force)
+        names = ('position', 'velocity', 'pressure_1', 'pressure_2', 'friction')
+        columns = columns_of(derived, names)
         files['csv'] = write_csv(Signals(columns, {}), csv)
     if png:
         from pneu_rig_ros.report.figure import draw_stroke

@@ -9,7 +9,7 @@ column a signal, its unit in the name.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -200,15 +200,20 @@ def _present(
 
 
 class Column(NamedTuple):
-    """One signal: name with unit, as 'velocity_m_per_s', SI unit, values (NaN if missing)."""
+    """One signal: its name, SI unit and values (NaN if missing)."""
 
-    title: str
+    name: str
     unit: str
     values: NDArray[Any]
 
+    @property
+    def title(self) -> str:
+        """Name with unit, as 'velocity_m_per_s'."""
+        return f'{self.name}_{self.unit.replace("/", "_per_")}'
+
 
 class Signals(NamedTuple):
-    """All signals of a bag on its grid, and the metadata of the bag with its conditions."""
+    """Signals of a bag on its grid, and the metadata of the bag with its conditions."""
 
     columns: Sequence[Column]
     metadata: Mapping[str, str]
@@ -223,13 +228,16 @@ def read_signals(bag: Path | str) -> Signals:
     :raises RigError: when it is not a bag, or is cut off
     """
     recording = read_recording(bag)
-    columns = [Column('stamp_ns', 'ns', recording.stamps), Column('time_s', 's', recording.time)]
-    for name, unit in SIGNALS.items():
-        if name in recording:
-            title = f'{name}_{unit.replace("/", "_per_")}'
-            columns.append(Column(title, unit, recording[name]))
+    columns = [Column('stamp', 'ns', recording.stamps), *columns_of(recording, SIGNALS)]
     conditions = format_conditions(recording.conditions)
     return Signals(columns, {**recording.metadata, 'conditions': conditions})
+
+
+def columns_of(recording: Recording, names: Iterable[str]) -> list[Column]:
+    """Return the time, and of some signals those that a recording has."""
+    there = (name for name in names if name in recording)
+    signals = (Column(name, SIGNALS[name], recording[name]) for name in there)
+    return [Column('time', 's', recording.time), *signals]
 
 
 def write_csv(signals: Signals, path: Path) -> Path:

@@ -217,11 +217,6 @@ class Recording:
         """Signal -> smallest step between readings, that of its converter; 0 if it has none."""
         return {name: smallest_step(values) for name, values in self.signals.items()}
 
-    def require(self, *names: str) -> None:
-        """Raise RigError unless these signals were recorded."""
-        for name in names:
-            self[name]
-
     def cut(self, first: int, end: int) -> Recording:
         """Return the samples from `first` to before `end`."""
         start_ns, end_ns = (self.start_ns + k * self.interval_ns for k in (first, end))

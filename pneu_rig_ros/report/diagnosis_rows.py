@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pneu_rig_ros.analysis.metrics import UNITS
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS
+from pneu_rig_ros.records.recording import SIGNALS
 from pneu_rig_ros.report.figure import display, plain_name
 
 Answer = Mapping[str, Any]
@@ -16,7 +16,7 @@ Answer = Mapping[str, Any]
 Row = tuple[str, ...]
 """Texts of a row of a table."""
 
-VARIABLE_UNITS = {**UNITS, 'dwell': 's', 'time': 's'}
+VARIABLE_UNITS = {**SIGNALS, 'dwell': 's', 'time': 's'}
 """Variable that bounds a significant residual -> SI unit."""
 SHORT = {'position': 'x', 'velocity': 'v', 'pressure_1': 'p1', 'pressure_2': 'p2', 'time': 't'}
 

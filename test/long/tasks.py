@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.sweep import Setting, measure
+from pneu_rig_ros.sweep import measure
 
 STROKES = 16
 """Of a task."""
@@ -18,9 +18,9 @@ LONGEST = 20.0
 
 def strokes(number: int) -> list[str]:
     """Simulate some strokes of cylinder 2, others for each number; repr is exact to the bit."""
-    setting = Setting(load_configuration('cylinder_2'), ('u', 'load_mass'), LONGEST)
+    rig, names = load_configuration('cylinder_2'), ('u', 'load_mass')
     points = [(0.3 + 1e-3 * number, 0.2 + 0.04 * k) for k in range(STROKES)]
-    return list(map(repr, measure(points, setting)))
+    return list(map(repr, measure(points, rig, names, LONGEST)))
 
 
 def strokes_with_a_kill(number: int, journal: Path, fatal: int) -> list[str]:
