@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.analysis.live_motion import RestDetector
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.control.observer import RestDetector
 
 
 class Tracking(NamedTuple):

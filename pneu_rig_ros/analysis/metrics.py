@@ -140,7 +140,7 @@ def derived_signals(
 def compare_signals(
     measured: Mapping[str, Floats],
     simulated: Mapping[str, Floats],
-    noise: Mapping[str, float] | None = None,
+    noise: Mapping[str, float],
 ) -> dict[str, SignalGap]:
     """
     Return the errors of simulated signals against measured ones, for every signal of both.
@@ -157,7 +157,7 @@ def compare_signals(
             rmse=float(np.sqrt(np.mean(difference**2))),
             largest=float(np.abs(difference).max()),
             bias=float(difference.mean()),
-            noise=(noise or {}).get(name),
+            noise=noise.get(name),
         )
     return gaps
 

@@ -6,9 +6,9 @@ than one step of the rig's 12-bit position sensor. A rest lasts at least 60 ms, 
 breakaway. Data of a sensor with more noise than the rig's, or of slower sampling, take longer
 lines and longer rests, see ``velocity.window_for``.
 
-This is the only offline detector of all of these; ``live_motion`` has the only causal one. Where
-the pressures are known, the driving force distinguishes a piston that an end stop holds from one
-that its seal holds there.
+This is the only offline detector of all of these; ``control.observer`` has the only causal one.
+Where the pressures are known, the driving force distinguishes a piston that an end stop holds from
+one that its seal holds there.
 
 Between two rests the piston slips if it outruns the feed, the mean speed at which the air moves
 it; otherwise it creeps, and both rests belong to the same sticking phase. Steady sliding, however

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.live_motion import RestDetector
 from pneu_rig_ros.analysis.motion import at_rest, find_rests
+from pneu_rig_ros.control.observer import RestDetector
 
 INTERVAL = 1.16e-3
 
