@@ -30,8 +30,7 @@ def run_parallel(
     :raises RigError: if a simulation fails
     """
     each = voltages if voltages.ndim > 2 else [voltages] * len(plants)
-    most: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
-    with ThreadPoolExecutor(threads or most) as pool:
+    with ThreadPoolExecutor(threads or numba.get_num_threads()) as pool:
         return list(pool.map(lambda plant, held: plant.run(held, interval), plants, each))
 
 
