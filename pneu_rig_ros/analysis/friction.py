@@ -71,29 +71,30 @@ def delay_samples(interval: float) -> int:
     return round(DELAY / interval)
 
 
-def causal_kernel(interval: float, half_width: int | None = None) -> Floats:
+def zero_phase(signal: Floats, interval: float) -> Floats:
+    """Return a signal, sampled at an interval [s], through the filter of section 2.1, (n,)."""
+    once = low_pass(signal, interval, CUTOFF)
+    return low_pass(once[::-1], interval, CUTOFF)[::-1]
+
+
+def causal_kernel(interval: float) -> Floats:
     """
     Return the cut-off two-sided impulse response of the zero-phase low-pass.
 
     Symmetric with unit sum, so that it delays by exactly its half width and passes a constant
-    unchanged.
+    unchanged. The half width is one less than ``delay_samples``, as the second difference takes
+    the other one.
 
     :param interval: sampling interval [s]
-    :param half_width: samples on either side of the centre; one less than ``delay_samples``
-        when not given, as the second difference takes the other one
-    :return: weights, shape (2 half_width + 1,)
+    :return: weights, shape (2 delay_samples - 1,)
     """
-    half_width = delay_samples(interval) - 1 if half_width is None else half_width
+    half_width = delay_samples(interval) - 1
     if half_width < 1:
         raise RigError(f'friction filter: half width {half_width} samples, must be 1 or more')
-    # Response of one pass, first-order Butterworth by the bilinear transform, see ``low_pass``.
-    warped = np.tan(np.pi * CUTOFF * interval)
-    gain, pole = warped / (1.0 + warped), (1.0 - warped) / (1.0 + warped)
-    decay = pole ** np.arange(40 * half_width)
-    one_pass = gain * np.concatenate([[1.0], (1.0 + pole) * decay])
-    both_passes = np.correlate(one_pass, one_pass, mode='full')
-    centre = one_pass.size - 1
-    kernel = both_passes[centre - half_width : centre + half_width + 1]
+    impulse, centre = np.zeros(80 * half_width + 1), 40 * half_width
+    impulse[centre] = 1.0
+    response = zero_phase(impulse, interval)[centre - half_width : centre + half_width + 1]
+    kernel = response + response[::-1]
     return np.asarray(kernel / kernel.sum())
 
 
@@ -116,8 +117,7 @@ def acceleration_zero_phase(position: ArrayLike, interval: float) -> Floats:
     # second difference would turn into an impulse.
     margin = min(x.size - 1, 2 * delay_samples(interval))
     extended = np.pad(x, margin, mode='reflect', reflect_type='odd')
-    once = low_pass(np.diff(extended, 2) / interval**2, interval, CUTOFF)
-    filtered = low_pass(once[::-1], interval, CUTOFF)[::-1]
+    filtered = zero_phase(np.diff(extended, 2) / interval**2, interval)
     return filtered[margin - 1 : margin - 1 + x.size]
 
 
