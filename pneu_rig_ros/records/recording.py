@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE
 from pneu_rig_ros.records.noise import noise_of, smallest_step
 from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.valve_drive import DAC_STEP
+from pneu_rig_ros.rig.valve_drive import voltages_of
 
 Stamps = NDArray[np.int64]
 
@@ -285,10 +284,3 @@ def low_pass(signal: Floats, interval: float, cutoff: float) -> Floats:
     first = float(signal[0])
     steps = itertools.accumulate(memoryview(drive), lambda y, x: pole * y + x, initial=first)
     return np.fromiter(steps, np.float64, drive.size + 1)[1:]
-
-
-def voltages_of(u: Floats) -> tuple[Floats, Floats]:
-    """Return the voltages of valve 1 and 2 [V] by Eq. 1 for commands u [V], shape (n,) each."""
-    saturated = (np.clip(v, 0.0, FULL_VOLTAGE) for v in (CENTRE_VOLTAGE + u, CENTRE_VOLTAGE - u))
-    voltage_1, voltage_2 = (np.round(v / DAC_STEP) * DAC_STEP for v in saturated)
-    return voltage_1, voltage_2

@@ -2,7 +2,10 @@
 
 import math
 
-from pneu_rig_ros.model.valve import FULL_VOLTAGE, control_voltages
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.model.valve import CENTRE_VOLTAGE, FULL_VOLTAGE, control_voltages
 
 DAC_STEP = FULL_VOLTAGE / 4095
 """Step of the 12-bit DAC [V]."""
@@ -44,3 +47,10 @@ def valve_voltages(u: float) -> tuple[float, float]:
 def _dac(voltage: float) -> float:
     saturated = min(max(voltage, 0.0), FULL_VOLTAGE)
     return round(saturated / DAC_STEP) * DAC_STEP
+
+
+def voltages_of(u: Floats) -> tuple[Floats, Floats]:
+    """Return what ``valve_voltages`` returns for each of many commands u [V], shape (n,) each."""
+    saturated = (np.clip(v, 0.0, FULL_VOLTAGE) for v in (CENTRE_VOLTAGE + u, CENTRE_VOLTAGE - u))
+    voltage_1, voltage_2 = (np.round(v / DAC_STEP) * DAC_STEP for v in saturated)
+    return voltage_1, voltage_2
