@@ -243,12 +243,3 @@ def true_parameters(effect: str, secret: Secret, friction: dict[str, Any]) -> di
         return secret.effects[effect]
     true = {**friction, **{name.split('.')[1]: value for name, value in secret.truth.items()}}
     return {name: value_of(true) for name, value_of in LAW_PARAMETERS[effect].items()}
-
-
-def join(*secrets: Secret) -> Secret:
-    """Return all secrets together."""
-    merged = Secret({}, {}, {})
-    for secret in secrets:
-        for own, other in zip(merged, secret, strict=True):
-            own.update(other)
-    return merged

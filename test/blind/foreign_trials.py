@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import CYLINDERS, LAWS, Changes, Secret, hide, join
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, LAWS, Changes, Secret, hide
 
 from .circumstances import AS_STATED, WRONG, Circumstances, drawn_wrong
 from .foreign import FORMS, KNOWN, NEVER_WEAK, UNKNOWN, mechanism
@@ -21,7 +21,7 @@ from .foreign_strengths import STRENGTHS
 from .fresh import FRESH, SETTLED, some_of
 from .sensors import drawn_gains
 from .settings import settings
-from .trials import Trial, shuffled
+from .trials import Trial, join, shuffled
 
 COUNTS = {
     'foreign': 84, 'foreign_unknown': 60, 'nuisance': 60, 'nuisance_none': 60, 'conditions': 63,

@@ -12,14 +12,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, Secret, hide, join
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, Secret, hide
 
 from .constants import LAWS
 from .places import GAS, SENSOR
 from .sensors import drawn_gains
 from .settings import settings
 from .systems import SYSTEMS, sizes
-from .trials import NOISES, PAIRS, PARAMETERS, Trial, alike, shuffled, wrong
+from .trials import NOISES, PAIRS, PARAMETERS, Trial, alike, join, shuffled, wrong
 
 SEED = 31
 EARLIER = 20

@@ -11,11 +11,12 @@ from pathlib import Path
 import click
 import yaml
 
-from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide, join
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, STRENGTHS, Secret, hide
 
 from .rig import make_bags, visibility
 from .sensors import CALIBRATED, drawn_gains
 from .settings import settings
+from .trials import join
 
 
 def pairs(texts: tuple[str, ...]) -> dict[str, float | str]:

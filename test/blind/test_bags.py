@@ -9,13 +9,14 @@ import pytest
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.scenarios.experiments import FIT
-from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide, join
+from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide
 
 from .files import Files
 from .plant import Motion
 from .rig import INTERVAL, make_bags, measure, move, truth_of, visibility
 from .sensors import drawn_gains
 from .settings import model_file, settings
+from .trials import join
 
 NOTHING = Secret({}, {}, {})
 CYLINDER = 'cylinder_1'

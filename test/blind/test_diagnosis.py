@@ -17,7 +17,7 @@ from pneu_rig_ros.diagnosis.search.scoring import ScoredFit
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.scenarios.experiments import FIT, NAMES
-from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide, join, true_parameters
+from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide, true_parameters
 
 from . import places, scores
 from .answers import carry_out
@@ -27,7 +27,7 @@ from .fresh import ONE_PRESSURE
 from .rig import make_bags
 from .settings import settings
 from .systems import SYSTEMS, sizes
-from .trials import Trial, matrix
+from .trials import Trial, join, matrix
 
 pytestmark = pytest.mark.timeout(1200)
 """A diagnosis takes a minute, on a busy machine several."""

@@ -24,7 +24,6 @@ from pneu_rig_ros.scenarios.hidden import (
     Changes,
     Secret,
     hide,
-    join,
 )
 
 from .circumstances import AS_STATED, Circumstances
@@ -78,6 +77,15 @@ ALIKE = (
     ('friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'),
 )
 """Laws of one mechanism: a library that has one of them does not lack the mechanism."""
+
+
+def join(*secrets: Secret) -> Secret:
+    """Return all secrets together."""
+    merged = Secret({}, {}, {})
+    for secret in secrets:
+        for own, other in zip(merged, secret, strict=True):
+            own.update(other)
+    return merged
 
 
 class Trial(NamedTuple):
