@@ -248,5 +248,5 @@ EFFECTS: dict[str, Effect] = {
         ('empirical_voltage', 'an error of the valve spools', Balance.SPOOL, (0.02, -0.02)),
     )
 }
-# where batches of plants, and pickle, find the classes
+# where pickle finds the classes
 globals().update({name: effect.parameters for name, effect in EFFECTS.items()})

@@ -160,25 +160,9 @@ class Plant:
 
         :param voltages: u1, u2 [V], shape (m, 2)
         :param interval: [s], the same in every call since the last reset
-        """
-        return self.run_imposed(voltages, interval, *FREE)
-
-    def advanced(self, states: Floats, extras: Floats, interval: float) -> Trajectory:
-        """
-        Return the trajectory of what has been run, from which the plant continues.
-
-        :param states: after each interval, shape (m, n)
-        :param extras: see ``integrator.EXTRA_NAMES``, shape (m, 4)
-        :param interval: [s]
         :raises RigError: if a state is not finite
         """
-        self._check()
-        count = len(states)
-        if count:
-            self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
-        time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
-        self._index += count
-        return self._trajectory(time, states, extras)
+        return self.run_imposed(voltages, interval, *FREE)
 
     def step(self, voltage_1: float, voltage_2: float, interval: float) -> PlantState:
         """Hold the voltages [V] for one interval [s]; return the state after it, as ``run``."""
@@ -199,11 +183,18 @@ class Plant:
         :param actions: what to do before each interval, flags of ``Impose``, shape (m,)
         :param measured: x, v, p1, p2 [SI] that the actions use, shape (m, 4)
         :param rests: when the rest, or a missed slide, began [s since the reset], shape (m,)
+        :raises RigError: if a state is not finite
         """
-        states = np.empty((len(voltages), self.state_size))
-        extras = np.empty((len(voltages), len(integrator.EXTRA_NAMES)))
+        count = len(voltages)
+        states = np.empty((count, self.state_size))
+        extras = np.empty((count, len(integrator.EXTRA_NAMES)))
         self._call_run(interval, voltages, (actions, measured, rests), states, extras)
-        return self.advanced(states, extras, interval)
+        self._check()
+        if count:
+            self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
+        time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
+        self._index += count
+        return self._trajectory(time, states, extras)
 
     def _call_run(
         self,
