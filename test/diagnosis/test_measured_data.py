@@ -59,10 +59,11 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
     assert late['2022'] == pytest.approx(0.004, abs=0.04)
 
 
+@pytest.mark.long  # test_workflow.py has such a seal in short
 @pytest.mark.parametrize(
     ('name', 'low', 'high'),
     # half of the measured loop grows from 1 to 7 bar by 8.7 N (lip seal) and by 2.9 N
-    [('NAPN', 6.6, 11.4), pytest.param('O-ring257', 1.8, 5.4, marks=pytest.mark.long)],
+    [('NAPN', 6.6, 11.4), ('O-ring257', 1.8, 5.4)],
 )
 def test_seals_lack_friction_that_grows_with_pressure(name: str, low: float, high: float) -> None:
     """By which law two pressures hardly show: in proportion, or by a power."""
