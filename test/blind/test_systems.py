@@ -1,6 +1,7 @@
 """The second plant's systems against closed forms, and the files that are made of them."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,12 +17,13 @@ from . import constants as at
 from .along import friction_along
 from .cases import make_files, visibility
 from .contributions import volumes
+from .files import Files
 from .fresh import drawn
 from .imposed import CENTRE, gas_run
 from .paths import at_zero, steps, waves
 from .plant import Plant
 from .rig import INTERVAL, runs
-from .runs import equations
+from .runs import Run, equations
 from .sealed import SEALED, VESSEL, conductance
 from .settings import Settings, changed, operation
 from .system import System, stream
@@ -30,6 +32,26 @@ from .systems import SYSTEMS
 KEY = 'a trial'
 NOTHING = Secret({}, {}, {})
 SHUT = np.full((3000, 2), CENTRE)
+
+
+class Trial(NamedTuple):
+    """What is hidden in a system, its recordings as they really were, and their files."""
+
+    secret: Secret
+    runs: list[Run]
+    files: Files
+
+
+@pytest.fixture(scope='module')
+def recorded(system: System, tmp_path_factory: pytest.TempPathFactory) -> Trial:
+    """Return a trial of a system, recorded once for the tests of its parametrization."""
+    secret = system.hide(system.hidden[0], 1.0, systems.sizes(system, KEY))
+    folder = tmp_path_factory.mktemp(system.name) / 'recordings'
+    files = systems.make_files(folder, system, KEY, secret)
+    return Trial(secret, systems.runs(system, KEY, secret), files)
+
+
+EVERY_SYSTEM = pytest.mark.parametrize('system', SYSTEMS.values(), ids=SYSTEMS, scope='module')
 
 
 def chambers(**pressures: float) -> Settings:
@@ -146,29 +168,37 @@ def test_friction_along_a_motion_is_that_which_the_plant_had(law: str) -> None:
     assert np.corrcoef(found[slides], had[slides])[0, 1] > 0.99
 
 
-@pytest.mark.parametrize('system', SYSTEMS.values(), ids=SYSTEMS)
-def test_recordings_are_the_same_whenever_they_are_made(system: System) -> None:
-    first, same = (systems.runs(system, KEY, NOTHING) for _ in range(2))
-    other = systems.runs(system, 'another', NOTHING)
+@EVERY_SYSTEM
+def test_recordings_are_the_same_whenever_they_are_made(system: System, recorded: Trial) -> None:
+    first, same = recorded.runs, systems.runs(system, KEY, recorded.secret)
+    other = systems.runs(system, 'another', recorded.secret)
     assert len(first) == 5
     for a, b, c in zip(first, same, other, strict=True):
         assert all(np.array_equal(a.signals[name], b.signals[name]) for name in a.signals)
         assert any(not np.array_equal(a.signals[name], c.signals[name]) for name in a.signals)
 
 
-@pytest.mark.parametrize('system', SYSTEMS.values(), ids=SYSTEMS)
-def test_what_is_hidden_shows_and_nothing_does_not(system: System) -> None:
-    assert systems.visibility(system, KEY, NOTHING) == 0.0
-    for name in system.hidden[:3]:
+@pytest.mark.parametrize(
+    ('system', 'count'),
+    [
+        *((system, 1) for system in SYSTEMS.values()),
+        *(pytest.param(system, 3, marks=pytest.mark.long) for system in SYSTEMS.values()),
+    ],
+)
+def test_what_is_hidden_shows(system: System, count: int) -> None:
+    for name in system.hidden[:count]:
         secret = system.hide(name, 2.0, systems.sizes(system, KEY))
         assert systems.visibility(system, KEY, secret) > 3.0
 
 
-@pytest.mark.parametrize('system', SYSTEMS.values(), ids=SYSTEMS)
-def test_files_hold_what_the_sensors_showed_and_no_secret(system: System, tmp_path: Path) -> None:
-    secret = system.hide(system.hidden[0], 1.0, systems.sizes(system, KEY))
-    files = systems.make_files(tmp_path / 'recordings', system, KEY, secret)
-    run = systems.runs(system, KEY, secret)[0]
+def test_nothing_does_not_show() -> None:
+    for system in (VESSEL, SEALED):
+        assert systems.visibility(system, KEY, NOTHING) == 0.0
+
+
+@EVERY_SYSTEM
+def test_files_hold_what_the_sensors_showed_and_no_secret(system: System, recorded: Trial) -> None:
+    secret, (run, *_), files = recorded
     assert [path.stem for path in files.fit] == ['fit_1', 'fit_2', 'fit_3']
     assert len(files.verify) == 2
     table = read_recording(files.fit[0], files.mapping)
@@ -184,10 +214,11 @@ def test_files_hold_what_the_sensors_showed_and_no_secret(system: System, tmp_pa
         assert secret.effects.keys().isdisjoint(path.read_bytes().decode(errors='ignore').split())
 
 
-@pytest.mark.parametrize('system', SYSTEMS.values(), ids=SYSTEMS)
-def test_model_file_has_known_sections_and_keys_with_units(system: System, tmp_path: Path) -> None:
-    files = systems.make_files(tmp_path / 'recordings', system, KEY, NOTHING)
-    model = yaml.safe_load(files.model.read_text())
+@EVERY_SYSTEM
+def test_model_file_has_known_sections_and_keys_with_units(
+    system: System, recorded: Trial
+) -> None:
+    model = yaml.safe_load(recorded.files.model.read_text())
     allowed = {'name', 'sensors', 'valve', 'fixed', 'each_recording', *SECTIONS}
     assert set(model) <= allowed
     for section in set(model) & set(SECTIONS):
