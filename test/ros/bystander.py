@@ -1,6 +1,5 @@
 """A node beside the rig, and loops that end when something has happened."""
 
-import os
 import time
 from collections.abc import Callable, Sequence
 
@@ -15,6 +14,8 @@ from .domain import own_domain
 
 DOMAIN = own_domain()
 PATIENCE = 30.0
+PAUSE = 1e-3
+"""Between two questions, so that what is waited for has the processor [s]."""
 
 
 class Bystander(Node):
@@ -54,7 +55,7 @@ def until(condition: Callable[[], object]) -> None:
     deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, f'not within {PATIENCE} s'
-        os.sched_yield()
+        time.sleep(PAUSE)
 
 
 def gather(

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -19,6 +19,7 @@ from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.embedding import hold_command
+from pneu_rig_ros.nodes.topics import PolledSubscription
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.bag import open_bag
 from pneu_rig_ros.records.cdr_decoding import unpack_stamp
@@ -124,26 +125,6 @@ def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path, bystander
     assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}
 
 
-def test_one_process_holds_the_whole_rig(start, tmp_path, bystander):
-    bag = tmp_path / 'bag'
-    rig = start('rig', f'recorder:output:={bag}', 'plant:cylinder:=cylinder_1')
-    samples = bystander.hear('joint_states')
-    until(samples.take)
-    hold_command(0.3, 0.5)
-    heard: list[bytes] = []
-
-    def half_a_second_of_samples() -> bool:  # on a busy machine it takes longer
-        heard.extend(samples.take_all())
-        return len(heard) > 0.5e9 / INTERVAL
-
-    until(half_a_second_of_samples)
-    stop(rig)
-    counts, stamps = contents(bag)
-    assert len(stamps) > 0.5e9 / INTERVAL
-    assert counts['/friction'] == len(stamps) - 50
-    assert {b - a for a, b in itertools.pairwise(stamps)} == {INTERVAL}
-
-
 def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_path, bystander):
     bag = tmp_path / 'bag'
     recorder = start('recorder', f'output:={bag}', limit=FILE_LIMIT)
@@ -151,14 +132,14 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
     message, states = template('friction'), []
 
     def failed_for_seconds() -> bool:
-        for k in range(10):  # what is written at a time is a fraction of the limit
+        for k in range(40):  # what is written at a time is a fraction of the limit
             samples(message.at(k, 0.0))
         time.sleep(0.02)
         for cdr in diagnostics.take_all():
             (status,) = deserialize_message(cdr, DiagnosticArray).status
             values = {item.key: item.value for item in status.values}
             states.append((status.level, values['recording'], status.message))
-        return len([level for level, *_ in states if level == DiagnosticStatus.ERROR]) >= 3
+        return len([level for level, *_ in states if level == DiagnosticStatus.ERROR]) >= 2
 
     until(failed_for_seconds)
     recorder.send_signal(signal.SIGINT)
@@ -176,8 +157,16 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
         assert len(list(reader.messages())) > 100
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize('node', NODES)
+def each_with_one_signal() -> Iterator:
+    """Yield nodes with a signal: in short one of the two for each, in turn."""
+    signals = itertools.cycle([signal.SIGINT, signal.SIGTERM])
+    for node, usual in zip(NODES, signals, strict=False):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            marks = [] if number == usual else [pytest.mark.long]
+            yield pytest.param(node, number, marks=marks)
+
+
+@pytest.mark.parametrize(('node', 'number'), each_with_one_signal())
 def test_two_signals_end_a_node_cleanly(node, number, start, tmp_path, bystander):
     bag = tmp_path / 'bag'
     if node == 'replay':
@@ -190,13 +179,23 @@ def test_two_signals_end_a_node_cleanly(node, number, start, tmp_path, bystander
 
 
 def test_log_level_of_ros_holds(start, tmp_path, bystander):
-    bags = {level: tmp_path / level for level in ('info', 'recorder:=warn')}
+    """Without one a recorder says where it records, as the test above has it."""
+    bag = tmp_path / 'bag'
     diagnostics = bystander.hear(DIAGNOSTICS)
-    for level, bag in bags.items():
-        recorder = start('recorder', f'output:={bag}', log_level=level)
-        until(diagnostics.take)
-        assert (str(bag) in stop(recorder)) == (level == 'info')
-        list(diagnostics.take_all())
+    recorder = start('recorder', f'output:={bag}', log_level='recorder:=warn')
+    until(diagnostics.take)
+    assert str(bag) not in stop(recorder)
+
+
+def half_a_second(samples: PolledSubscription) -> Callable[[], bool]:
+    """Return what tells whether so many samples were heard; on a busy machine it takes longer."""
+    heard: list[bytes] = []
+
+    def enough() -> bool:
+        heard.extend(samples.take_all())
+        return len(heard) > 0.5e9 / INTERVAL
+
+    return enough
 
 
 def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
@@ -212,7 +211,7 @@ def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
         processes.append(start('rig', namespace=name, file=file))
     for name in rigs:
         watcher = Bystander(context, namespace=f'/{name}')
-        until(watcher.hear('joint_states').take)
+        until(half_a_second(watcher.hear('joint_states')))
         watcher.destroy_node()
     hold_command(0.4, 0.5, namespace='left')
     for process in processes:
@@ -223,18 +222,22 @@ def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
         assert record.configuration.name == cylinder
         assert bool(record.counts.get('u')) == (name == 'left')
         assert record.missing['joint_states'].size == 0
+        assert record.counts['joint_states'] > 0.5e9 / INTERVAL
+        assert record.counts['friction'] == record.counts['joint_states'] - 50
 
 
 @pytest.mark.parametrize(
     ('node', 'parameter', 'told'),
     [
         ('plant', 'cylinder:=cylinder_9', 'cylinder_9'),
-        ('plant', 'load_mass:=heavy', 'load_mass'),
-        ('valve_command', 'trigger:=never', "'never', allowed command, sample"),
         ('recorder', 'output:=/proc/none', '/proc/none'),
-        ('friction_estimator', 'load_mass:=-1.0', 'load_mass'),
+        pytest.param('plant', 'load_mass:=heavy', 'load_mass', marks=pytest.mark.long),
+        pytest.param('valve_command', 'trigger:=never', "'never', allowed command, sample",
+                     marks=pytest.mark.long),
+        pytest.param('friction_estimator', 'load_mass:=-1.0', 'load_mass',
+                     marks=pytest.mark.long),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(start, node, parameter, told):
     refused(start(node, parameter), told)
 
