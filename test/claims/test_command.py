@@ -10,7 +10,7 @@ import pytest
 from pneu_rig_ros.claims import statements as module
 from pneu_rig_ros.claims.experiments import Reading
 from pneu_rig_ros.claims.findings import Finding, Row, Statement
-from pneu_rig_ros.claims.statements import STATEMENTS, neighbours
+from pneu_rig_ros.claims.statements import STATEMENTS, Neighbour, neighbours
 from pneu_rig_ros.cli.claims import measured
 
 from .conftest import Run
@@ -30,10 +30,8 @@ def test_prints_a_row_for_each_statement_and_writes_files(run: Run, tmp_path: Pa
     assert page.stat().st_size > 100_000
 
 
-def test_json_alone_is_the_whole_output(run: Run, tmp_path: Path) -> None:
-    reading = tmp_path / 'stiff.yaml'
-    reading.write_text('friction: {element_stiffness: [1e6 N/m], element_limit: []}')
-    code, out, _ = run('--no-neighbours', '--reading', reading, '--json')
+def test_json_alone_is_the_whole_output(run: Run) -> None:
+    code, out, _ = run('--no-neighbours', '--json')
     assert code == 0
     entries = json.loads(out)
     assert [entry['statement'] for entry in entries] == [s.number for s in STATEMENTS]
@@ -58,15 +56,24 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
     assert measured(held) == 'cylinder_1: fewer: 9, 2'
 
 
-def test_neighbours_are_measured_and_their_share_is_printed(
+def test_neighbours_of_a_reading_are_measured_and_their_share_is_printed(
     run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    few = list(islice(neighbours(Reading()), 2))
-    monkeypatch.setattr(module, 'neighbours', lambda _: few)
-    code, out, _ = run('--json', tmp_path / 'data.json')
+    reading = tmp_path / 'stiff.yaml'
+    reading.write_text('friction: {element_stiffness: [1e6 N/m], element_limit: []}')
+    asked = []
+
+    def one(about: Reading) -> list[Neighbour]:
+        asked.append(about.name)
+        return list(islice(neighbours(about), 1))
+
+    monkeypatch.setattr(module, 'neighbours', one)
+    code, out, _ = run('--reading', reading, '--json', tmp_path / 'data.json')
     assert code == 0
+    assert set(asked) == {'stiff'}
     written = json.loads((tmp_path / 'data.json').read_text())
-    assert {entry['neighbours'] for entry in written} <= {0.0, 0.5, 1.0}
+    assert {entry['neighbours'] for entry in written} == {0.0, 1.0}
+    assert "hold under the reading 'stiff'" in out
     assert 'neighbours' in out
     assert re.search(r'cylinder_1: \d+ cycles, at rest \d+%', ' '.join(out.split()))
 
