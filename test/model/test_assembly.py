@@ -96,6 +96,7 @@ def strokes(*effects: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 
 
+@pytest.mark.long  # it compiles two plants; in short: each effect has a module of its own, above
 def test_plants_compiled_by_different_processes_are_not_mistaken_for_each_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

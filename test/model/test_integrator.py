@@ -28,6 +28,11 @@ LAWS: dict[str, dict[str, Any]] = {
     'with dwell': {'model': REVISED_LUGRE_DWELL},
     'fading': {'static_friction_reading': FADES_WHILE_SLIDING, 'memory_time': 0.2},
 }
+ONE_IN_SHORT = [
+    name if name == 'cylinder_3' else pytest.param(name, marks=pytest.mark.long)
+    for name in CYLINDERS
+]
+"""Cylinder 3 slips most often."""
 
 
 def end_of_slide(step: float) -> np.ndarray:
@@ -56,7 +61,7 @@ def test_observed_order_is_the_declared_one() -> None:
 
 
 @pytest.mark.parametrize('law', LAWS)
-@pytest.mark.parametrize('cylinder', CYLINDERS)
+@pytest.mark.parametrize('cylinder', ONE_IN_SHORT)
 def test_run_agrees_with_radau_at_1e_10(cylinder: str, law: str) -> None:
     duration, u = 3.0, CAPTION_COMMANDS[cylinder]
     model = changed(cylinder, friction=LAWS[law])
