@@ -65,7 +65,13 @@ def test_every_example_is_tested_and_in_the_docs() -> None:
 
 
 @pytest.fixture
-def drag(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Effect]:
+def plain() -> Trajectory:
+    """Return a stroke of cylinder 3 without the effect."""
+    return stroke(Plant(load_configuration('cylinder_3').model))
+
+
+@pytest.fixture
+def drag(plain: Trajectory, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Effect]:
     """Give the library the folder of the example, as if its file had been put there."""
     monkeypatch.setattr(library, '__path__', [*library.__path__, str(EXAMPLES / 'effects')])
     # The name of a kept plant says nothing of files outside of the package.
@@ -82,14 +88,13 @@ def stroke(plant: Plant) -> Trajectory:
     return plant.run(np.tile((3.0, 2.0), (round(2.0 / INTERVAL), 1)), INTERVAL)
 
 
-def test_effect_of_the_page_works(drag: Effect) -> None:
+def test_effect_of_the_page_works(plain: Trajectory, drag: Effect) -> None:
     text = (ROOT / 'config' / 'cylinder_3.yaml').read_text()
     configuration = configuration_from_yaml(
         f'{text}\neffects: {{air_drag: {{coefficient: 5000 N*s^2/m^2}}}}\n', 'my_rig.yaml'
     )
     model, strength = configuration.model, configuration.effects['air_drag']
     assert strength == drag.parameters(5000.0)
-    plain = stroke(Plant(model))
     nulled = stroke(Plant(model, {'air_drag': drag.null}))
     for name, column in plain._asdict().items():
         assert np.array_equal(column, getattr(nulled, name)), name
