@@ -154,7 +154,9 @@ def test_interpolation_over_a_long_step_is_noted(tmp_path: Path) -> None:
     system = system_file(tmp_path, LEAKING + VESSEL_HEAT + WARM)
     diagnosis = diagnose(paths[:1], system, paths[1:], mapping=known)
     (tmp_path / 'answer').mkdir()
-    write_files(tmp_path / 'answer', diagnosis, answer(diagnosis))
+    shares: list[float] = []
+    write_files(tmp_path / 'answer', diagnosis, answer(diagnosis), shares.append)
+    assert shares[-1] == 1.0
     data = json.loads((tmp_path / 'answer' / 'diagnosis.json').read_text())
     jsonschema.validate(data, SCHEMA)
     note = 'time steps of 100 to 250 ms: interpolated onto steps of 100 ms'

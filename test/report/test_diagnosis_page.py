@@ -22,7 +22,7 @@ from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.errors import printable
 from pneu_rig_ros.report.dependence import dependence
-from pneu_rig_ros.report.diagnosis_page import spans_of, write_files
+from pneu_rig_ros.report.diagnosis_page import spans_of
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
 from pneu_rig_ros.report.latent_figures import Track, connected, draw_latent, tracks_of
 
@@ -64,7 +64,7 @@ def test_band_of_noise_alone_has_its_width(bench: Diagnosis) -> None:
     windows = bench.windows[0]
     rng = np.random.default_rng(1)
     inside = []
-    for _ in range(2):
+    for _ in range(3):
         band = windows.whiten.band
         white = rng.normal(size=windows.residual.size)
         own = band[0] * white
@@ -171,29 +171,25 @@ def test_improved_model_is_nearer_along_the_measured_motion(bench: Diagnosis) ->
     assert off[IMPROVED] < 0.3 * off[GIVEN]
 
 
-def test_files_are_whole_and_the_model_loads(
-    bench: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def check_files(folder: Path, bench: Diagnosis, capsys: pytest.CaptureFixture[str]) -> None:
+    """Check that the files of an answer are whole, that the model loads, and what is shown."""
     data = answer(bench)
-    shares: list[float] = []
-    write_files(tmp_path, bench, data, shares.append)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
+    assert sorted(path.name for path in folder.iterdir()) == [
         'diagnosis.json',
         'improved.yaml',
         'report.html',
     ]
-    assert shares[-1] == 1.0
-    assert json.loads((tmp_path / 'diagnosis.json').read_text())['verdict'] == 'effect'
-    assert load_system(tmp_path / 'improved.yaml').hypothesis == bench.improved
-    page = (tmp_path / 'report.html').read_text()
+    assert json.loads((folder / 'diagnosis.json').read_text())['verdict'] == 'effect'
+    assert load_system(folder / 'improved.yaml').hypothesis == bench.improved
+    page = (folder / 'report.html').read_text()
     assert data['sentence'].split(' (')[0] in page
     assert len(re.findall('<img src="data:image/svg', page)) >= 3
     assert 'no signal pressure_1' in page or 'no cylinder.cap_dead_volume' in page
     assert data['notes'] == [{'recording': 'run_1', 'note': NOTE}]
     assert f'<li>run_1: {NOTE}</li>' in page
     assert '<h2>Each recording</h2>' not in page  # names no clock and no initial temperature
-    COMMAND.show(data, tmp_path)
-    _check_terminal(capsys.readouterr().out, tmp_path)
+    COMMAND.show(data, folder)
+    _check_terminal(capsys.readouterr().out, folder)
 
 
 def test_command_says_what_the_python_call_finds(
@@ -217,6 +213,7 @@ def test_command_says_what_the_python_call_finds(
     assert printed == json.loads((tmp_path / 'answer' / 'diagnosis.json').read_text())
     expected = json.loads(json.dumps(answer(bench)))
     assert {**printed, 'seconds': 0.0} == {**expected, 'seconds': 0.0}
+    check_files(tmp_path / 'answer', bench, capsys)
     assert main([*words, '--out', str(tmp_path / 'answer')]) == 2
     assert 'is not empty' in capsys.readouterr().err
     assert main([*words, '--without', 'pressure_dependant', '--out', str(tmp_path / 'b')]) == 2
