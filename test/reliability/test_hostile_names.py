@@ -36,26 +36,37 @@ BYTES = os.fsdecode(b'n\xff')
 TERMINAL = 'x\x1b[2J\x1b]0;owned\x07\u202e\r\n'
 
 
+def named(folder: Path, name: str) -> Path:
+    """Return a stroke of a rig with such a name, in a directory with such a name."""
+    configuration = replace(load_configuration('cylinder_1'), name=name)
+    return simulate(configuration, 0.5, 0.4, folder / 'runs' / name.replace('/', '∕'))
+
+
 @pytest.fixture(params=NAMES)
 def bag(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    """A stroke of a rig with such a name, in a directory with such a name."""
-    configuration = replace(load_configuration('cylinder_1'), name=request.param)
-    return simulate(configuration, 0.5, 0.4, tmp_path / 'runs' / request.param.replace('/', '∕'))
+    """Return a stroke of a rig with one of the names."""
+    return named(tmp_path, request.param)
 
 
+@pytest.mark.parametrize(('one', 'other'), [NAMES[at : at + 2] for at in range(0, len(NAMES), 2)])
 def test_pages_show_names_as_text(
-    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    one: str, other: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pages = {'view': [bag], 'compare': [bag, '--model', 'cylinder_2']}
-    for command, arguments in pages.items():
-        page = tmp_path / f'{command}.html'
-        assert main([command, *map(str, arguments), '--out', str(page)]) == 0, capsys.readouterr()
+    bags = [named(tmp_path, name) for name in (one, other)]
+    pages = {'view_1': bags[:1], 'view_2': bags[1:],
+             'compare': [bags[0], '--model', bags[1]]}  # fmt: skip
+    for name, arguments in pages.items():
+        page = tmp_path / f'{name}.html'
+        words = [name.split('_')[0], *map(str, arguments), '--out', str(page)]
+        assert main(words) == 0, capsys.readouterr()
         html = page.read_text()
         assert '<script>alert' not in html
         assert '<img src=x' not in html
-        assert '1337' not in html.replace('uPlot', '') or '{{ 7 * 191 }}' not in bag.name
+        assert '1337' not in html.replace('uPlot', '') or '{{ 7 * 191 }}' not in one + other
         assert 'Content-Security-Policy' in html
-    assert {path.name for path in tmp_path.iterdir()} == {'runs', 'view.html', 'compare.html'}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        'runs', 'view_1.html', 'view_2.html', 'compare.html'
+    }  # fmt: skip
 
 
 def test_pictures_and_tables_bear_such_names(bag: Path, tmp_path: Path) -> None:
