@@ -32,12 +32,6 @@ def processes() -> Iterator[Executor]:
         yield two
 
 
-def test_same_bits_here_and_on_two_processes(processes: Executor) -> None:
-    alone = map_tasks(SerialExecutor(), tasks.strokes, range(4))
-    assert map_tasks(processes, tasks.strokes, range(4)) == alone
-    assert len(set(map(str, alone))) == 4
-
-
 def test_results_come_in_the_order_of_the_tasks_with_what_they_share(processes: Executor) -> None:
     told: list[int] = []
     powers = map_tasks(processes, pow, range(200), 3, progress=told.append)
@@ -55,14 +49,16 @@ def test_error_of_a_task_is_raised_as_it_is_here(processes: Executor) -> None:
 def test_killed_worker_costs_no_more_than_was_under_way(
     processes: Executor, tmp_path: Path
 ) -> None:
-    journal, fatal = tmp_path / 'journal', 5
-    results = map_tasks(processes, tasks.strokes_with_a_kill, range(10), journal, fatal)
-    assert results == map_tasks(SerialExecutor(), tasks.strokes, range(10))
+    """And its results are the same bits as those of this process."""
+    journal, fatal, count = tmp_path / 'journal', 3, 6
+    results = map_tasks(processes, tasks.strokes_with_a_kill, range(count), journal, fatal)
+    assert results == map_tasks(SerialExecutor(), tasks.strokes, range(count))
+    assert len(set(map(str, results))) > count // 2
     begun = journal.read_text().split()
     again = {number for number in begun if begun.count(number) > 1}
     assert str(fatal) in again
     assert len(again) <= 2  # a task for each of two processes
-    assert len(begun) == 10 + len(again)
+    assert len(begun) == count + len(again)
 
 
 def test_a_task_that_ends_its_workers_is_told(processes: Executor) -> None:
@@ -144,7 +140,7 @@ def test_wrong_address_is_refused_in_one_line_also_where_something_else_listens(
             assert told.err.count('\n') == 1
 
 
-@pytest.mark.parametrize('when', ['starting', 'working'])
+@pytest.mark.parametrize('when', [pytest.param('starting', marks=pytest.mark.long), 'working'])
 def test_interrupt_leaves_no_worker_behind(when: str, tmp_path: Path) -> None:
     out = tmp_path / 'table.csv'
     process = subprocess.Popen(
