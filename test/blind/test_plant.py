@@ -1,6 +1,7 @@
 """The second plant against the package's: written twice, solved by two methods, one motion."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ EQUATIONS: dict[str, Changes] = {
 """What both plants may have in place of the shipped equations."""
 HIDDEN_IN = [(effect, 'as shipped') for effect in EFFECTS] + [
     ('dwell_static_friction', 'F_s fades while sliding'),
-    *((effect, f'exhaust {how}')
+    *(pytest.param(effect, f'exhaust {how}', marks=pytest.mark.long)
       for how in ('without a jump', 'as printed')
       for effect in ('nonlinear_opening', 'valve_lag', 'valve_null_leak', 'spool_hysteresis')),
 ]  # fmt: skip
@@ -108,9 +109,18 @@ def determined(cylinder: str, first: np.ndarray, second: np.ndarray) -> int:
     return int(np.argmax(apart)) if apart.any() else len(apart)
 
 
+def each_in_short(usual: str) -> list[Any]:
+    """Return cylinders and equations: in short as shipped, and the others of one cylinder."""
+    return [
+        pytest.param(cylinder, equations, marks=[] if short else [pytest.mark.long])
+        for cylinder in CYLINDERS
+        for equations in EQUATIONS
+        for short in [cylinder == usual or equations == 'as shipped']
+    ]
+
+
 @pytest.mark.parametrize('experiment', [FIT[0], FIT[2]], ids=['stick-slip', 'onto the stop'])
-@pytest.mark.parametrize('equations', EQUATIONS)
-@pytest.mark.parametrize('cylinder', CYLINDERS)
+@pytest.mark.parametrize(('cylinder', 'equations'), each_in_short('cylinder_2'))
 def test_moves_as_the_package_plant_does(
     cylinder: str, equations: str, experiment: Experiment
 ) -> None:

@@ -127,7 +127,13 @@ def test_both_laws_come_to_rest_within_their_tolerance(
 
 
 @pytest.mark.parametrize('gains', [PidGains(), SlidingGains()], ids=['pid', 'sliding_mode'])
-@pytest.mark.parametrize('cylinder', CYLINDERS)
+@pytest.mark.parametrize(
+    'cylinder',
+    [
+        pytest.param(name, marks=[] if name == 'cylinder_2' else [pytest.mark.long])
+        for name in CYLINDERS
+    ],
+)
 def test_both_laws_follow_a_ramp(cylinder: str, gains: PidGains | SlidingGains) -> None:
     interval, reference, position = controlled(cylinder, gains, 'reference_ramp')
     moving = slice(round(2.0 / interval), None)

@@ -39,7 +39,9 @@ def test_it_is_short():
     assert len([line for line in code.splitlines() if line.strip()]) <= 20
 
 
-@pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_2'])
+@pytest.mark.parametrize(
+    'cylinder', [pytest.param('cylinder_1', marks=pytest.mark.long), 'cylinder_2']
+)
 def test_it_takes_the_piston_to_its_target(context, bystander, controller, cylinder):
     simulated = {'use_sim_time': True}
     plant = {**simulated, 'speed': 2.0, 'cylinder': cylinder, 'initial_position': 0.07}

@@ -61,7 +61,7 @@ def parameters(node: str) -> dict[str, Any]:
 class Driver(Bystander):
     """The driver of a rig that samples at 1 kHz, as its owner writes it."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, samples: int) -> None:
         super().__init__(context)
         qos = qos_profile_sensor_data
         self._joints = self.create_publisher(JointState, 'joint_states', qos)
@@ -70,7 +70,7 @@ class Driver(Bystander):
         ]
         self._command = self.create_publisher(Float64, 'u', qos)
         self._rig = Rig(replace(load_configuration('cylinder_2'), interval_ns=INTERVAL_NS))
-        self.sent = 0
+        self.sent, self._samples = 0, samples
 
     def publish_sample(self) -> None:
         sample = self._rig.step(*valve_voltages(U))
@@ -89,14 +89,14 @@ class Driver(Bystander):
         self._command.publish(Float64(data=U))
         for _ in range(AT_ONCE):
             self.publish_sample()
-        return self.sent < SAMPLES
+        return self.sent < self._samples
 
 
-def run(context: Context) -> dict[str, NodeStatus]:
+def run(context: Context, samples: int = SAMPLES) -> dict[str, NodeStatus]:
     """Run the nodes of the page beside the driver; return what they report."""
     nodes = [kind(context, parameters(name)) for name, kind in KINDS.items()]
     runner = Runner([*nodes, ValveCommandNode(context)])
-    driver = Driver(context)
+    driver = Driver(context, samples)
     runner.run(driver.work)
     for node in nodes:
         node.update()
@@ -125,6 +125,6 @@ def test_rig_of_the_page_works(
 
 def test_wrong_interval_is_reported(folder: Path, context: Context) -> None:
     """The copy as it is has the 1.16 ms of the paper."""
-    status = run(context)
+    status = run(context, SAMPLES // 4)
     for name in ('friction_estimator', 'shadow'):
         assert 'samples are 1 ms apart' in status[name].message
