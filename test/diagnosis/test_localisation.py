@@ -20,7 +20,7 @@ from pneu_rig_ros.rig import RigConfiguration
 from .runs import TIMELINE, Timeline, configured, measured, recorded, system_of
 
 LEAK = 2e-9
-SEEDS = 100
+SEEDS = 50
 
 
 def white(balance: str, recording: str, size: int, rng: np.random.Generator) -> Windows:
@@ -48,7 +48,7 @@ def noisy(seed: int) -> list[Windows]:
 
 def test_white_noise_is_rarely_told() -> None:
     told = sum(bool(localise(noisy(seed))) for seed in range(SEEDS))
-    assert told <= 8
+    assert told <= 4
 
 
 def test_a_shift_of_one_noise_is_told_with_its_size_and_bounds() -> None:

@@ -58,6 +58,7 @@ def test_only_an_empirical_term_may_change_its_sign(tmp_path: Path) -> None:
         load_system(system_file(tmp_path, BENCH + law))
 
 
+@pytest.mark.long
 def test_profile_that_leaves_a_third_stays_where_no_description_leaves_less(
     tmp_path: Path,
 ) -> None:
