@@ -135,6 +135,7 @@ def test_demonstration_runs_live(pneu_rig: Callable[[str], str], tmp_path: Path)
     assert (tmp_path / 'bag/stroke.png').is_file()
 
 
+@pytest.mark.long
 def test_leak_of_a_chamber_is_diagnosed(pneu_rig: Callable[[str], str], tmp_path: Path) -> None:
     for seed, fill in enumerate((6e5, 5e5)):
         pressure = vessel_run(seed, fill, warm=0.0, leak=5e-9, conductance=0.0)
