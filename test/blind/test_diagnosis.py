@@ -54,7 +54,7 @@ def headline(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return answer(diagnose(bags.fit, bags.model, bags.verify, seed=1))
 
 
-@pytest.mark.long
+@pytest.mark.long  # in short: diagnosis/test_workflow.py, by cycles
 @pytest.mark.xdist_group('headline')
 def test_constant_static_friction_is_found_to_lack_dwell_time(headline: dict[str, Any]) -> None:
     assert headline['verdict'] == 'effect'
@@ -214,7 +214,7 @@ def test_other_systems_are_diagnosed_by_the_same_command(system: str, name: str)
     assert places.f1([line['times']]) > 0.5
 
 
-@pytest.mark.long
+@pytest.mark.long  # in short: diagnosis/test_system.py, of its causes
 def test_rig_without_its_second_pressure_is_diagnosed_by_the_same_command() -> None:
     secret = hide('chamber_leak', 'cylinder_3', 1.5, settings('cylinder_3')['friction'])
     without = tuple(name for name in EFFECTS if name not in {'chamber_leak', *FEW})

@@ -16,6 +16,7 @@ from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.parameters import REVISED_LUGRE
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -252,10 +253,31 @@ def test_second_cause_is_named_beside_one_that_is_many_times_stronger(tmp_path: 
     assert found['chamber_leak']['area_2']['value'] == pytest.approx(2e-9, rel=0.3)
 
 
+def test_growth_of_static_friction_with_dwell_time_is_found_by_cycles(tmp_path: Path) -> None:
+    """RLG with constant static friction; test/blind has the whole of it, which takes minutes."""
+    rig = configured('cylinder_1')
+    bags = [
+        simulate(configured('cylinder_1', seed=seed, rest_time=600.0), u, 8.0, tmp_path / f'{u}')
+        for seed, u in enumerate((0.29, 0.31))
+    ]
+    law = rig.model.friction._replace(model=REVISED_LUGRE)
+    system_of(tmp_path, replace(rig, model=rig.model._replace(friction=law)))
+    without = tuple(name for name in library.causes() if name != 'dwell_static_friction')
+    data = told(diagnose(bags[:1], tmp_path / 'model.yaml', bags[1:], without=without))
+    assert data['verdict'] == 'effect'
+    assert [one['name'] for one in data['effects']] == ['dwell_static_friction']
+    assert data['parameters'] == []
+    assert data['gap']['cut'] > 0.8
+    cycles, dwell = data['gap']['cycles'], data['gap']['dwell']
+    assert cycles['after'] == cycles['measured']
+    before, after = (abs(dwell[when] - dwell['measured']) for when in ('before', 'after'))
+    assert before > 0.05 * dwell['measured']
+    assert after < 0.2 * before
+
+
 @pytest.mark.long
 def test_effect_of_a_rig_that_the_library_lacks_is_unknown_but_described(tmp_path: Path) -> None:
-    every = tuple(name for name in library.names() if not library.load(name).describes)
-    data = told(rigs(tmp_path, cold, without=every))
+    data = told(rigs(tmp_path, cold, without=library.causes()))
     assert data['verdict'] == 'unknown'
     assert 'cold_1' in data['unknown']['term']
     assert 'cold_2' in data['unknown']['term']
@@ -265,8 +287,7 @@ def test_effect_of_a_rig_that_the_library_lacks_is_unknown_but_described(tmp_pat
 
 
 def test_effect_that_the_library_lacks_is_unknown_but_told_where(tmp_path: Path) -> None:
-    causes = (name for name in library.names() if not library.load(name).describes)
-    without = tuple(name for name in causes if name != 'chamber_leak')
+    without = tuple(name for name in library.causes() if name != 'chamber_leak')
     data = told(chambers(tmp_path, CONDUCTANCES, without=without))
     assert data['verdict'] == 'unknown'
     assert 'cold_1' in data['unknown']['term']
