@@ -10,6 +10,7 @@ import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.inputs.open_balances import lacks
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.errors import RigError
@@ -18,6 +19,7 @@ from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import load_configuration
 
 from .parts import BENCH, BLOCK, CHAMBERS, LEAKING, system_file
+from .runs import configured, recorded, system_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = sorted(path for path in (ROOT / 'config' / 'systems').glob('*.yaml')
@@ -217,3 +219,19 @@ def test_order_of_refit_does_not_change_what_is_fitted(tmp_path: Path) -> None:
     first, second = (pool(replace(system, refit=each), [])[1] for each in (ranges, turned))
     assert first == second
     assert [part.name for part in first.parts] == [one, other]
+
+
+def test_causes_of_a_rig_with_one_pressure_are_those_of_its_chamber(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    system, whole = system_of(tmp_path, rig), recorded('run', rig)
+    signals = {name: values for name, values in whole.signals.items() if name != 'pressure_2'}
+    run = prepare_run(replace(whole, signals=signals), system, Path('run'))
+    found = {
+        each.name: [coordinate.name for coordinate in each.coordinates]
+        for each in pool(system, [run])[0]
+        if each.is_effect
+    }
+    assert found['chamber_leak'] == ['area_1']
+    assert found['porous_leak'] == ['flow_1', 'exponent']
+    assert found['valve_lag'] == ['time_constant']  # of no chamber
+    assert not {'inclination', 'load_spring', 'cross_piston_leak'} & set(found)
