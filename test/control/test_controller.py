@@ -84,7 +84,7 @@ def test_a_bare_pid_hunts_and_compensation_ends_it() -> None:
     assert max(f.rms_error for f in compensated) < 0.3 * max(f.rms_error for f in bare)
 
 
-@pytest.mark.parametrize('compensated', [False, True])
+@pytest.mark.parametrize('compensated', [False, pytest.param(True, marks=pytest.mark.long)])
 def test_the_limit_cycle_lasts_unless_it_is_compensated(compensated: bool) -> None:
     """With the command in docs/controllers.md; the first 30 s are those of the way there."""
     rig = Rig(load_configuration('cylinder_3'))

@@ -43,7 +43,9 @@ def comparison(system: System, interval_ns: int, signals: dict[str, Floats]) -> 
     return Comparison(prepare_run(Recording('run', 0, interval_ns, signals), system, Path('run')))
 
 
-@pytest.mark.parametrize('seed', [0, 10, 20])
+@pytest.mark.parametrize(
+    'seed', [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (10, 20))]
+)
 def test_conductance_of_a_vessel_is_within_its_interval_of_half_a_percent(
     tmp_path: Path, seed: int
 ) -> None:

@@ -53,7 +53,7 @@ def snapshot(directory: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in directory.iterdir()}
 
 
-@pytest.mark.parametrize('attempt', range(2))
+@pytest.mark.parametrize('attempt', [0, pytest.param(1, marks=pytest.mark.long)])
 def test_recorder_killed_at_a_random_moment(tmp_path: Path, attempt: int) -> None:
     bag = tmp_path / 'bag'
     last = random.Random(attempt).randrange(800, 1800)

@@ -90,7 +90,12 @@ def test_node_refuses_to_run_unprotected(keystore: str, tmp_path: Path) -> None:
 
 @pytest.mark.live
 @pytest.mark.parametrize(
-    'argument', [':=', 'command_timeout:=nan', 'command_timeout:=[', 'x:=\x1b']
+    'argument',
+    [
+        'command_timeout:=nan',
+        'x:=\x1b',
+        *(pytest.param(text, marks=pytest.mark.long) for text in (':=', 'command_timeout:=[')),
+    ],
 )
 def test_bad_parameters_end_a_node_with_one_line(argument: str) -> None:
     ended = subprocess.run(

@@ -71,7 +71,11 @@ def environment() -> dict[str, str]:
     return kept | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(DOMAIN)}
 
 
-@pytest.fixture(scope='module', params=[(), ('--symlink-install',)], ids=['copy', 'symlink'])
+@pytest.fixture(
+    scope='module',
+    params=[(), pytest.param(('--symlink-install',), marks=pytest.mark.long)],
+    ids=['copy', 'symlink'],
+)
 def workspace(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a workspace in which colcon has built the package."""
     folder = tmp_path_factory.mktemp('workspace')

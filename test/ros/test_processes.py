@@ -275,8 +275,15 @@ sys.exit(runner.main([Compiling]))
 """
 
 
-@pytest.mark.parametrize('outside', [True, False])
-@pytest.mark.parametrize('name', ['SIGINT', 'SIGTERM'])
+@pytest.mark.parametrize(
+    ('name', 'outside'),
+    [
+        ('SIGINT', True),
+        ('SIGTERM', False),
+        pytest.param('SIGINT', False, marks=pytest.mark.long),
+        pytest.param('SIGTERM', True, marks=pytest.mark.long),
+    ],
+)
 def test_signal_while_a_node_loads_ends_it_without_a_word(name: str, outside: bool) -> None:
     """A callback of the compiler swallows the exception that a signal raises in it."""
     code = IN_A_CALLBACK.format(signal=name, outside=outside)
