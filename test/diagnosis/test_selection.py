@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
@@ -19,13 +20,28 @@ from pneu_rig_ros.model import effects as library
 from .runs import configured, measured, system_of
 
 
-def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(tmp_path: Path) -> None:
-    system = system_of(tmp_path, configured('cylinder_1'))
+class Cycling(NamedTuple):
+    """A true model, and data of two of its runs with their cycles."""
+
+    hypothesis: Hypothesis
+    training: Dataset
+    held_out: Dataset
+    rng: np.random.Generator
+
+
+@pytest.fixture(scope='module')
+def cycling(tmp_path_factory: pytest.TempPathFactory) -> Cycling:
+    system = system_of(tmp_path_factory.mktemp('cycles'), configured('cylinder_1'))
     hypothesis, rng = system.hypothesis, np.random.default_rng(0)
     runs = [measured(system, str(seed), configured('cylinder_1', seed=seed)) for seed in (0, 1)]
     training, held_out = (
         Dataset.of(hypothesis, [Comparison(run)], rng).with_cycles(hypothesis, rng) for run in runs
     )
+    return Cycling(hypothesis, training, held_out, rng)
+
+
+def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(cycling: Cycling) -> None:
+    hypothesis, training, held_out, rng = cycling
     search = Search(given=hypothesis, training=training, held_out=held_out, rng=rng, pool=())
     assert not search.reproduced()
     friction = hypothesis.model.friction
@@ -113,15 +129,10 @@ def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(tmp_path:
 
 
 def test_share_that_is_left_counts_only_if_the_cycles_of_held_out_data_are_off(
-    tmp_path: Path,
+    cycling: Cycling,
 ) -> None:
     """A true model leaves all of the excess of its own cycles, which is noise."""
-    system = system_of(tmp_path, configured('cylinder_1'))
-    hypothesis, rng = system.hypothesis, np.random.default_rng(0)
-    runs = [measured(system, str(seed), configured('cylinder_1', seed=seed)) for seed in (0, 1)]
-    training, held_out = (
-        Dataset.of(hypothesis, [Comparison(run)], rng).with_cycles(hypothesis, rng) for run in runs
-    )
+    hypothesis, training, held_out, rng = cycling
 
     def leaves_something(given: Hypothesis) -> bool:
         search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
