@@ -5,6 +5,8 @@ import json
 import os
 import re
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -31,11 +33,33 @@ from .conftest import Terminal
 from .test_commands import until
 from .test_demo import children, gone, recording
 
+WITH_SOME = """
+import sys
+from pneu_rig_ros.cli import main
+from pneu_rig_ros.scenarios import gap
+fit, verify = map(int, sys.argv[1:3])
+gap.NAMES = (*gap.NAMES[:fit], *gap.NAMES[len(gap.FIT):][:verify])
+gap.FIT, gap.VERIFY = gap.FIT[:fit], gap.VERIFY[:verify]
+sys.exit(main(sys.argv[3:]))
+"""
+"""`pneu-rig` whose demonstration of the gap has so many experiments of each kind."""
+
 
 @pytest.mark.live
 @pytest.mark.timeout(900)  # a diagnosis, on a machine that may be busy
-def test_hidden_effect_comes_out_and_the_gap_closes(terminal: Terminal) -> None:
-    with terminal.start('gap', '--seed', 7, '--effect', 'inclination', '--out', 'gap') as process:
+@pytest.mark.parametrize(
+    ('fit', 'verify'),
+    [(2, 1), pytest.param(len(FIT), len(VERIFY), marks=pytest.mark.long)],
+    ids=['some', 'all'],
+)
+def test_hidden_effect_comes_out_and_the_gap_closes(
+    terminal: Terminal, fit: int, verify: int
+) -> None:
+    words = ['gap', '--seed', '7', '--effect', 'inclination', '--out', 'gap']
+    with subprocess.Popen(
+        [sys.executable, '-c', WITH_SOME, str(fit), str(verify), *words],
+        cwd=terminal.directory, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
         out, err = process.communicate()
     assert process.returncode == 0, err
     folder = terminal.directory / 'gap'
@@ -52,13 +76,16 @@ def test_hidden_effect_comes_out_and_the_gap_closes(terminal: Terminal) -> None:
     assert out.index('gap closed') < out.index('hidden             inclination: angle 0.06 rad')
     assert (folder / 'gap.png').stat().st_size > 20_000
     assert 'no gain errors' in out
-    _check_runs_are_the_experiments(folder)
+    recorded = dict(zip(NAMES, (*FIT, *VERIFY), strict=True))
+    names = (*NAMES[:fit], *NAMES[len(FIT) :][:verify])
+    assert {path.name for path in (folder / 'measured').iterdir()} == set(names)
+    _check_runs_are_the_experiments(folder, {name: recorded[name] for name in names})
 
 
-def _check_runs_are_the_experiments(folder: Path) -> None:
+def _check_runs_are_the_experiments(folder: Path, experiments: dict[str, Experiment]) -> None:
     model = load_configuration(folder / 'model.yaml')
     assert model.effects == {}
-    for name, experiment in zip(NAMES, (*FIT, *VERIFY), strict=True):
+    for name, experiment in experiments.items():
         bag = folder / 'measured' / name
         record = read_recording(bag)
         # the bag tells what is hidden, as that of any plant does: the diagnosis looks away
