@@ -175,9 +175,8 @@ def test_nothing_is_said_to_be_missing_where_nothing_is(key: str) -> None:
     assert line['where'] == []
 
 
-@pytest.mark.parametrize(
-    'name', ['exchanged_chambers', pytest.param('clock_offset', marks=pytest.mark.long)]
-)
+@pytest.mark.long  # in short: diagnosis/test_workflow.py
+@pytest.mark.parametrize('name', ['exchanged_chambers', 'clock_offset'])
 def test_wrong_condition_is_named_and_no_physics(name: str) -> None:
     trials = drawn_foreign(50, ['conditions'])
     line = carry_out(next(one for one in trials if one.names == (name,)))

@@ -17,6 +17,8 @@ from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import REVISED_LUGRE
+from pneu_rig_ros.records import read_recording
+from pneu_rig_ros.records.conversion import write_bag
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -214,6 +216,20 @@ def test_supply_that_is_not_as_stated_is_a_condition_and_no_physics(tmp_path: Pa
     (chosen,) = (row for row in data['candidates'] if row['chosen'])
     assert chosen['probability'] > 0.3  # a coefficient of the intake may act alike
     assert data['gap']['cut'] > 0.9
+
+
+def test_exchanged_chambers_are_a_condition_and_no_physics(tmp_path: Path) -> None:
+    bags = []
+    for bag in recordings(tmp_path, lambda rig: rig):
+        whole = read_recording(bag)
+        p1, p2 = whole['pressure_1'], whole['pressure_2']
+        bags.append(tmp_path / f'{bag.name}_exchanged')
+        write_bag(whole.with_signals(pressure_1=p2, pressure_2=p1), bags[-1])
+    system_of(tmp_path, configured('cylinder_1'))
+    data = told(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:], without=library.causes()))
+    assert data['verdict'] == 'conditions'
+    assert [row['name'] for row in data['conditions']] == ['exchanged_chambers']
+    assert data['effects'] == data['parameters'] == []
 
 
 def test_nothing_is_missing_in_a_rig_that_lacks_nothing(tmp_path: Path) -> None:
