@@ -16,7 +16,6 @@ from pneu_rig_ros.diagnosis.residuals.shooting import simulate_worn
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.effects import causes
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -27,8 +26,6 @@ SIGNALS = ('position', 'pressure_2', 'force')
 COULOMB = (6.4, 5.6, 6.3)
 """Of a seal that is mounted again for each recording [N]."""
 KNOWN = 'repeatability: {force: 0.5 N}\n'
-SOME = ('pressure_dependent_friction', 'inclination', 'load_spring')
-"""Effects on the force among which a cause is searched."""
 
 
 def seals(folder: Path, text: str, slope: float = 0.0, without: tuple[str, ...] = ()) -> Diagnosis:
@@ -95,9 +92,8 @@ def test_rig_keeps_its_repeatability_and_the_plant_runs_as_before(tmp_path: Path
 
 
 def verdicts_with(
-    folder: Path, bags: list[Path], quantity: str, spreads: tuple[float, ...],
-    without: tuple[str, ...] = (),
-) -> dict[float, str]:  # fmt: skip
+    folder: Path, bags: list[Path], quantity: str, spreads: tuple[float, ...]
+) -> dict[float, str]:
     """Return the verdict for each spread of a quantity that a model keeps."""
     verdicts = {}
     for spread in spreads:
@@ -105,7 +101,7 @@ def verdicts_with(
         system = replace(system_of(folder, configured('cylinder_1')), repeatability=kept)
         path = folder / f'model_{spread}.yaml'
         path.write_text(system.to_yaml())
-        verdicts[spread] = diagnose(bags, path, without=without).verdict
+        verdicts[spread] = diagnose(bags, path).verdict
     return verdicts
 
 
@@ -116,8 +112,7 @@ def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path)
     bags = [
         simulate(replace(worn, seed=seed), 0.34, 6.0, tmp_path / f'run_{seed}') for seed in (1, 2)
     ]
-    without = tuple(name for name in causes() if name not in SOME)
-    verdicts = verdicts_with(tmp_path, bags, 'friction_level', (0.0, 0.05), without)
+    verdicts = verdicts_with(tmp_path, bags, 'friction_level', (0.0, 0.05))
     assert verdicts[0.0] in ('effect', 'parameter')
     assert verdicts[0.05] == 'consistent'
 
