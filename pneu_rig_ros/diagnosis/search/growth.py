@@ -78,6 +78,9 @@ class Growth(Remainder):
             for base, result in screened
             for values in result.starts
         ]
+        if not starts:  # no candidate acts on what disagrees
+            smaller = self.best or Fit(self.base)
+            return [], score(smaller, self.given, self.training, self.held_out)
         fits = best_of_each(self._fits(starts))
         # among causes that explain nothing further there is nothing to decide by simulation
         found = self.best is None or improves(preferred(fits), self.best)

@@ -122,6 +122,11 @@ def improves(fit: ScoredFit, smaller: ScoredFit) -> bool:
     return -difference > DECISIVE and gain > LIKELY
 
 
+def any_improves(fits: Sequence[ScoredFit], smaller: ScoredFit) -> bool:
+    """Return whether there are explanations, the preferred one better than a smaller one."""
+    return bool(fits) and improves(preferred(fits), smaller)
+
+
 def ambiguous(fits: Sequence[ScoredFit]) -> bool:
     """Return whether a cause of friction is among several that are indistinguishable."""
     best = min(fits, key=lambda fit: fit.cost)

@@ -20,8 +20,7 @@ from pneu_rig_ros.diagnosis.search.noise_gain import chosen_beyond_noise
 from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
-    improves,
-    preferred,
+    any_improves,
     residual_excess,
     score,
 )
@@ -63,13 +62,13 @@ class Search(Growth):
                 break
             self.weak = self.is_weak()
             fits, before = self.grown(beam, size)
-            may_simulate = not improves(preferred(fits), before) and self.can_simulate()
+            may_simulate = not any_improves(fits, before) and self.can_simulate()
             # for a further cause only where cycles show something of which residuals have no trace
             if may_simulate and (size == 1 or self.cycles_differ()):
                 self.add_cycles()
                 fits, before = self.grown(beam, size)
             more = size == 1 and len(self.screened) > MOST_FITTED
-            if more and not improves(preferred(fits), before):
+            if more and not any_improves(fits, before):
                 fits, before = self.grown(beam, size, MOST_FITTED)  # the next ones
             data = self.training, self.held_out
             chosen = chosen_beyond_noise(fits, before, self.given, self.hypothesis, data, self.rng)
