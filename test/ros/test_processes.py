@@ -132,7 +132,7 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
     message, states = template('friction'), []
 
     def failed_for_seconds() -> bool:
-        for k in range(40):  # what is written at a time is a fraction of the limit
+        for k in range(10):  # what is written at a time is a fraction of the limit
             samples(message.at(k, 0.0))
         time.sleep(0.02)
         for cdr in diagnostics.take_all():
@@ -149,9 +149,8 @@ def test_recorder_without_space_says_so_until_it_ends_with_code_2(start, tmp_pat
     assert states[-1][:2] == (DiagnosticStatus.ERROR, 'False')
     failure = f'cannot write the bag {bag}: File too large; recording has ended'
     assert failure in states[-1][2]
-    assert (
-        len([line for line in errors.splitlines() if failure in line]) == 2
-    )  # then, and at the end
+    said = [line for line in errors.splitlines() if failure in line]
+    assert len(said) == 2  # then, and at the end
     assert 'Traceback' not in errors
     with open_bag(bag) as reader:
         assert len(list(reader.messages())) > 100
