@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,13 +11,13 @@ import pytest
 from pneu_rig_ros.diagnosis.answer.verdict import of_balances, of_parts
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.model import effects as library
 
 from .runs import configured, measured, system_of
 
-LEAK, FRICTION = 1e-9, 'friction.coulomb_force'
+LEAK, FRICTION, BRISTLE = 1e-9, 'friction.coulomb_force', 'friction.element_stiffness'
 
 
 @pytest.fixture(scope='module')
@@ -57,3 +58,20 @@ def test_an_explanation_without_a_part_keeps_the_other_values(
 ) -> None:
     friction, leak = found[0].parts
     assert found[0].without(friction) == Explanation((leak,), ((LEAK, 0.0),))
+
+
+def test_cycles_show_a_cause_of_friction_that_residuals_do_not(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    law, system = rig.model.friction, system_of(tmp_path, rig)
+    softer = law._replace(element_stiffness=(0.5 * sum(law.element_stiffness),))
+    run = measured(system, 'run', replace(rig, model=rig.model._replace(friction=softer)))
+    candidates = {each.name: each for each in pool(system, [run])[0]}
+    explanation = Explanation().with_part(candidates[BRISTLE], softer.element_stiffness)
+    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    with_cycles = data.with_cycles(system.hypothesis, np.random.default_rng(0))
+    by_residuals, by_both = (
+        of_balances(explanation, system.hypothesis, data, cycles)
+        for cycles in (None, with_cycles.cycles)
+    )
+    assert by_residuals == dict.fromkeys(BALANCES, 'consistent')
+    assert by_both == {**by_residuals, 'force': 'parameter'}
