@@ -44,6 +44,8 @@ FILLS = ((4.5e5, 1.1e6), (5.5e5, 1.2e6))
 STROKES = {'a': (0.34, 5e5, 0.02), 'b': (-0.4, 6e5, 0.2), 'c': (0.4, 7e5, 0.05)}
 """Run -> u [V], supply pressure [Pa], initial position [m]."""
 FACTOR = 1.15
+NEARER = 1e-3
+"""By how much an end stop is nearer than in the model [m]."""
 Change = Callable[[RigConfiguration], RigConfiguration]
 
 
@@ -308,3 +310,19 @@ def test_effect_that_the_library_lacks_is_unknown_but_told_where(tmp_path: Path)
     assert 'cold_2' in data['unknown']['term']
     assert {row['balance'] for row in data['where']} == {'gas_1', 'gas_2'}
     assert data['intervals']
+
+
+def test_end_stop_nearer_than_in_the_model_is_told_as_such(tmp_path: Path) -> None:
+    bags = []
+    for seed, u in enumerate((0.5, 0.6, 0.55), start=1):
+        rig = configured('cylinder_2', seed=seed, initial_position=0.17)
+        cylinder = rig.model.cylinder._replace(stroke=rig.model.cylinder.stroke - NEARER)
+        rig = replace(rig, model=rig.model._replace(cylinder=cylinder))
+        bags.append(simulate(rig, u, 8.0, tmp_path / f'run_{seed}'))
+    system_of(tmp_path, configured('cylinder_2'))
+    data = told(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:], without=library.causes()))
+    (row,) = (one for one in data['where'] if one['unit'] == 'm')
+    assert (row['balance'], row['regime']) == ('force', 'end stop')
+    assert row['mean'] == pytest.approx(-NEARER, abs=5e-5)
+    # what never reaches the other end may as well have another zero
+    assert [one['name'] for one in data['conditions']] == ['position_zero']

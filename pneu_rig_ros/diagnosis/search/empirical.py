@@ -22,6 +22,7 @@ from pneu_rig_ros.diagnosis.causes.candidates import (
     effect_candidate,
 )
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT
 from pneu_rig_ros.diagnosis.residuals.dataset import OUTLIER, Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
@@ -99,7 +100,7 @@ def only(effect: Candidate, coordinates: Sequence[Coordinate]) -> Candidate:
 def describe(search: Search, residual: SignificantResidual) -> Description:
     """Return the empirical terms that leave least of what the best explanation leaves."""
     given, training = search.hypothesis, search.training
-    terms = terms_for(residual.balance, search)
+    terms = terms_for(residual, search)
     target = training.residual(given)
     strongest = map_tasks(search.executor, strongest_change, terms, given, training, target)
     values = [value for value, _ in strongest]
@@ -125,19 +126,26 @@ def describe(search: Search, residual: SignificantResidual) -> Description:
     return Description(*place, formula(best), share, best)
 
 
-def terms_for(balance: str, search: Search) -> list[Term]:
-    """Return the terms that act on a balance, or on the sensors."""
+def terms_for(residual: SignificantResidual, search: Search) -> list[Term]:
+    """Return the terms that act on the balance of a residual, or on the sensors."""
     used = {part.name for part in search.best.explanation.parts} if search.best else set()
     fixed = search.training.comparisons[0].run.noise.position <= 0.0
     terms = []
     for name in library.names():
         effect = library.load(name)
-        on_gas = effect.balance in GAS_BALANCES
-        acts = effect.balance in READING_BALANCES or on_gas == balance.startswith('gas')
+        acts = _acts(effect.balance, residual)
         acts &= not (fixed and effect.balance is Balance.MOTION_READING)
         if effect.describes and acts and name not in used:
             terms += _terms_of(effect_candidate(name), search)
     return terms
+
+
+def _acts(balance: Balance, residual: SignificantResidual) -> bool:
+    """Return whether effects on a balance, or on the sensors, change a residual."""
+    if residual.unit == STOP_UNIT:  # no force moves a stop
+        return balance is Balance.MOTION_READING
+    on_gas = balance in GAS_BALANCES
+    return balance in READING_BALANCES or on_gas == residual.balance.startswith('gas')
 
 
 def _terms_of(effect: Candidate, search: Search) -> list[Term]:
