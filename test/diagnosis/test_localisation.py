@@ -46,12 +46,12 @@ def noisy(seed: int) -> list[Windows]:
             for balance in ('gas_1', 'gas_2', 'force') for name in 'ab']  # fmt: skip
 
 
-def test_white_noise_is_rarely_told() -> None:
-    told = sum(bool(localise(noisy(seed))) for seed in range(SEEDS))
-    assert told <= 4
+def test_white_noise_is_rarely_significant() -> None:
+    significant = sum(bool(localise(noisy(seed))) for seed in range(SEEDS))
+    assert significant <= 4
 
 
-def test_a_shift_of_one_noise_is_told_with_its_size_and_bounds() -> None:
+def test_a_shift_of_one_noise_is_found_with_its_size_and_bounds() -> None:
     groups = noisy(0)
     shifted = []
     for one in groups:
@@ -66,7 +66,7 @@ def test_a_shift_of_one_noise_is_told_with_its_size_and_bounds() -> None:
         assert first.low > 0.1
 
 
-def test_a_shift_after_long_rests_is_told_with_the_dwell() -> None:
+def test_a_shift_after_long_rests_is_found_with_the_dwell() -> None:
     shifted = []
     for one in noisy(1):
         long = np.nan_to_num(one.variables['dwell']) > 6.0
@@ -110,12 +110,12 @@ def located(
 
 
 @pytest.mark.parametrize('cylinder', ['cylinder_1', 'cylinder_3'])
-def test_nothing_is_told_of_a_true_model(tmp_path: Path, cylinder: str) -> None:
+def test_nothing_is_significant_of_a_true_model(tmp_path: Path, cylinder: str) -> None:
     assert located(tmp_path, configured(cylinder), configured(cylinder)) == []
 
 
 @pytest.mark.parametrize(('area', 'balance'), [('area_1', 'gas_1'), ('area_2', 'gas_2')])
-def test_leak_is_told_of_its_chamber_alone(tmp_path: Path, area: str, balance: str) -> None:
+def test_leak_is_found_in_its_chamber_alone(tmp_path: Path, area: str, balance: str) -> None:
     leak = library.load('chamber_leak').null._replace(**{area: LEAK})
     found = located(tmp_path, configured('cylinder_1', {'chamber_leak': leak}))
     assert {one.balance for one in found} == {balance}
@@ -136,7 +136,7 @@ def growing(exponent: float) -> RigConfiguration:
     return replace(rig, model=rig.model._replace(friction=law))
 
 
-def test_static_friction_of_long_rests_is_told_with_the_dwell(tmp_path: Path) -> None:
+def test_static_friction_of_long_rests_is_found_with_the_dwell(tmp_path: Path) -> None:
     # with either exponent it is the same after 1 s: 0.2 N apart after 0.7 s, 1.4 N after 2.8 s
     given = growing(0.45)
     found = located(tmp_path, growing(0.9), given, RESTS)
@@ -154,7 +154,7 @@ def less_friction() -> RigConfiguration:
     return replace(rig, model=rig.model._replace(friction=law))
 
 
-def test_less_friction_is_told_of_the_force_in_both_directions(tmp_path: Path) -> None:
+def test_less_friction_is_found_in_the_force_in_both_directions(tmp_path: Path) -> None:
     found = located(tmp_path, less_friction())
     assert {one.balance for one in found} == {'force'}
     signs = {one.direction: np.sign(one.mean) for one in found if one.regime == 'sliding'}
@@ -163,7 +163,7 @@ def test_less_friction_is_told_of_the_force_in_both_directions(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(('short', 'found'), [(0.0, False), (1e-3, True)])
-def test_reading_that_falls_short_of_an_end_stop_is_told_with_its_place(
+def test_reading_that_falls_short_of_an_end_stop_is_found_with_its_place(
     short: float, found: bool, tmp_path: Path
 ) -> None:
     rig = configured('cylinder_2', initial_position=0.15)
@@ -173,8 +173,10 @@ def test_reading_that_falls_short_of_an_end_stop_is_told_with_its_place(
     recording.signals['position'] = np.where(read > stroke - short, stroke - short, read)
     run = prepare_run(recording, system, Path('stop'))
     data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
-    told = [each for each in localise(windows_of(data, system.hypothesis)) if each.unit == 'm']
-    assert bool(told) == found
-    for each in told:
+    significant = [
+        each for each in localise(windows_of(data, system.hypothesis)) if each.unit == 'm'
+    ]
+    assert bool(significant) == found
+    for each in significant:
         assert (each.balance, each.regime) == ('force', 'end stop')
         assert each.mean == pytest.approx(-short, abs=1e-4)

@@ -49,7 +49,7 @@ NEARER = 1e-3
 Change = Callable[[RigConfiguration], RigConfiguration]
 
 
-def told(found: Diagnosis) -> dict[str, Any]:
+def checked(found: Diagnosis) -> dict[str, Any]:
     """Return the answer, checked against its schema as what a file of it holds."""
     data: dict[str, Any] = json.loads(json.dumps(answer(found), allow_nan=False))
     jsonschema.validate(data, SCHEMA)
@@ -120,7 +120,7 @@ def test_supply_and_room_within_their_usual_errors_are_no_cause(tmp_path: Path) 
     exact = configured('cylinder_1')
     system_of(tmp_path, replace(exact, sensors=load_configuration('cylinder_1').sensors))
     found = diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:])
-    data = told(found)
+    data = checked(found)
     assert data['verdict'] == 'uncalibrated'
     # while the intake is choked only p_s sqrt(T) shows
     values = data['calibration']
@@ -133,7 +133,7 @@ def test_supply_and_room_within_their_usual_errors_are_no_cause(tmp_path: Path) 
 
 def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_path: Path) -> None:
     found = chambers(tmp_path, CONDUCTANCES)
-    data = told(found)
+    data = checked(found)
     assert data['verdict'] == 'effect'
     assert [one['name'] for one in data['effects']] == ['wall_heat_transfer']
     values = data['effects'][0]['parameters']
@@ -152,7 +152,7 @@ def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_pat
 
 def test_heat_transfer_of_another_law_is_named_with_a_shape(tmp_path: Path) -> None:
     found = chambers(tmp_path, CONDUCTANCES, power=0.8)
-    data = told(found)
+    data = checked(found)
     assert data['verdict'] == 'effect'
     assert [one['name'] for one in data['effects']] == ['wall_heat_transfer']
     shape = data['effects'][0]['shape']
@@ -171,8 +171,8 @@ def test_heat_transfer_of_another_law_is_named_with_a_shape(tmp_path: Path) -> N
     assert read.shape.times == pytest.approx(shape['y'], rel=1e-3)
 
 
-def test_dead_volume_of_sealed_chambers_is_told_from_an_effect(tmp_path: Path) -> None:
-    data = told(chambers(tmp_path, (0.0, 0.0), (0.029, DEAD[1])))
+def test_dead_volume_of_sealed_chambers_is_distinguished_from_an_effect(tmp_path: Path) -> None:
+    data = checked(chambers(tmp_path, (0.0, 0.0), (0.029, DEAD[1])))
     assert data['verdict'] == 'parameter'
     assert [one['name'] for one in data['parameters']] == ['cylinder.cap_dead_volume']
     assert data['parameters'][0]['value'] == pytest.approx(0.029, rel=0.01)
@@ -180,7 +180,7 @@ def test_dead_volume_of_sealed_chambers_is_told_from_an_effect(tmp_path: Path) -
 
 
 def test_nothing_is_missing_in_sealed_chambers_that_lack_nothing(tmp_path: Path) -> None:
-    data = told(chambers(tmp_path, (0.0, 0.0)))
+    data = checked(chambers(tmp_path, (0.0, 0.0)))
     assert data['verdict'] == 'consistent'
     assert data['where'] == []
     assert data['intervals'] == []
@@ -193,7 +193,7 @@ def test_friction_that_grows_with_pressure_is_named_on_a_bench(tmp_path: Path) -
         tables.append(table(tmp_path / f'{bar}_bar.csv', 0.01, signals))
     known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
     system = system_file(tmp_path, BENCH)
-    data = told(diagnose(tables[:2], system, tables[2:], mapping=known))
+    data = checked(diagnose(tables[:2], system, tables[2:], mapping=known))
     assert data['verdict'] == 'effect'
     assert [one['name'] for one in data['effects']] == ['pressure_dependent_friction']
     slope = data['effects'][0]['parameters']['slope']
@@ -208,7 +208,7 @@ def test_supply_that_is_not_as_stated_is_a_condition_and_no_physics(tmp_path: Pa
     for bag, (_, supply, _) in zip(bags, STROKES.values(), strict=True):
         (bag / 'conditions.yaml').write_text(f'supply_pressure: {stated * supply:.1f} Pa\n')
     system_of(tmp_path, configured('cylinder_1'))
-    data = told(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:]))
+    data = checked(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:]))
     (row,) = data['conditions']
     low, high = row['interval']
     assert row['value'] == pytest.approx(1.0 / stated, rel=0.005)
@@ -228,14 +228,14 @@ def test_exchanged_chambers_are_a_condition_and_no_physics(tmp_path: Path) -> No
         bags.append(tmp_path / f'{bag.name}_exchanged')
         write_bag(whole.with_signals(pressure_1=p2, pressure_2=p1), bags[-1])
     system_of(tmp_path, configured('cylinder_1'))
-    data = told(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:], without=library.causes()))
+    data = checked(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:], without=library.causes()))
     assert data['verdict'] == 'conditions'
     assert [row['name'] for row in data['conditions']] == ['exchanged_chambers']
     assert data['effects'] == data['parameters'] == []
 
 
 def test_nothing_is_missing_in_a_rig_that_lacks_nothing(tmp_path: Path) -> None:
-    data = told(rigs(tmp_path, lambda rig: rig))
+    data = checked(rigs(tmp_path, lambda rig: rig))
     assert data['verdict'] == 'consistent'
     assert data['effects'] == data['parameters'] == []
     for row in data['null_scores']:
@@ -244,8 +244,8 @@ def test_nothing_is_missing_in_a_rig_that_lacks_nothing(tmp_path: Path) -> None:
             assert 0.75 < row['rms'] < 1.25, row
 
 
-def test_wrong_parameter_of_a_rig_is_told_with_its_value(tmp_path: Path) -> None:
-    data = told(rigs(tmp_path, wider))
+def test_wrong_parameter_of_a_rig_is_found_with_its_value(tmp_path: Path) -> None:
+    data = checked(rigs(tmp_path, wider))
     assert data['verdict'] == 'parameter'
     assert [one['name'] for one in data['parameters']] == ['valve.intake_coefficient']
     one = data['parameters'][0]
@@ -256,11 +256,11 @@ def test_wrong_parameter_of_a_rig_is_told_with_its_value(tmp_path: Path) -> None
 def test_second_cause_is_named_beside_one_that_is_many_times_stronger(tmp_path: Path) -> None:
     """The bent opening alone leaves some 0.2 % of the gap."""
     diagnosis = rigs(tmp_path, leaky)
-    data = told(diagnosis)
+    data = checked(diagnosis)
     assert data['verdict'] == 'effect'
     # beside sensors that are exchanged, whatever is found is second
     other = Restated('exchanged_chambers', 'p1 and p2', 'p2 and p1', diagnosis.system, ())
-    beside = told(replace(diagnosis, restated=other))
+    beside = checked(replace(diagnosis, restated=other))
     assert beside['verdict'] == 'conditions'
     assert beside['sentence'].startswith('Not as stated: ')
     assert beside['effects'] == data['effects']
@@ -281,7 +281,7 @@ def test_growth_of_static_friction_with_dwell_time_is_found_by_cycles(tmp_path: 
     law = rig.model.friction._replace(model=REVISED_LUGRE)
     system_of(tmp_path, replace(rig, model=rig.model._replace(friction=law)))
     without = tuple(name for name in library.causes() if name != 'dwell_static_friction')
-    data = told(diagnose(bags[:1], tmp_path / 'model.yaml', bags[1:], without=without))
+    data = checked(diagnose(bags[:1], tmp_path / 'model.yaml', bags[1:], without=without))
     assert data['verdict'] == 'effect'
     assert [one['name'] for one in data['effects']] == ['dwell_static_friction']
     assert data['parameters'] == []
@@ -294,7 +294,7 @@ def test_growth_of_static_friction_with_dwell_time_is_found_by_cycles(tmp_path: 
 
 
 def test_effect_of_a_rig_that_the_library_lacks_is_unknown_but_described(tmp_path: Path) -> None:
-    data = told(rigs(tmp_path, cold, without=library.causes()))
+    data = checked(rigs(tmp_path, cold, without=library.causes()))
     assert data['verdict'] == 'unknown'
     assert 'cold_1' in data['unknown']['term']
     assert 'cold_2' in data['unknown']['term']
@@ -303,8 +303,8 @@ def test_effect_of_a_rig_that_the_library_lacks_is_unknown_but_described(tmp_pat
     assert data['intervals']
 
 
-def test_effect_that_the_library_lacks_is_unknown_but_told_where(tmp_path: Path) -> None:
-    data = told(chambers(tmp_path, CONDUCTANCES, without=library.causes()))
+def test_effect_that_the_library_lacks_is_unknown_but_localised(tmp_path: Path) -> None:
+    data = checked(chambers(tmp_path, CONDUCTANCES, without=library.causes()))
     assert data['verdict'] == 'unknown'
     assert 'cold_1' in data['unknown']['term']
     assert 'cold_2' in data['unknown']['term']
@@ -312,7 +312,7 @@ def test_effect_that_the_library_lacks_is_unknown_but_told_where(tmp_path: Path)
     assert data['intervals']
 
 
-def test_end_stop_nearer_than_in_the_model_is_told_as_such(tmp_path: Path) -> None:
+def test_end_stop_nearer_than_in_the_model_is_found_at_the_stop(tmp_path: Path) -> None:
     bags = []
     for seed, u in enumerate((0.5, 0.6, 0.55), start=1):
         rig = configured('cylinder_2', seed=seed, initial_position=0.17)
@@ -320,7 +320,7 @@ def test_end_stop_nearer_than_in_the_model_is_told_as_such(tmp_path: Path) -> No
         rig = replace(rig, model=rig.model._replace(cylinder=cylinder))
         bags.append(simulate(rig, u, 8.0, tmp_path / f'run_{seed}'))
     system_of(tmp_path, configured('cylinder_2'))
-    data = told(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:], without=library.causes()))
+    data = checked(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:], without=library.causes()))
     (row,) = (one for one in data['where'] if one['unit'] == 'm')
     assert (row['balance'], row['regime']) == ('force', 'end stop')
     assert row['mean'] == pytest.approx(-NEARER, abs=5e-5)

@@ -187,7 +187,7 @@ def test_log_level_of_ros_holds(start, tmp_path, bystander):
 
 
 def half_a_second(samples: PolledSubscription) -> Callable[[], bool]:
-    """Return what tells whether so many samples were heard; on a busy machine it takes longer."""
+    """Return a check that so many samples were heard; on a busy machine it takes longer."""
     heard: list[bytes] = []
 
     def enough() -> bool:

@@ -6,12 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.causes.candidates import (
-    CALIBRATION,
-    FORCE,
-    Candidate,
-    Explanation,
-)
+from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, FORCE, Candidate, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.dataset import LARGEST, Dataset, by_balance, loss
