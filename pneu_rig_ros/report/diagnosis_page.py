@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
 from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT, Comparison
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.whole_files import atomic_write
@@ -138,7 +138,8 @@ def _latent_drawings(
 
     def draw(balance: str, place: str) -> Figure | None:
         spans = spans_of(answer, balance) if place == 'where' else {}
-        marked = [one for one in diagnosis.significant if one.balance == balance]
+        drawn = [one for one in diagnosis.significant if one.unit != STOP_UNIT]
+        marked = [one for one in drawn if one.balance == balance]
         found, marked = tracks(place).get(balance), marked if place == 'where' else []
         return None if found is None else draw_latent(balance, found, spans, marked)
 
