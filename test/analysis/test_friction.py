@@ -101,8 +101,9 @@ def test_friction_of_a_known_stick_slip_motion_is_recovered() -> None:
 def test_live_estimate_is_the_offline_one_25_samples_later() -> None:
     position, pressure_1, pressure_2, _ = stick_slip()
     rng = np.random.default_rng(1)
-    measured = POSITION_STEP * np.round((position + rng.normal(0, 2e-5, position.size)) /
-                                        POSITION_STEP)  # fmt: skip
+    measured = POSITION_STEP * np.round(
+        (position + rng.normal(0, 2e-5, position.size)) / POSITION_STEP
+    )
     offline = friction_zero_phase(measured, pressure_1, pressure_2, INTERVAL, BALANCE)
     online = live(measured, pressure_1, pressure_2)
     difference = online - offline[25 : 25 + online.size]

@@ -37,8 +37,10 @@ CASES = [
 def test_rests_are_found_whatever_the_sensor(noise: float, step: float, interval: float) -> None:
     position = readings(noise, step, interval)
     level = float(np.hypot(noise, step / np.sqrt(12.0)))
-    found = [(rest.first * interval, rest.end * interval)
-             for rest in find_rests(position, interval, level)]  # fmt: skip
+    found = [
+        (rest.first * interval, rest.end * interval)
+        for rest in find_rests(position, interval, level)
+    ]
     slack = 0.06 + window_for(interval, level)
     expected = [(0.0, 1.0), (2.0, 3.0), (5.0, 7.0), (9.0, 10.0)]
     assert len(found) == len(expected), found

@@ -143,9 +143,12 @@ def test_no_regime_is_lost_in_the_average(runs: list[Measured]) -> None:
     recall, precision = right / table.sum(axis=1), right / seen
     # presliding and breakaway last 12 and 23 ms a cycle, the shortest line fit 46 ms
     least = {
-        'DWELL': (0.93, 0.95), 'PRESLIDING': (0.4, 0.25), 'BREAKAWAY': (0.55, 0.5),
-        'SLIDING': (0.97, 0.95), 'END_STOP': (0.97, 0.95),
-    }  # fmt: skip
+        'DWELL': (0.93, 0.95),
+        'PRESLIDING': (0.4, 0.25),
+        'BREAKAWAY': (0.55, 0.5),
+        'SLIDING': (0.97, 0.95),
+        'END_STOP': (0.97, 0.95),
+    }
     for name, (found, correct) in least.items():
         assert recall[Regime[name]] >= found, name
         assert precision[Regime[name]] >= correct, name

@@ -52,8 +52,13 @@ def answers_to(trials: list[Trial], workers: int, scheduler: str | None) -> Iter
 
 def run(trials: list[Trial], answers: Iterator[Answer], console: Console, store: Path) -> None:
     """Carry out the trials and append each answer to the file."""
-    columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
-               TimeElapsedColumn(), TimeRemainingColumn())  # fmt: skip
+    columns = (
+        TextColumn('{task.description}'),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     store.parent.mkdir(parents=True, exist_ok=True)
     with Progress(*columns, console=console) as progress, store.open('a') as file:
         task = progress.add_task('blind trials', total=len(trials))
@@ -73,11 +78,12 @@ def chosen(
     trials = [*(drawn(seed) if FRESH in parts else matrix(tuple(sorted(known & set(PARTS)))))]
     trials += drawn_foreign(seed, sorted(known & set(FOREIGN_PARTS)))
     return [
-        trial for trial in trials
+        trial
+        for trial in trials
         if (not known or trial.part in known)
         and (not hidden or set(hidden) & set(trial.names))
         and (not noise or trial.noise in noise)
-    ]  # fmt: skip
+    ]
 
 
 @click.command()

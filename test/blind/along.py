@@ -22,9 +22,13 @@ ROUNDS = 20
 
 @numba.njit
 def bent(
-    z: float, travel: float, level: float, memory: np.ndarray, stiffness: np.ndarray,
+    z: float,
+    travel: float,
+    level: float,
+    memory: np.ndarray,
+    stiffness: np.ndarray,
     limit: np.ndarray,
-) -> float:  # fmt: skip
+) -> float:
     """Return the deflection [m] after a travel [m] at a friction level [N], backward Euler."""
     way, new = abs(travel), z
     for _ in range(ROUNDS):
@@ -41,9 +45,15 @@ def bent(
 
 @numba.njit
 def level_at(
-    t: float, y: np.ndarray, rests: bool, memory: np.ndarray, c: np.ndarray, e: np.ndarray,
-    stiffness: np.ndarray, limit: np.ndarray,
-) -> tuple[float, float]:  # fmt: skip
+    t: float,
+    y: np.ndarray,
+    rests: bool,
+    memory: np.ndarray,
+    c: np.ndarray,
+    e: np.ndarray,
+    stiffness: np.ndarray,
+    limit: np.ndarray,
+) -> tuple[float, float]:
     """Return the level [N] and the film's rate [1/s]; take note of rests and slides that begin."""
     bristles = elements(y[at.Z], memory, stiffness, limit)
     coulomb, largest = levels(y, bristles, memory, c, e)
@@ -63,9 +73,15 @@ def level_at(
 
 @numba.njit
 def friction_along(
-    states: np.ndarray, sticking: np.ndarray, rest: float, interval: float,
-    c: np.ndarray, e: np.ndarray, stiffness: np.ndarray, limit: np.ndarray,
-) -> np.ndarray:  # fmt: skip
+    states: np.ndarray,
+    sticking: np.ndarray,
+    rest: float,
+    interval: float,
+    c: np.ndarray,
+    e: np.ndarray,
+    stiffness: np.ndarray,
+    limit: np.ndarray,
+) -> np.ndarray:
     """
     Return the friction [N] that opposes the motion, shape (n,).
 

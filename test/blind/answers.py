@@ -42,9 +42,14 @@ def ask(files: Files, trial: Trial, executor: Executor | None) -> Answer:
     from pneu_rig_ros.diagnosis.workflow import diagnose
 
     diagnosis = diagnose(
-        files.fit, files.model, files.verify, seed=1, without=trial.without, executor=executor,
+        files.fit,
+        files.model,
+        files.verify,
+        seed=1,
+        without=trial.without,
+        executor=executor,
         mapping=files.mapping,
-    )  # fmt: skip
+    )
     return answer(diagnosis)
 
 
@@ -70,10 +75,14 @@ def carry_out(trial: Trial, executor: Executor | None = None, ask: Ask = ask) ->
 def joined(trial: Trial, said: Answer) -> Answer:
     """Return the answer with the truth beside it, cut down to what the tables need."""
     line = {
-        'key': trial.key, 'part': trial.part, 'cylinder': trial.cylinder, 'noise': trial.noise,
-        'strength': trial.strength, 'names': list(trial.names),
+        'key': trial.key,
+        'part': trial.part,
+        'cylinder': trial.cylinder,
+        'noise': trial.noise,
+        'strength': trial.strength,
+        'names': list(trial.names),
         'visibility': cases.visibility(trial),
-    }  # fmt: skip
+    }
     ranking = ['+'.join(row['names']) for row in said.get('candidates', [])]
     gap, unknown = said.get('gap') or {}, said.get('unknown') or {}
     return line | {
@@ -88,13 +97,15 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'where': [place['balance'] for place in said.get('where', [])],
         'times': places.times(trial.names, cases.truth(trial), said.get('intervals', [])),
         'null_scores': said.get('null_scores', []) if not trial.names else [],
-        'before': gap.get('before'), 'after': gap.get('after'), 'cut': gap.get('cut'),
+        'before': gap.get('before'),
+        'after': gap.get('after'),
+        'cut': gap.get('cut'),
         'errors': _errors(trial, said),
         'covered': _covered(trial, said),
         'seconds': said.get('seconds'),
         'probability': _probability(said),
         'revision': git_revision(),
-    }  # fmt: skip
+    }
 
 
 def _probability(said: Answer) -> float | None:

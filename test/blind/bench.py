@@ -39,23 +39,36 @@ SLOWEST, FASTEST = 2e-3, 15e-3
 REVERSALS = 1.5e-4, 5e-4
 """Lengths of the short strokes that end a recording [m]."""
 FRICTION_KEYS = (
-    'model', 'coulomb_force', 'viscous_coefficient', 'micro_viscous_coefficient',
-    'element_stiffness', 'element_limit', 'stop_velocity', 'start_velocity',
-)  # fmt: skip
+    'model',
+    'coulomb_force',
+    'viscous_coefficient',
+    'micro_viscous_coefficient',
+    'element_stiffness',
+    'element_limit',
+    'stop_velocity',
+    'start_velocity',
+)
 
 
 def _sizes(random: Generator) -> Settings:
     coulomb, area = float(random.uniform(3.0, 9.0)), float(random.uniform(1e-4, 3e-4))
-    return changed(settings('cylinder_1'), {
-        'cylinder.cap_area': area, 'cylinder.rod_area': area,
-        'cylinder.stroke': float(random.uniform(0.024, 0.04)), 'cylinder.moving_mass': 0.0,
-        'operation.load_mass': 0.0,
-        'friction.model': 'coulomb_viscous', 'friction.coulomb_force': coulomb,
-        'friction.breakaway_force': 2.0 * coulomb, 'friction.stribeck_velocity': 6e-3,
-        'friction.viscous_coefficient': float(random.uniform(0.0, 200.0)),
-        'friction.micro_viscous_coefficient': 0.0,
-        'friction.element_stiffness': [float(random.uniform(2e4, 8e4))],
-    })  # fmt: skip
+    return changed(
+        settings('cylinder_1'),
+        {
+            'cylinder.cap_area': area,
+            'cylinder.rod_area': area,
+            'cylinder.stroke': float(random.uniform(0.024, 0.04)),
+            'cylinder.moving_mass': 0.0,
+            'operation.load_mass': 0.0,
+            'friction.model': 'coulomb_viscous',
+            'friction.coulomb_force': coulomb,
+            'friction.breakaway_force': 2.0 * coulomb,
+            'friction.stribeck_velocity': 6e-3,
+            'friction.viscous_coefficient': float(random.uniform(0.0, 200.0)),
+            'friction.micro_viscous_coefficient': 0.0,
+            'friction.element_stiffness': [float(random.uniform(2e4, 8e4))],
+        },
+    )
 
 
 def _hide(name: str, grade: float, model: Settings) -> Secret:
@@ -127,10 +140,21 @@ def _runs(
         states = _states(way, float(gauge))
         zero = float(random.uniform(-3.0, 3.0))
         force = needed(states, sides[0])[::EVERY] + zero
-        runs.append(Run(
-            name, 1.0 / RATE, states, np.zeros(len(states), dtype=bool),
-            np.full((len(states), 2), CENTRE), *sides, {}, noise, 0.0, EVERY, force,
-        ))  # fmt: skip
+        runs.append(
+            Run(
+                name,
+                1.0 / RATE,
+                states,
+                np.zeros(len(states), dtype=bool),
+                np.full((len(states), 2), CENTRE),
+                *sides,
+                {},
+                noise,
+                0.0,
+                EVERY,
+                force,
+            )
+        )
     return runs
 
 
@@ -139,12 +163,26 @@ def _sensors(model: Settings) -> dict[str, Sensor]:
 
 
 BENCH = System(
-    'seal_bench', ('force',),
-    ('pressure_dependent_friction', 'direction_dependent_friction', 'position_dependent_friction',
-     'friction_warm_up', 'stribeck', 'presliding_hysteresis', 'load_spring',
-     'friction.coulomb_force'),
-    _sizes, _hide, _runs, _sensors,
-    {'cylinder': ('cap_area', 'rod_area', 'stroke'), 'friction': FRICTION_KEYS,
-     'gas': ('atmospheric_pressure',)},
+    'seal_bench',
+    ('force',),
+    (
+        'pressure_dependent_friction',
+        'direction_dependent_friction',
+        'position_dependent_friction',
+        'friction_warm_up',
+        'stribeck',
+        'presliding_hysteresis',
+        'load_spring',
+        'friction.coulomb_force',
+    ),
+    _sizes,
+    _hide,
+    _runs,
+    _sensors,
+    {
+        'cylinder': ('cap_area', 'rod_area', 'stroke'),
+        'friction': FRICTION_KEYS,
+        'gas': ('atmospheric_pressure',),
+    },
     {'each_recording': ['force_offset']},
-)  # fmt: skip
+)

@@ -27,8 +27,14 @@ from .system import (
 
 RATE, DURATION = 400.0, 20.0
 """Samples a second; length of a recording [s]."""
-VALVE_KEYS = ('intake_coefficient', 'exhaust_coefficient', 'intake_voltage', 'exhaust_voltage',
-              'exhaust_zero_voltage', 'laminar_pressure_ratio')  # fmt: skip
+VALVE_KEYS = (
+    'intake_coefficient',
+    'exhaust_coefficient',
+    'intake_voltage',
+    'exhaust_voltage',
+    'exhaust_zero_voltage',
+    'laminar_pressure_ratio',
+)
 PARAMETERS = tuple(f'valve.{key}' for key in VALVE_KEYS[:4])
 SHIFT = 0.01, 0.04
 """By how much an edge may be displaced [V]."""
@@ -38,15 +44,22 @@ def _sizes(random: Generator) -> Settings:
     edge = float(random.uniform(0.1, 0.2))
     volumes = [log_uniform(random, 5e-5, 2e-4) for _ in range(2)]
     stroke, area = 1e-2, 1e-4
-    return changed(settings('cylinder_1'), {
-        'cylinder.cap_area': area, 'cylinder.rod_area': area, 'cylinder.stroke': stroke,
-        'cylinder.cap_dead_volume': volumes[0], 'cylinder.rod_dead_volume': volumes[1],
-        'valve.intake_coefficient': float(random.uniform(3e-8, 8e-8)),
-        'valve.exhaust_coefficient': float(random.uniform(3e-8, 8e-8)),
-        'valve.intake_voltage': CENTRE + edge, 'valve.exhaust_voltage': CENTRE - edge,
-        'valve.exhaust_zero_voltage': CENTRE - edge,
-        'operation.supply_pressure': float(random.uniform(5e5, 8e5)),
-    })  # fmt: skip
+    return changed(
+        settings('cylinder_1'),
+        {
+            'cylinder.cap_area': area,
+            'cylinder.rod_area': area,
+            'cylinder.stroke': stroke,
+            'cylinder.cap_dead_volume': volumes[0],
+            'cylinder.rod_dead_volume': volumes[1],
+            'valve.intake_coefficient': float(random.uniform(3e-8, 8e-8)),
+            'valve.exhaust_coefficient': float(random.uniform(3e-8, 8e-8)),
+            'valve.intake_voltage': CENTRE + edge,
+            'valve.exhaust_voltage': CENTRE - edge,
+            'valve.exhaust_zero_voltage': CENTRE - edge,
+            'operation.supply_pressure': float(random.uniform(5e5, 8e5)),
+        },
+    )
 
 
 def _hide(name: str, grade: float, model: Settings) -> Secret:
@@ -71,7 +84,7 @@ def _hide(name: str, grade: float, model: Settings) -> Secret:
             'conductance_1': conductance(volume[0], heat, model),
             'conductance_2': conductance(volume[1], 1.4 * heat, model),
         },
-    }  # fmt: skip
+    }
     return Secret({name: strengths[name]}, {}, {})
 
 
@@ -114,24 +127,40 @@ def _runs(
     for name in names():
         driven = np.stack([voltages(model, random) for _ in range(2)], axis=1)
         start = {f'initial_pressure_{i}': float(random.uniform(1e5, 4e5)) for i in (1, 2)}
-        runs.append(gas_recording(
-            name, true, model, hidden, at_zero, start, DURATION, RATE, None, driven
-        ))  # fmt: skip
+        runs.append(
+            gas_recording(name, true, model, hidden, at_zero, start, DURATION, RATE, None, driven)
+        )
     return runs
 
 
 def _sensors(model: Settings) -> dict[str, Sensor]:
     exact = Sensor(0.0, 0.0, 0.0)
-    return {'pressure_1': PRESSURE, 'pressure_2': PRESSURE, 'voltage_1': exact,
-            'voltage_2': exact}  # fmt: skip
+    return {'pressure_1': PRESSURE, 'pressure_2': PRESSURE, 'voltage_1': exact, 'voltage_2': exact}
 
 
 BLOCK = System(
-    'valve_block', ('gas_1', 'gas_2'),
-    ('supply_droop', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening', 'valve_null_leak',
-     'chamber_leak', 'wall_heat_transfer', *PARAMETERS),
-    _sizes, _hide, _runs, _sensors,
-    {'cylinder': CYLINDER_KEYS, 'gas': GAS_KEYS, 'valve': VALVE_KEYS,
-     'operation': ('supply_pressure',)},
-    {'fixed': {'position': '0 m'}}, bag=True,
-)  # fmt: skip
+    'valve_block',
+    ('gas_1', 'gas_2'),
+    (
+        'supply_droop',
+        'valve_lag',
+        'spool_hysteresis',
+        'nonlinear_opening',
+        'valve_null_leak',
+        'chamber_leak',
+        'wall_heat_transfer',
+        *PARAMETERS,
+    ),
+    _sizes,
+    _hide,
+    _runs,
+    _sensors,
+    {
+        'cylinder': CYLINDER_KEYS,
+        'gas': GAS_KEYS,
+        'valve': VALVE_KEYS,
+        'operation': ('supply_pressure',),
+    },
+    {'fixed': {'position': '0 m'}},
+    bag=True,
+)

@@ -32,9 +32,15 @@ def make_files(folder: Path, trial: Trial) -> Files:
         return systems.make_files(folder, SYSTEMS[trial.part], trial.key, trial.secret)
     without = SECOND_PRESSURE if trial.part == ONE_PRESSURE else ()
     return rig.make_bags(
-        folder, trial.cylinder, trial.secret, trial.noise, trial.seed, trial.gains, without,
+        folder,
+        trial.cylinder,
+        trial.secret,
+        trial.noise,
+        trial.seed,
+        trial.gains,
+        without,
         trial.circumstances,
-    )  # fmt: skip
+    )
 
 
 def truth(trial: Trial) -> Truth:

@@ -45,10 +45,14 @@ class Circumstances(NamedTuple):
 
 AS_STATED = Circumstances()
 WRONG = {
-    'supply_pressure': 'gas', 'load_mass': 'force', 'position_zero': 'sensor',
-    'exchanged_chambers': 'sensor', 'cylinder': 'gas', 'pressure_unit': 'sensor',
+    'supply_pressure': 'gas',
+    'load_mass': 'force',
+    'position_zero': 'sensor',
+    'exchanged_chambers': 'sensor',
+    'cylinder': 'gas',
+    'pressure_unit': 'sensor',
     'clock_offset': 'sensor',
-}  # fmt: skip
+}
 """Condition that may be wrong -> balance on which it shows; as the answer is to name it."""
 
 

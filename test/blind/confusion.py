@@ -43,8 +43,15 @@ def draw(answers: list[Answer], path: Path) -> None:
     axes.imshow(shares, cmap='Blues', vmin=0.0, vmax=1.0, aspect='auto')
     for row, column in zip(*np.nonzero(counts), strict=True):
         dark = shares[row, column] > 0.5
-        axes.text(column, row, counts[row, column], ha='center', va='center', fontsize=7,
-                  color='white' if dark else 'black')  # fmt: skip
+        axes.text(
+            column,
+            row,
+            counts[row, column],
+            ha='center',
+            va='center',
+            fontsize=7,
+            color='white' if dark else 'black',
+        )
     names = [name.replace('_', ' ') for name in columns]
     axes.set_xticks(range(len(columns)), names, rotation=90, fontsize=8)
     rows = [*names[: len(EFFECTS)], 'nothing']

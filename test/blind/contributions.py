@@ -88,9 +88,13 @@ def seen(states: np.ndarray, interval: float, errors: dict[str, float]) -> Seen:
 
 
 def gas(
-    states: np.ndarray, shown: Seen, targets: np.ndarray, voltages: np.ndarray,
-    true: Equations, model: Equations,
-) -> np.ndarray:  # fmt: skip
+    states: np.ndarray,
+    shown: Seen,
+    targets: np.ndarray,
+    voltages: np.ndarray,
+    true: Equations,
+    model: Equations,
+) -> np.ndarray:
     """
     Return the contribution to the balance of each gas [kg/s], shape (n, 2).
 
@@ -104,9 +108,14 @@ def gas(
 
 
 def force(
-    states: np.ndarray, shown: Seen, sticking: np.ndarray, rest: float, interval: float,
-    true: Equations, model: Equations,
-) -> np.ndarray:  # fmt: skip
+    states: np.ndarray,
+    shown: Seen,
+    sticking: np.ndarray,
+    rest: float,
+    interval: float,
+    true: Equations,
+    model: Equations,
+) -> np.ndarray:
     """
     Return the contribution to the balance of forces [N] while the piston slides, shape (n,).
 
@@ -114,8 +123,9 @@ def force(
     """
     acceleration = np.gradient(states[:, at.V], interval)
     sides = (
-        (states, acceleration, true), (shown.states, shown.acceleration, model),
-    )  # fmt: skip
+        (states, acceleration, true),
+        (shown.states, shown.acceleration, model),
+    )
     needed = [
         inertia(side.c, side.e) * a
         + friction_along(y, sticking, rest, interval, *side)

@@ -40,8 +40,10 @@ def pooled(rows: Sequence[Any], score: Callable[[Sequence[Any]], float | None]) 
     if value is None:
         return dict(NOTHING)
     random = np.random.default_rng(SEED)
-    draws = [score([rows[i] for i in random.integers(len(rows), size=len(rows))])
-             for _ in range(RESAMPLED)]  # fmt: skip
+    draws = [
+        score([rows[i] for i in random.integers(len(rows), size=len(rows))])
+        for _ in range(RESAMPLED)
+    ]
     low, high = np.percentile([draw for draw in draws if draw is not None], (2.5, 97.5))
     value, low, high = (round(float(each), DIGITS) for each in (value, low, high))
     return _figure(value, len(rows), low, high)

@@ -42,8 +42,10 @@ def write_files(
     folder.mkdir(parents=True, exist_ok=True)
     sensors, paths = system.sensors(model), []
     for run in runs:
-        read = {name: one.read(run.signals[name], random) if one.span else run.signals[name]
-                for name, one in sensors.items()}  # fmt: skip
+        read = {
+            name: one.read(run.signals[name], random) if one.span else run.signals[name]
+            for name, one in sensors.items()
+        }
         path = folder / (run.name if system.bag else f'{run.name}.csv')
         if system.bag:
             write_signals(path, read, round(1e9 * run.interval))
@@ -67,20 +69,26 @@ def _sensors_of(system: System, model: Settings) -> dict[str, str]:
     """Return the section ``sensors``: calibrated, with their spans and noise."""
     position = system.sensors(model).get('position', position_sensor(model))
     return {
-        'kind': 'rig', 'resolution': '12.0 bit',
-        'position_span': f'{position.span!r} m', 'position_class': '0.0 -',
+        'kind': 'rig',
+        'resolution': '12.0 bit',
+        'position_span': f'{position.span!r} m',
+        'position_class': '0.0 -',
         'position_noise': f'{position.noise!r} m',
-        'pressure_span': f'{PRESSURE_SPAN!r} Pa', 'pressure_class': '0.0 -',
-        'pressure_noise': f'{PRESSURE.noise!r} Pa', 'velocity_cutoff': '32.0 Hz',
-    }  # fmt: skip
+        'pressure_span': f'{PRESSURE_SPAN!r} Pa',
+        'pressure_class': '0.0 -',
+        'pressure_noise': f'{PRESSURE.noise!r} Pa',
+        'velocity_cutoff': '32.0 Hz',
+    }
 
 
 def _write_table(path: Path, signals: Mapping[str, np.ndarray], interval: float) -> None:
     columns = [COLUMNS[name] for name in signals]
     size = len(next(iter(signals.values())))
     cells = [np.arange(size) * interval]
-    cells += [(signals[name] - zero) / unit
-              for name, (_, _, unit, zero) in zip(signals, columns, strict=True)]  # fmt: skip
+    cells += [
+        (signals[name] - zero) / unit
+        for name, (_, _, unit, zero) in zip(signals, columns, strict=True)
+    ]
     header = ';'.join(['t [s]', *(f'{name} [{unit}]' for name, unit, _, _ in columns)])
     np.savetxt(path, np.stack(cells, axis=1), '%.8g', ';', header=header, comments='')
 

@@ -21,8 +21,15 @@ TUSTIN, LORENTZ, HESS_SOOM, BO_PAVELESCU = range(1, 5)
 LOGARITHMIC, POWER_OF_DWELL, RATIONAL = range(1, 4)
 LINEAR_FILM, FILM_BY_DISTANCE = range(1, 3)
 (
-    PROGRESSIVE, DEAD_ZONE, GAS_SPRING, ECCENTRIC, CURVED_RAIL, DETENT, SHAKING_FLOOR, SLOSHING,
-) = range(1, 9)  # fmt: skip
+    PROGRESSIVE,
+    DEAD_ZONE,
+    GAS_SPRING,
+    ECCENTRIC,
+    CURVED_RAIL,
+    DETENT,
+    SHAKING_FLOOR,
+    SLOSHING,
+) = range(1, 9)
 AIR_ORIFICE, TRAPPED_AIR, RUBBER = range(1, 4)
 BACKLASH, HARDENING = range(1, 3)
 THICK_OIL, THINNING_OIL, CHURNING, MEMORY = range(1, 5)
@@ -205,9 +212,14 @@ def bending(ratio: float, e: np.ndarray) -> float:
 
 @numba.njit
 def slipped(
-    z: float, travel: float, level: float, stiffness: np.ndarray, memory: np.ndarray,
-    limit: np.ndarray, e: np.ndarray,
-) -> float:  # fmt: skip
+    z: float,
+    travel: float,
+    level: float,
+    stiffness: np.ndarray,
+    memory: np.ndarray,
+    limit: np.ndarray,
+    e: np.ndarray,
+) -> float:
     """Return the deflection [m] after a travel [m], backward Euler, by bisection."""
     way = 1.0 if travel > 0.0 else -1.0
     low, high = min(z, z + travel), max(z, z + travel)

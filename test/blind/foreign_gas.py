@@ -164,8 +164,10 @@ def null_flow(supply: float, spool: float, pressure: float, c: np.ndarray, e: np
     if code == LAMINAR_GAP:
         gaps = 1.0 / (1.0 + overlaps[0]), 1.0 / (1.0 + overlaps[1])
     if code == ROUNDED_LAND:
-        gaps = (math.hypot(overlaps[0], 1.0) - overlaps[0],
-                math.hypot(overlaps[1], 1.0) - overlaps[1])  # fmt: skip
+        gaps = (
+            math.hypot(overlaps[0], 1.0) - overlaps[0],
+            math.hypot(overlaps[1], 1.0) - overlaps[1],
+        )
     law = float(SONIC) if code == ROUNDED_LAND else code
     critical, exhaust = e[at.AT_NULL + 2], e[at.AT_NULL + 3]
     into = gaps[0] * gap_flow(law, supply, pressure, critical, c)

@@ -85,12 +85,16 @@ def said(answers: list[Answer]) -> str:
     """Return a row for each answer."""
     rows = sorted(
         (
-            f'`{a["key"]}`', f'{a["visibility"]:.0f}', a['verdict'],
+            f'`{a["key"]}`',
+            f'{a["visibility"]:.0f}',
+            a['verdict'],
             a['error'] or ', '.join([*a['effects'], *a['parameters'], *a['conditions']]) or '-',
-            ', '.join(a['ranking'][:3]) or '-', percent(a['cut']), f'{a["seconds"]:.0f}',
+            ', '.join(a['ranking'][:3]) or '-',
+            percent(a['cut']),
+            f'{a["seconds"]:.0f}',
         )
         for a in answers
-    )  # fmt: skip
+    )
     head = 'trial', 'visibility', 'verdict', 'named', 'ranked', 'cut', 's'
     return table(head, rows)
 
@@ -123,12 +127,18 @@ def write_kept(source: Path, docs: Path) -> None:
     )
     text = TEXT.format(
         since=', '.join(f'`{part}`' for part in SINCE),
-        forms=len(FORMS), known=len(KNOWN), unknown=len(UNKNOWN), folder=FOLDER,
+        forms=len(FORMS),
+        known=len(KNOWN),
+        unknown=len(UNKNOWN),
+        folder=FOLDER,
         draws=', '.join(f'seed {seed} at git {revision}' for seed, revision in draws),
-        headline=headline(answers), coverage=coverage(answers, [seed for seed, _ in draws]),
-        by_form=by_form(answers), by_verdict=by_verdict(answers),
-        reliability=reliability(answers), answers=said(answers),
-    )  # fmt: skip
+        headline=headline(answers),
+        coverage=coverage(answers, [seed for seed, _ in draws]),
+        by_form=by_form(answers),
+        by_verdict=by_verdict(answers),
+        reliability=reliability(answers),
+        answers=said(answers),
+    )
     (docs / f'{NAME}.md').write_text(text)
     data = {**figures(answers), 'draws': [{'seed': s, 'revision': r} for s, r in draws]}
     (docs / f'{NAME}.json').write_text(json.dumps(data, indent=2) + '\n')

@@ -98,10 +98,16 @@ def headline(answers: list[Answer]) -> str:
     rows = []
     for name, figure in figures(answers).items():
         sense, bound = WANTED[name]
-        rows.append((
-            f'`{name}`', MEANING[name], text_of(name, figure['value'], 1), interval(name, figure),
-            f'{sense} {text_of(name, bound)}', figure['trials'],
-        ))  # fmt: skip
+        rows.append(
+            (
+                f'`{name}`',
+                MEANING[name],
+                text_of(name, figure['value'], 1),
+                interval(name, figure),
+                f'{sense} {text_of(name, bound)}',
+                figure['trials'],
+            )
+        )
     return table(('figure', 'what', 'measured', '95 % interval', 'wanted', 'trials'), rows)
 
 
@@ -125,10 +131,14 @@ def by_verdict(answers: list[Answer]) -> str:
     for verdict in sorted({a['verdict'] for a in answers}):
         own = [a for a in answers if a['verdict'] == verdict]
         figure = share(own, right)
-        rows.append((
-            f'`{verdict}`', f'{sum(map(right, own))} of {len(own)}',
-            percent(figure['value']), interval('right', figure),
-        ))  # fmt: skip
+        rows.append(
+            (
+                f'`{verdict}`',
+                f'{sum(map(right, own))} of {len(own)}',
+                percent(figure['value']),
+                interval('right', figure),
+            )
+        )
     return table(('verdict', 'true', 'share', '95 % interval'), rows)
 
 
@@ -141,11 +151,15 @@ def by_probability(answers: list[Answer]) -> tuple[str, float | None]:
         if own:
             mean, figure = fmean(a['probability'] for a in own), share(own, right)
             error += len(own) / len(stated) * abs(mean - figure['value'])
-            rows.append((
-                f'{low:.2f} to {min(high, 1.0):.2f}', f'{mean:.2f}',
-                f'{sum(map(right, own))} of {len(own)}', percent(figure['value']),
-                interval('right', figure),
-            ))  # fmt: skip
+            rows.append(
+                (
+                    f'{low:.2f} to {min(high, 1.0):.2f}',
+                    f'{mean:.2f}',
+                    f'{sum(map(right, own))} of {len(own)}',
+                    percent(figure['value']),
+                    interval('right', figure),
+                )
+            )
     head = 'stated', 'mean', 'true', 'share', '95 % interval'
     return table(head, rows), error if stated else None
 
@@ -159,8 +173,14 @@ def by_form(answers: list[Answer]) -> str:
         good = sum(right_mechanism(a) or (not mechanism(name) and scores.placed(a)) for a in own)
         answered = ', '.join(scores.first_name(a) or a['verdict'] for a in own)
         cut = median(cuts(own)) if cuts(own) else None
-        rows.append((
-            f'`{name}`', FORMS[name].balance, ', '.join(mechanism(name)) or '-',
-            f'{good} of {len(own)}', answered, percent(cut),
-        ))  # fmt: skip
+        rows.append(
+            (
+                f'`{name}`',
+                FORMS[name].balance,
+                ', '.join(mechanism(name)) or '-',
+                f'{good} of {len(own)}',
+                answered,
+                percent(cut),
+            )
+        )
     return table(('form', 'balance', 'mechanism', 'right', 'answered', 'cut'), rows)

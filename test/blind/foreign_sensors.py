@@ -10,9 +10,15 @@ RUN = 14.0
 POSITION_SPAN, PRESSURE_SPAN, ATMOSPHERE = 0.3, 1e6, 1e5
 """Of the sensors [m, Pa], and the zero of the pressures [Pa]."""
 NAMES = (
-    'bowed_position', 'drifting_position', 'position_play', 'two_pole_position_lag',
-    'drifting_pressure_zero', 'warming_pressure_zero', 'bowed_pressure', 'slow_pressure_sensor',
-)  # fmt: skip
+    'bowed_position',
+    'drifting_position',
+    'position_play',
+    'two_pole_position_lag',
+    'drifting_pressure_zero',
+    'warming_pressure_zero',
+    'bowed_pressure',
+    'slow_pressure_sensor',
+)
 """Forms that are here, see ``foreign.FORMS``."""
 
 

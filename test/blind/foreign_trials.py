@@ -24,9 +24,14 @@ from .settings import settings
 from .trials import Trial, join, shuffled
 
 COUNTS = {
-    'foreign': 84, 'foreign_unknown': 60, 'nuisance': 60, 'nuisance_none': 60, 'conditions': 63,
-    'foreign_pairs': 60, 'triples': 60,
-}  # fmt: skip
+    'foreign': 84,
+    'foreign_unknown': 60,
+    'nuisance': 60,
+    'nuisance_none': 60,
+    'conditions': 63,
+    'foreign_pairs': 60,
+    'triples': 60,
+}
 """Part -> trials of a seed."""
 FOREIGN_PARTS = tuple(COUNTS)
 FIRST_STREAM = 100
@@ -45,14 +50,22 @@ AIR = (288.15, 303.15)
 def drawn_foreign(seed: int, parts: Sequence[str] = FOREIGN_PARTS) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
     makers = {
-        'foreign': _foreign, 'foreign_unknown': _unknown, 'nuisance': _nuisance,
-        'nuisance_none': _nuisance_none, 'conditions': _conditions, 'foreign_pairs': _pairs,
+        'foreign': _foreign,
+        'foreign_unknown': _unknown,
+        'nuisance': _nuisance,
+        'nuisance_none': _nuisance_none,
+        'conditions': _conditions,
+        'foreign_pairs': _pairs,
         'triples': _triples,
-    }  # fmt: skip
-    return shuffled([
-        trial for place, (part, make) in enumerate(makers.items()) if part in parts
-        for trial in make(seed, np.random.default_rng([seed, FIRST_STREAM + place]))
-    ])  # fmt: skip
+    }
+    return shuffled(
+        [
+            trial
+            for place, (part, make) in enumerate(makers.items())
+            if part in parts
+            for trial in make(seed, np.random.default_rng([seed, FIRST_STREAM + place]))
+        ]
+    )
 
 
 def hide_form(
@@ -141,8 +154,10 @@ def _world(
         if free and not form.base and not busy & set(form.mechanism) and len(weak) < wanted:
             weak.append(str(name))
     factors = random.uniform(*WEAK, len(weak)) / WEAKEST
-    others = [hide_form(name, cylinder, random, float(factor))
-              for name, factor in zip(weak, factors, strict=True)]  # fmt: skip
+    others = [
+        hide_form(name, cylinder, random, float(factor))
+        for name, factor in zip(weak, factors, strict=True)
+    ]
     air = {'gas.supply_temperature': float(random.uniform(*AIR))}
     secret = join(cause, *others, Secret({}, air, {}))
     return secret, AS_STATED._replace(
@@ -177,9 +192,14 @@ def _nuisance_none(seed: int, random: Generator) -> Iterator[Trial]:
 
 
 def _in_world(
-    seed: int, part: str, cylinder: str, cause: Secret, names: tuple[str, ...], number: int,
+    seed: int,
+    part: str,
+    cylinder: str,
+    cause: Secret,
+    names: tuple[str, ...],
+    number: int,
     random: Generator,
-) -> Trial:  # fmt: skip
+) -> Trial:
     what = '+'.join(names) or 'nothing'
     key = '/'.join((FRESH, str(seed), part, what, cylinder, str(number)))
     secret, circumstances = _world(cylinder, cause, names, random)

@@ -28,8 +28,14 @@ FRESH = 'fresh'
 """Keys begin with it."""
 ONE_PRESSURE = 'one_pressure'
 """A whole rig whose second pressure is not measured."""
-ADDED = ('porous_leak', 'natural_convection', 'pressure_power_friction',
-         'travel_dependent_friction', 'time_dependent_friction', 'bore_taper')  # fmt: skip
+ADDED = (
+    'porous_leak',
+    'natural_convection',
+    'pressure_power_friction',
+    'travel_dependent_friction',
+    'time_dependent_friction',
+    'bore_taper',
+)
 """Effects that the kept answers do not know: drawn apart, so that other draws stay the same."""
 SETTLED = tuple(name for name in EFFECTS if name not in ADDED)
 RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'triple', 'removed', 'uncalibrated')
@@ -41,22 +47,49 @@ NOISY, NOISY_NOTHING = 8, 2
 WRONG = {1: 10, 2: 3, 3: 2}
 """Number of wrong parameters -> trials."""
 NOTHING, UNCALIBRATED_NOTHING, SYSTEM_NOTHING = 14, 4, 2
-SYSTEM_TRIALS = {'sealed_chambers': 9, 'leaking_chamber': 4, 'seal_bench': 8, 'valve_block': 11,
-                 ONE_PRESSURE: 6}  # fmt: skip
+SYSTEM_TRIALS = {
+    'sealed_chambers': 9,
+    'leaking_chamber': 4,
+    'seal_bench': 8,
+    'valve_block': 11,
+    ONE_PRESSURE: 6,
+}
 """System -> trials in which something is hidden."""
-IN_CHAMBER_1 = ('supply_droop', 'chamber_leak', 'valve_null_leak', 'wall_heat_transfer',
-                'line_lag', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening')  # fmt: skip
+IN_CHAMBER_1 = (
+    'supply_droop',
+    'chamber_leak',
+    'valve_null_leak',
+    'wall_heat_transfer',
+    'line_lag',
+    'valve_lag',
+    'spool_hysteresis',
+    'nonlinear_opening',
+)
 """Effects that show in chamber 1 and need no pressure of chamber 2."""
 
 
 def drawn(seed: int = SEED) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
-    makers = (_single, _none, _parameter, _pair, _removed, _uncalibrated, _systems, _one_pressure,
-              _added, _noisy, _triple)  # fmt: skip
-    return shuffled([
-        trial for place, make in enumerate(makers)
-        for trial in make(seed, np.random.default_rng([seed, place]))
-    ])  # fmt: skip
+    makers = (
+        _single,
+        _none,
+        _parameter,
+        _pair,
+        _removed,
+        _uncalibrated,
+        _systems,
+        _one_pressure,
+        _added,
+        _noisy,
+        _triple,
+    )
+    return shuffled(
+        [
+            trial
+            for place, make in enumerate(makers)
+            for trial in make(seed, np.random.default_rng([seed, place]))
+        ]
+    )
 
 
 def some_of(names: Sequence[str], count: int, random: Generator) -> list[str]:
@@ -81,8 +114,9 @@ def _hiding(
         cylinder = str(random.choice(CYLINDERS))
         grades = [_grade(random) for _ in names]
         friction = settings(cylinder)['friction']
-        secret = join(*(hide(name, cylinder, g, friction)
-                        for name, g in zip(names, grades, strict=True)))  # fmt: skip
+        secret = join(
+            *(hide(name, cylinder, g, friction) for name, g in zip(names, grades, strict=True))
+        )
         key = _key(seed, part, '+'.join(names) or 'nothing', cylinder, number)
         strength = '+'.join(f'{grade:.2f}' for grade in grades)
         yield Trial(key, part, cylinder, 1.0, secret, names, strength)

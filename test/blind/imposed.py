@@ -26,9 +26,15 @@ Path = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @numba.njit
 def march(
-    y: np.ndarray, x: np.ndarray, v: np.ndarray, targets: np.ndarray, steps: int, step: float,
-    c: np.ndarray, e: np.ndarray,
-) -> np.ndarray:  # fmt: skip
+    y: np.ndarray,
+    x: np.ndarray,
+    v: np.ndarray,
+    targets: np.ndarray,
+    steps: int,
+    step: float,
+    c: np.ndarray,
+    e: np.ndarray,
+) -> np.ndarray:
     """Return the states at the samples, given x and v at every half step."""
     states = np.empty((targets.shape[0] + 1, y.size))
     memory, here = np.zeros(at.ANCHORS), y.copy()

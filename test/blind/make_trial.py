@@ -43,9 +43,12 @@ def main(key: str, out: Path) -> None:
         for balance, recordings in cases.truth(trial).items()
     }
     told = {
-        'key': trial.key, 'names': list(trial.names), 'values': cases.hidden_values(trial),
-        'visibility': cases.visibility(trial), 'intervals': intervals,
-    }  # fmt: skip
+        'key': trial.key,
+        'names': list(trial.names),
+        'values': cases.hidden_values(trial),
+        'visibility': cases.visibility(trial),
+        'intervals': intervals,
+    }
     out.with_name(f'{out.name}.truth.yaml').write_text(yaml.safe_dump(told, sort_keys=False))
     bags = f'{" ".join(map(str, files.fit))} --verify {" ".join(map(str, files.verify))}'
     mapping = f' --map {files.mapping}' if files.mapping else ''

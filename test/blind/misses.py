@@ -6,9 +6,12 @@ from .fresh import FRESH_PARTS
 from .page_tables import percent, table
 
 JUDGES = {
-    'single': scores.named_first, 'parameter': scores.parameter_first,
-    'pair': scores.all_named, 'triple': scores.all_named, 'removed': scores.placed,
-}  # fmt: skip
+    'single': scores.named_first,
+    'parameter': scores.parameter_first,
+    'pair': scores.all_named,
+    'triple': scores.all_named,
+    'removed': scores.placed,
+}
 """Part -> what a right answer is; the right name first in the others."""
 
 
@@ -20,10 +23,18 @@ def misses(answers: list[Answer]) -> str:
         for a in scores.seen(answers, part):
             if not good(a):
                 answer = a['error'] or ', '.join([*a['effects'], *a['parameters']]) or '-'
-                rows.append((
-                    f'`{a["key"]}`', a['strength'] or '-', f'{a["visibility"]:.0f}', a['verdict'],
-                    answer, ', '.join(a['ranking'][:3]), percent(a['cut']), kind(a),
-                ))  # fmt: skip
+                rows.append(
+                    (
+                        f'`{a["key"]}`',
+                        a['strength'] or '-',
+                        f'{a["visibility"]:.0f}',
+                        a['verdict'],
+                        answer,
+                        ', '.join(a['ranking'][:3]),
+                        percent(a['cut']),
+                        kind(a),
+                    )
+                )
     rows.sort()
     head = 'trial', 'grade', 'visibility', 'verdict', 'added', 'ranked', 'cut', 'kind'
     return table(head, rows)

@@ -145,15 +145,24 @@ def write(
     """
     whole = drawn(seed)
     text = TEXT.format(
-        seed=seed, revision=revision, ran_at=ran_at(answers, revision),
-        run=len(answers), whole=len(whole), folder=FOLDER,
-        visible=scores.VISIBLE, dim=sum(not scores.shows(a) for a in answers),
-        headline=headline(answers), described=described(answers),
+        seed=seed,
+        revision=revision,
+        ran_at=ran_at(answers, revision),
+        run=len(answers),
+        whole=len(whole),
+        folder=FOLDER,
+        visible=scores.VISIBLE,
+        dim=sum(not scores.shows(a) for a in answers),
+        headline=headline(answers),
+        described=described(answers),
         comparison=COMPARED.format(seed=EARLIER, table=comparison(others)) if others else '',
-        coverage=coverage(answers, whole), by_system=by_system(answers),
-        by_group=by_group(answers), null_scores=null_scores(answers),
-        by_effect=by_effect(answers), misses=misses(answers),
-    )  # fmt: skip
+        coverage=coverage(answers, whole),
+        by_system=by_system(answers),
+        by_group=by_group(answers),
+        null_scores=null_scores(answers),
+        by_effect=by_effect(answers),
+        misses=misses(answers),
+    )
     draw(answers, docs / PICTURE)
     (docs / 'blind.md').write_text(text)
     data = as_json(answers, revision, seed)

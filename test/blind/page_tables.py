@@ -86,10 +86,17 @@ def headline(answers: list[Answer]) -> str:
     for name, figure in scores.figures(answers).items():
         sense, bound = scores.WANTED[name]
         mark = REACHED[scores.reached(name, figure['value'])] if figure['trials'] else '-'
-        rows.append((
-            f'`{name}`', MEANING[name], text_of(name, figure['value'], 1),
-            interval(name, figure), f'{sense} {text_of(name, bound)}', mark, figure['trials'],
-        ))  # fmt: skip
+        rows.append(
+            (
+                f'`{name}`',
+                MEANING[name],
+                text_of(name, figure['value'], 1),
+                interval(name, figure),
+                f'{sense} {text_of(name, bound)}',
+                mark,
+                figure['trials'],
+            )
+        )
     head = 'figure', 'what', 'measured', '95 % interval', 'wanted', 'reached', 'trials'
     return table(head, rows)
 
@@ -102,8 +109,11 @@ def comparison(by_revision: dict[str, list[Answer]]) -> str:
         for revision, rows in by_revision.items()
     }
     figures = next(iter(both.values()))
-    names = [name for name, figure in figures.items()
-             if figure['trials'] and not name.startswith('seconds')]  # fmt: skip
+    names = [
+        name
+        for name, figure in figures.items()
+        if figure['trials'] and not name.startswith('seconds')
+    ]
     rows = [(f'`{name}`', *(measured(name, own[name]) for own in both.values())) for name in names]
     head = 'figure', *by_revision
     return f'{len(common)} trials, answered by all.\n\n{table(head, rows)}'
@@ -128,15 +138,26 @@ def by_system(answers: list[Answer]) -> str:
         hidden, nothing = scores.hiding(answers, *parts), scores.null(answers, *parts)
         seconds = [a['seconds'] for a in (*hidden, *nothing) if a['seconds']]
         times = [a['times'] for a in hidden]
-        rows.append((
-            name.replace('_', ' '), _share(hidden, scores.right_first),
-            _share(nothing, scores.alarm), _share(hidden, places.place_first),
-            _share(nothing, lambda a: bool(a['where'])),
-            measured('times_f1', middle(places.f1_each(times))),
-            f'{median(seconds):.1f}' if seconds else '-',
-        ))  # fmt: skip
-    head = ('system', 'right name first', 'nothing hidden: said', 'right balance first',
-            'nothing hidden: listed', 'median F1 of the intervals', 'median s')  # fmt: skip
+        rows.append(
+            (
+                name.replace('_', ' '),
+                _share(hidden, scores.right_first),
+                _share(nothing, scores.alarm),
+                _share(hidden, places.place_first),
+                _share(nothing, lambda a: bool(a['where'])),
+                measured('times_f1', middle(places.f1_each(times))),
+                f'{median(seconds):.1f}' if seconds else '-',
+            )
+        )
+    head = (
+        'system',
+        'right name first',
+        'nothing hidden: said',
+        'right balance first',
+        'nothing hidden: listed',
+        'median F1 of the intervals',
+        'median s',
+    )
     return table(head, rows)
 
 
@@ -147,11 +168,15 @@ def by_group(answers: list[Answer]) -> str:
     for name in places.GROUPS:
         own = [a for a in hidden if places.groups_of(a) == {name}]
         times = [a['times'] for a in own if a['times']['true'] > 0.0]
-        rows.append((
-            name, _share(own, places.place_first), _share(own, lambda a: not a['where']),
-            measured('times_f1', middle(places.f1_each(times))),
-            measured('times_f1', pooled(times, places.f1)),
-        ))  # fmt: skip
+        rows.append(
+            (
+                name,
+                _share(own, places.place_first),
+                _share(own, lambda a: not a['where']),
+                measured('times_f1', middle(places.f1_each(times))),
+                measured('times_f1', pooled(times, places.f1)),
+            )
+        )
     head = 'hidden in', 'right balance first', '`where` empty', 'F1, median', 'F1, all together'
     return table(head, rows)
 
@@ -184,9 +209,13 @@ def by_effect(answers: list[Answer]) -> str:
         errors = [e for a in right for e in a['errors'].values()]
         cuts = [a['cut'] for a in own if a['cut'] is not None]
         rest = Counter(said(a) for a in own if not scores.named_first(a))
-        rows.append((
-            f'`{effect}`', f'{len(right)} of {len(own)}' if own else '-',
-            percent(median(cuts)) if cuts else '-', percent(median(errors)) if errors else '-',
-            ', '.join(f'{name} ({count})' for name, count in rest.most_common()),
-        ))  # fmt: skip
+        rows.append(
+            (
+                f'`{effect}`',
+                f'{len(right)} of {len(own)}' if own else '-',
+                percent(median(cuts)) if cuts else '-',
+                percent(median(errors)) if errors else '-',
+                ', '.join(f'{name} ({count})' for name, count in rest.most_common()),
+            )
+        )
     return table(('effect', 'named first', 'gap cut', 'parameter error', 'else said'), rows)

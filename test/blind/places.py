@@ -11,9 +11,19 @@ from .windows import length, shared
 Answer = dict[str, Any]
 Score = dict[str, Any]
 """Balance, regime, and the mean, RMS and count of its z-scores."""
-GAS = {'supply_droop', 'cross_piston_leak', 'chamber_leak', 'valve_null_leak', 'line_lag',
-       'wall_heat_transfer', 'valve_lag', 'spool_hysteresis', 'nonlinear_opening',
-       'porous_leak', 'natural_convection'}  # fmt: skip
+GAS = {
+    'supply_droop',
+    'cross_piston_leak',
+    'chamber_leak',
+    'valve_null_leak',
+    'line_lag',
+    'wall_heat_transfer',
+    'valve_lag',
+    'spool_hysteresis',
+    'nonlinear_opening',
+    'porous_leak',
+    'natural_convection',
+}
 SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
 GROUPS = ('gas', 'force', 'sensor')
 OF_FORCE = ('friction.', 'cylinder.moving_mass')
@@ -62,10 +72,17 @@ def times(names: Sequence[str], truth: Truth, told: Iterable[dict[str, Any]]) ->
     sums = {'true': 0.0, 'told': 0.0, 'shared': 0.0}
     for one in [('gas', 'force')] if 'sensor' in wanted else [(name,) for name in wanted]:
         for recording in {name for spans in truth.values() for name in spans}:
-            real = [span for balance, spans in truth.items() if group(balance) in one
-                    for span in spans[recording]]  # fmt: skip
-            said = [(row['from'], row['to']) for row in told
-                    if row['recording'] == recording and group(row['balance']) in one]  # fmt: skip
+            real = [
+                span
+                for balance, spans in truth.items()
+                if group(balance) in one
+                for span in spans[recording]
+            ]
+            said = [
+                (row['from'], row['to'])
+                for row in told
+                if row['recording'] == recording and group(row['balance']) in one
+            ]
             sums['true'] += length(real)
             sums['told'] += length(said)
             sums['shared'] += shared(real, said)

@@ -46,9 +46,15 @@ class Motion(NamedTuple):
 
 @numba.njit
 def rates(
-    t: float, y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray,
-    stiffness: np.ndarray, limit: np.ndarray,
-) -> float:  # fmt: skip
+    t: float,
+    y: np.ndarray,
+    dy: np.ndarray,
+    memory: np.ndarray,
+    c: np.ndarray,
+    e: np.ndarray,
+    stiffness: np.ndarray,
+    limit: np.ndarray,
+) -> float:
     """Write d(state)/dt; return the acceleration that no stop hinders."""
     dy[:] = 0.0
     gas_rates(y, dy, memory, c, e)
@@ -166,9 +172,15 @@ class Plant:
     def _smooth_stretch(self, end: float) -> str:
         """Integrate to the next event, or to the end; return the event."""
         solver = LSODA(
-            self._rate, self.t, self.y, end, first_step=min(1e-5, end - self.t),
-            max_step=LONGEST_STEP, rtol=1e-9, atol=self.tolerance * self.scale,
-        )  # fmt: skip
+            self._rate,
+            self.t,
+            self.y,
+            end,
+            first_step=min(1e-5, end - self.t),
+            max_step=LONGEST_STEP,
+            rtol=1e-9,
+            atol=self.tolerance * self.scale,
+        )
         side = 1.0 if self.y[at.V] > 0.0 else -1.0
         while solver.status == 'running':
             solver.step()

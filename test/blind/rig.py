@@ -117,9 +117,16 @@ def make_bags(
         motion = move(true, secret, cylinder, experiment, circumstances)
         readings = measure(motion, true, secret, noise, 100 * seed + index, gains)
         _record(
-            folder / name, readings, true, cylinder, experiment, noise, without,
-            circumstances, 100 * seed + index,
-        )  # fmt: skip
+            folder / name,
+            readings,
+            true,
+            cylinder,
+            experiment,
+            noise,
+            without,
+            circumstances,
+            100 * seed + index,
+        )
     model = folder / 'model.yaml'
     classes = dict(SHIPPED_CLASSES) if gains != CALIBRATED else {}
     given = circumstances.model_of or cylinder
@@ -148,12 +155,17 @@ def _record(
     variance += (sensors['pressure_span'] / LEVELS) ** 2 / 12.0
     atmosphere = true['gas']['atmospheric_pressure']
     write_bag(
-        path, recorded(readings, circumstances, atmosphere),
-        command(experiment, cylinder, INTERVAL), prepared['operation'],
-        atmosphere, INTERVAL_NS, variance, without,
+        path,
+        recorded(readings, circumstances, atmosphere),
+        command(experiment, cylinder, INTERVAL),
+        prepared['operation'],
+        atmosphere,
+        INTERVAL_NS,
+        variance,
+        without,
         stamps(len(readings.time), INTERVAL_NS, circumstances, seed),
         command_delay(circumstances),
-    )  # fmt: skip
+    )
 
 
 def visibility(
@@ -196,18 +208,28 @@ def runs(
         sides[0] = as_it_is(sides[0], circumstances, FIT.index(experiment))
         motion = move(true, secret, cylinder, experiment, circumstances)
         voltages = valve_voltages(command(experiment, cylinder, INTERVAL))
-        found.append(Run(
-            name, INTERVAL, motion.states, motion.sticking, np.vstack([voltages, voltages[-1:]]),
-            equations(sides[0], inside), equations(sides[1], {}),
-            errors, noise_of(true['sensors'], noise), experiment.rest_time,
-        ))  # fmt: skip
+        found.append(
+            Run(
+                name,
+                INTERVAL,
+                motion.states,
+                motion.sticking,
+                np.vstack([voltages, voltages[-1:]]),
+                equations(sides[0], inside),
+                equations(sides[1], {}),
+                errors,
+                noise_of(true['sensors'], noise),
+                experiment.rest_time,
+            )
+        )
     return found
 
 
 def noise_of(sensors: Mapping[str, float], noise: float) -> Noise:
     """Return what the sensors' noise and their converter make together."""
-    rounding = {name: sensors[f'{name}_span'] / LEVELS / 12.0**0.5
-                for name in ('position', 'pressure')}  # fmt: skip
-    return Noise(*(
-        float(np.hypot(noise * sensors[f'{name}_noise'], rounding[name])) for name in rounding
-    ))  # fmt: skip
+    rounding = {
+        name: sensors[f'{name}_span'] / LEVELS / 12.0**0.5 for name in ('position', 'pressure')
+    }
+    return Noise(
+        *(float(np.hypot(noise * sensors[f'{name}_noise'], rounding[name])) for name in rounding)
+    )

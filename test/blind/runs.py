@@ -59,9 +59,11 @@ class Run(NamedTuple):
         states, voltages = self.shown.states[:: self.every], self.voltages[:: self.every]
         signals = {
             'position': states[:, at.X],
-            'pressure_1': states[:, at.P1], 'pressure_2': states[:, at.P2],
-            'voltage_1': voltages[:, 0], 'voltage_2': voltages[:, 1],
-        }  # fmt: skip
+            'pressure_1': states[:, at.P1],
+            'pressure_2': states[:, at.P2],
+            'voltage_1': voltages[:, 0],
+            'voltage_2': voltages[:, 1],
+        }
         return signals if self.force is None else {**signals, 'force': self.force}
 
     @property
@@ -92,10 +94,12 @@ class Run(NamedTuple):
         if balance == 'force':
             window = force_window(self.interval)
             areas = float(np.hypot(c[at.A1], c[at.A2]))
-            return float(np.hypot(
-                window.noise(2) * inertia(c, self.model.e) * self.noise.position,
-                window.noise(0) * np.hypot(areas * self.noise.pressure, self.noise.force),
-            ))  # fmt: skip
+            return float(
+                np.hypot(
+                    window.noise(2) * inertia(c, self.model.e) * self.noise.position,
+                    window.noise(0) * np.hypot(areas * self.noise.pressure, self.noise.force),
+                )
+            )
         chamber = GASES.index(balance)
         rt, area = c[at.R] * c[at.T_S], c[[at.A1, at.A2]][chamber]
         stored = volumes(states, c)[:, chamber] / (c[at.KAPPA] * rt) * self.noise.pressure

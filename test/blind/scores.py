@@ -191,8 +191,11 @@ def _places(answers: list[Answer]) -> dict[str, Figure]:
 
 
 def _seconds(answers: list[Answer]) -> dict[str, Figure]:
-    timed = [a for a in answers if a['seconds'] and a['workers'] == WORKERS
-             and a['part'] in TIMED and a['noise'] == NEAR]  # fmt: skip
+    timed = [
+        a
+        for a in answers
+        if a['seconds'] and a['workers'] == WORKERS and a['part'] in TIMED and a['noise'] == NEAR
+    ]
     named = [a['seconds'] for a in timed if a['verdict'] in ('effect', 'parameter')]
     return {
         'seconds_named': middle(named),

@@ -30,8 +30,12 @@ from .system import (
     wrong,
 )
 
-GASES = {'air': (287.0, 1.3997), 'nitrogen': (296.8, 1.4), 'argon': (208.1, 1.667),
-         'helium': (2077.0, 1.667)}  # fmt: skip
+GASES = {
+    'air': (287.0, 1.3997),
+    'nitrogen': (296.8, 1.4),
+    'argon': (208.1, 1.667),
+    'helium': (2077.0, 1.667),
+}
 """Gas constant [J/(kg K)], heat capacity ratio [-]."""
 SEALED_RATE, VESSEL_RATE = 50.0, 10.0
 """Samples a second."""
@@ -48,12 +52,19 @@ def _sizes(random: Generator) -> Settings:
     rod = area * float(random.uniform(0.8, 0.95))
     gas_constant, ratio = list(GASES.values())[random.integers(len(GASES))]
     dead = [float(random.uniform(0.5, 1.5)) * a * stroke for a in (area, rod)]
-    return changed(settings('cylinder_1'), {
-        'cylinder.cap_area': area, 'cylinder.rod_area': rod, 'cylinder.stroke': stroke,
-        'cylinder.cap_dead_volume': dead[0], 'cylinder.rod_dead_volume': dead[1],
-        'gas.gas_constant': gas_constant, 'gas.heat_capacity_ratio': ratio,
-        'gas.supply_temperature': float(random.uniform(288.0, 300.0)),
-    })  # fmt: skip
+    return changed(
+        settings('cylinder_1'),
+        {
+            'cylinder.cap_area': area,
+            'cylinder.rod_area': rod,
+            'cylinder.stroke': stroke,
+            'cylinder.cap_dead_volume': dead[0],
+            'cylinder.rod_dead_volume': dead[1],
+            'gas.gas_constant': gas_constant,
+            'gas.heat_capacity_ratio': ratio,
+            'gas.supply_temperature': float(random.uniform(288.0, 300.0)),
+        },
+    )
 
 
 def _vessel(random: Generator) -> Settings:
@@ -82,8 +93,9 @@ def _volumes(model: Settings) -> tuple[float, float]:
     c = model['cylinder']
     half = 0.5 * c['stroke']
     return (
-        c['cap_dead_volume'] + half * c['cap_area'], c['rod_dead_volume'] + half * c['rod_area'],
-    )  # fmt: skip
+        c['cap_dead_volume'] + half * c['cap_area'],
+        c['rod_dead_volume'] + half * c['rod_area'],
+    )
 
 
 def _hide(name: str, grade: float, model: Settings) -> Secret:
@@ -103,9 +115,10 @@ def _hide(name: str, grade: float, model: Settings) -> Secret:
         },
         'position_scale': {'error': log_graded(grade, 0.003, 0.03)},
         'pressure_offset': {
-            'offset_1': log_graded(grade, 2e3, 1.2e4), 'offset_2': -log_graded(grade, 1e3, 6e3),
+            'offset_1': log_graded(grade, 2e3, 1.2e4),
+            'offset_2': -log_graded(grade, 1e3, 6e3),
         },
-    }  # fmt: skip
+    }
     return Secret({name: strengths[name]}, {}, {})
 
 
@@ -116,7 +129,7 @@ def _hide_in_vessel(name: str, grade: float, model: Settings) -> Secret:
         'wall_heat_transfer': {
             'conductance_1': conductance(volume, log_graded(grade, 4.0, 25.0), model),
         },
-    }  # fmt: skip
+    }
     return Secret({name: strengths[name]}, {}, {})
 
 
@@ -152,16 +165,32 @@ def _two_pressures(model: Settings) -> dict[str, Sensor]:
 
 
 SEALED = System(
-    'sealed_chambers', ('gas_1', 'gas_2'),
-    ('wall_heat_transfer', 'cross_piston_leak', 'chamber_leak', 'position_scale',
-     'pressure_offset', 'cylinder.cap_dead_volume', 'cylinder.rod_dead_volume'),
-    _sizes, _hide, _sealed_runs, _two_pressures,
+    'sealed_chambers',
+    ('gas_1', 'gas_2'),
+    (
+        'wall_heat_transfer',
+        'cross_piston_leak',
+        'chamber_leak',
+        'position_scale',
+        'pressure_offset',
+        'cylinder.cap_dead_volume',
+        'cylinder.rod_dead_volume',
+    ),
+    _sizes,
+    _hide,
+    _sealed_runs,
+    _two_pressures,
     {'cylinder': CYLINDER_KEYS, 'gas': GAS_KEYS},
     {'valve': 'shut'},
-)  # fmt: skip
+)
 VESSEL = System(
-    'leaking_chamber', ('gas_1',), ('chamber_leak', 'wall_heat_transfer'), _vessel,
-    _hide_in_vessel, _vessel_runs, lambda model: {'pressure_1': PRESSURE},
+    'leaking_chamber',
+    ('gas_1',),
+    ('chamber_leak', 'wall_heat_transfer'),
+    _vessel,
+    _hide_in_vessel,
+    _vessel_runs,
+    lambda model: {'pressure_1': PRESSURE},
     {'cylinder': ('cap_dead_volume',), 'gas': GAS_KEYS},
     {'valve': 'shut', 'fixed': {'position': '0 m'}},
-)  # fmt: skip
+)

@@ -15,9 +15,11 @@ from .plant import Motion
 
 LEVELS = 4095
 SENSOR_ERRORS = (
-    'position_scale.error', 'pressure_offset.offset_1', 'pressure_offset.offset_2',
+    'position_scale.error',
+    'pressure_offset.offset_1',
+    'pressure_offset.offset_2',
     'sensor_delay.time_constant',
-)  # fmt: skip
+)
 """What can be hidden here, effect.parameter."""
 
 

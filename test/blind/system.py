@@ -112,10 +112,17 @@ def names() -> list[str]:
 
 
 def gas_recording(
-    name: str, true: Settings, model: Settings, hidden: Mapping[str, float], path: Path,
-    start: dict[str, float], duration: float, rate: float, temperature: float | None = None,
+    name: str,
+    true: Settings,
+    model: Settings,
+    hidden: Mapping[str, float],
+    path: Path,
+    start: dict[str, float],
+    duration: float,
+    rate: float,
+    temperature: float | None = None,
     voltages: np.ndarray | None = None,
-) -> Run:  # fmt: skip
+) -> Run:
     """Return a recording of gas behind a piston on a path, with the valves shut if not said."""
     prepared = [changed(one, operation(start)) for one in (true, model)]
     inside = {name: value for name, value in hidden.items() if name in HIDDEN}
@@ -126,10 +133,16 @@ def gas_recording(
     moves = bool(np.ptp(states[:, at.X]))
     noise = Noise(moves * position_sensor(model).deviation, PRESSURE.deviation)
     return Run(
-        name, 1.0 / rate, states, np.ones(len(states), dtype=bool),
-        np.vstack([voltages, voltages[-1:]]), equations(prepared[0], inside),
-        equations(prepared[1], {}), errors, noise,
-    )  # fmt: skip
+        name,
+        1.0 / rate,
+        states,
+        np.ones(len(states), dtype=bool),
+        np.vstack([voltages, voltages[-1:]]),
+        equations(prepared[0], inside),
+        equations(prepared[1], {}),
+        errors,
+        noise,
+    )
 
 
 def position_sensor(model: Settings) -> Sensor:

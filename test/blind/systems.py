@@ -55,7 +55,9 @@ def visibility(system: System, key: str, secret: Secret) -> float:
     expected = system.runs(model, model, {}, stream(key, MOVES))
     levels = []
     for name, sensor in system.sensors(model).items():
-        gaps = [np.mean((a.signals[name] - b.signals[name]) ** 2)
-                for a, b in zip(real, expected, strict=True)]  # fmt: skip
+        gaps = [
+            np.mean((a.signals[name] - b.signals[name]) ** 2)
+            for a, b in zip(real, expected, strict=True)
+        ]
         levels.append(float(np.sqrt(np.mean(gaps))) / sensor.noise if sensor.span else 0.0)
     return max(levels)

@@ -42,8 +42,11 @@ def test_bag_is_a_record_of_the_experiment(bags: Files) -> None:
     assert record.position[0] == pytest.approx(0.5 * 0.3, abs=2e-4)
     conditions = record.conditions
     assert conditions == {
-        'supply_pressure': 4e5, 'load_mass': 2.0, 'atmospheric_pressure': 1e5, 'rest_time': 60.0,
-    }  # fmt: skip
+        'supply_pressure': 4e5,
+        'load_mass': 2.0,
+        'atmospheric_pressure': 1e5,
+        'rest_time': 60.0,
+    }
 
 
 def test_nothing_tells_what_is_hidden(bags: Files) -> None:
@@ -61,9 +64,7 @@ def test_model_file_is_the_rig_without_the_secret(bags: Files, secret: Secret) -
     shipped = load_configuration(CYLINDER)
     assert given.effects == {}
     changes = {name.split('.')[1]: value for name, value in secret.model.items()}
-    law = shipped.model.friction._replace(
-        model=0, breakaway_force=changes['breakaway_force']
-    )  # fmt: skip
+    law = shipped.model.friction._replace(model=0, breakaway_force=changes['breakaway_force'])
     assert given.model == shipped.model._replace(friction=law)
 
 

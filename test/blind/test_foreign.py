@@ -136,8 +136,10 @@ def test_with_strength_it_differs(name: str) -> None:
 
 @pytest.mark.parametrize('name', [name for name in PLANT if name not in ON_STOP])
 def test_contribution_is_on_the_balance_of_the_form(name: str) -> None:
-    true, model = (equations(changed(settings(CYLINDER), law), what) for law, what in (
-        (_law(name), hidden(name, 1.0)), (_law(name), {})))  # fmt: skip
+    true, model = (
+        equations(changed(settings(CYLINDER), law), what)
+        for law, what in ((_law(name), hidden(name, 1.0)), (_law(name), {}))
+    )
     states = motion(plant(name, 1.0))
     shown = Seen(states, np.gradient(states[:, at.V], INTERVAL))
     driven = np.resize(voltages(), (SAMPLES, 2))

@@ -150,8 +150,9 @@ def test_clock_that_is_ahead_or_behind_moves_one_of_the_two(clock: float) -> Non
 
 ANSWERS = [
     answer('foreign', ['woschni_heat'], 'effect', effects=['wall_heat_transfer'], cut=0.95),
-    answer('foreign', ['wider_dead_band'], 'parameter', parameters=['valve.intake_voltage'],
-           cut=0.8),
+    answer(
+        'foreign', ['wider_dead_band'], 'parameter', parameters=['valve.intake_voltage'], cut=0.8
+    ),
     answer('foreign', ['bump_at_place'], 'effect', effects=['load_spring'], cut=None),
     answer('foreign', ['bump_at_place'], 'unknown', visibility=1.0),
     answer('foreign_unknown', ['detent'], 'unknown', balance='force', cut=0.9),
@@ -162,17 +163,32 @@ ANSWERS = [
     answer('nuisance_none', [], 'parameter', parameters=['friction.coulomb_force']),
     answer('conditions', ['supply_pressure'], 'conditions', conditions=['supply_pressure']),
     answer('conditions', ['load_mass'], 'effect', effects=['inclination']),
-    answer('foreign_pairs', ['tapered_tube', 'linear_seal_leak'], 'effect',
-           effects=['chamber_leak', 'position_dependent_friction']),
-    answer('triples', ['tapered_tube', 'linear_seal_leak', 'small_tank'], 'effect',
-           effects=['chamber_leak', 'position_dependent_friction']),
-]  # fmt: skip
+    answer(
+        'foreign_pairs',
+        ['tapered_tube', 'linear_seal_leak'],
+        'effect',
+        effects=['chamber_leak', 'position_dependent_friction'],
+    ),
+    answer(
+        'triples',
+        ['tapered_tube', 'linear_seal_leak', 'small_tank'],
+        'effect',
+        effects=['chamber_leak', 'position_dependent_friction'],
+    ),
+]
 EXPECTED = {
-    'foreign_mechanism': (2 / 3, 3), 'foreign_cut': (0.8, 3), 'foreign_unknown': (2 / 3, 3),
-    'foreign_balance': (0.5, 2), 'unknown_cut': (0.2, 3), 'unknown_least_cut': (0.1, 3),
-    'nuisance_cause': (1.0, 1), 'nuisance_alarm': (0.5, 2), 'conditions_named': (0.5, 2),
-    'foreign_pairs_both': (1.0, 1), 'triples_all': (0.0, 1),
-}  # fmt: skip
+    'foreign_mechanism': (2 / 3, 3),
+    'foreign_cut': (0.8, 3),
+    'foreign_unknown': (2 / 3, 3),
+    'foreign_balance': (0.5, 2),
+    'unknown_cut': (0.2, 3),
+    'unknown_least_cut': (0.1, 3),
+    'nuisance_cause': (1.0, 1),
+    'nuisance_alarm': (0.5, 2),
+    'conditions_named': (0.5, 2),
+    'foreign_pairs_both': (1.0, 1),
+    'triples_all': (0.0, 1),
+}
 
 
 def test_figures_are_those_of_the_answers() -> None:
@@ -192,8 +208,13 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
     assert '| `detent` | force | - | 1 of 1 | unknown |' in rows
     assert '| `compressor_pulsation` | gas | - | 0 of 1 | unknown |' in rows
     worth = foreign_scores.by_verdict(ANSWERS)
-    for row in ('`conditions` | 1 of 1', '`effect` | 4 of 7', '`parameter` | 1 of 2',
-                '`uncalibrated` | 1 of 1', '`unknown` | 2 of 3'):  # fmt: skip
+    for row in (
+        '`conditions` | 1 of 1',
+        '`effect` | 4 of 7',
+        '`parameter` | 1 of 2',
+        '`uncalibrated` | 1 of 1',
+        '`unknown` | 2 of 3',
+    ):
         assert f'| {row} |' in worth
 
 

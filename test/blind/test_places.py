@@ -101,9 +101,10 @@ def test_times_are_of_the_balances_on_which_the_hidden_acts(
 
 def test_f1_is_of_time_and_none_where_nothing_shows() -> None:
     rows = [
-        {'true': 4.0, 'told': 4.0, 'shared': 3.0}, {'true': 6.0, 'told': 0.0, 'shared': 0.0},
+        {'true': 4.0, 'told': 4.0, 'shared': 3.0},
+        {'true': 6.0, 'told': 0.0, 'shared': 0.0},
         {'true': 0.0, 'told': 5.0, 'shared': 0.0},
-    ]  # fmt: skip
+    ]
     assert places.f1_each(rows) == [0.75, 0.0]
     assert places.f1(rows[:2]) == pytest.approx(6.0 / 14.0)
     assert places.f1(rows[2:]) is None

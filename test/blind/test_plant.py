@@ -29,18 +29,21 @@ from .settings import changed, model_file, operation, settings
 EQUATIONS: dict[str, Changes] = {
     'as shipped': {},
     'F_s fades while sliding': {
-        'friction.static_friction_reading': 'fades_while_sliding', 'friction.memory_time': 0.5,
+        'friction.static_friction_reading': 'fades_while_sliding',
+        'friction.memory_time': 0.5,
     },
     'exhaust without a jump': {'valve.exhaust_zero_voltage': 2.35},
     'exhaust as printed': {'valve.exhaust_zero_voltage': 2.65},
-}  # fmt: skip
+}
 """What both plants may have in place of the shipped equations."""
 HIDDEN_IN = [(effect, 'as shipped') for effect in EFFECTS] + [
     ('dwell_static_friction', 'F_s fades while sliding'),
-    *(pytest.param(effect, f'exhaust {how}', marks=pytest.mark.long)
-      for how in ('without a jump', 'as printed')
-      for effect in ('nonlinear_opening', 'valve_lag', 'valve_null_leak', 'spool_hysteresis')),
-]  # fmt: skip
+    *(
+        pytest.param(effect, f'exhaust {how}', marks=pytest.mark.long)
+        for how in ('without a jump', 'as printed')
+        for effect in ('nonlinear_opening', 'valve_lag', 'valve_null_leak', 'spool_hysteresis')
+    ),
+]
 AGREEMENT = 1e-4
 """Share of full scale."""
 SETTLED = 1e-6

@@ -35,13 +35,24 @@ PARTS = ('single', 'none', 'parameter', 'pair', 'removed', 'unseen', 'uncalibrat
 NOISES = (1.0, 3.0, 10.0)
 
 PARAMETERS = (
-    'valve.intake_coefficient', 'valve.exhaust_coefficient', 'valve.intake_voltage',
-    'valve.exhaust_voltage', 'cylinder.cap_dead_volume', 'cylinder.rod_dead_volume',
-    'cylinder.moving_mass', 'friction.breakaway_force', 'friction.coulomb_force',
-    'friction.stribeck_velocity', 'friction.viscous_coefficient', 'friction.element_stiffness',
-    'friction.film_velocity', 'friction.film_time_acceleration',
-    'friction.film_time_deceleration', 'friction.dwell_coefficient', 'friction.dwell_exponent',
-)  # fmt: skip
+    'valve.intake_coefficient',
+    'valve.exhaust_coefficient',
+    'valve.intake_voltage',
+    'valve.exhaust_voltage',
+    'cylinder.cap_dead_volume',
+    'cylinder.rod_dead_volume',
+    'cylinder.moving_mass',
+    'friction.breakaway_force',
+    'friction.coulomb_force',
+    'friction.stribeck_velocity',
+    'friction.viscous_coefficient',
+    'friction.element_stiffness',
+    'friction.film_velocity',
+    'friction.film_time_acceleration',
+    'friction.film_time_deceleration',
+    'friction.dwell_coefficient',
+    'friction.dwell_exponent',
+)
 """What may be wrong. ``film_time_dwell`` (36 s) cannot show in bags of 14 s."""
 
 # two things that go wrong on one rig at a time: both in the gas, one in the gas and one in the
@@ -122,9 +133,14 @@ def matrix(parts: tuple[str, ...] = PARTS) -> list[Trial]:
     sample of the whole, the trials at the noise of the rig coming first.
     """
     makers = {
-        'single': _single, 'none': _none, 'parameter': _parameter, 'pair': _pair,
-        'removed': _removed, 'unseen': _unseen, 'uncalibrated': _uncalibrated,
-    }  # fmt: skip
+        'single': _single,
+        'none': _none,
+        'parameter': _parameter,
+        'pair': _pair,
+        'removed': _removed,
+        'unseen': _unseen,
+        'uncalibrated': _uncalibrated,
+    }
     trials = [trial for part in parts for trial in makers[part]()]
     return shuffled(trials)
 

@@ -47,14 +47,21 @@ class Window(NamedTuple):
 
         The sum over samples of the squared derivative of the test function, as an integral.
         """
-        return float(np.sqrt(self.interval * _SQUARES[self.order, derivative]
-                             / self.length ** (2 * derivative + 1)))  # fmt: skip
+        return float(
+            np.sqrt(
+                self.interval
+                * _SQUARES[self.order, derivative]
+                / self.length ** (2 * derivative + 1)
+            )
+        )
 
 
 _SQUARES = {
-    (2, 0): 1.5, (2, 1): 2.0 * np.pi**2,
-    (4, 0): 35.0 / 18.0, (4, 2): 256.0 * np.pi**4 / 9.0,
-}  # fmt: skip
+    (2, 0): 1.5,
+    (2, 1): 2.0 * np.pi**2,
+    (4, 0): 35.0 / 18.0,
+    (4, 2): 256.0 * np.pi**4 / 9.0,
+}
 """(power of the sine, derivative) -> integral of its square, for a window of length 1."""
 
 

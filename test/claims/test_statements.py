@@ -101,10 +101,15 @@ def test_neighbours_move_one_thing_each() -> None:
     [
         ('plainest', [], {10, 16, 17}, {1, 2, 3, 4, 5, 6, 8, 9, 11, 12, 13, 14, 15}),
         pytest.param('short_memory', [], {2, 7, 13, 14}, {1, 15}, marks=pytest.mark.long),
-        pytest.param('v_s_misprinted', ['friction.stribeck_velocity'], {2, 3, 13, 14}, {4, 7},
-                     marks=pytest.mark.long),
+        pytest.param(
+            'v_s_misprinted',
+            ['friction.stribeck_velocity'],
+            {2, 3, 13, 14},
+            {4, 7},
+            marks=pytest.mark.long,
+        ),
     ],
-)  # fmt: skip
+)
 def test_other_readings_hold_what_the_decisions_say(
     name: str, changed: list[str], hold: set[int], fail: set[int]
 ) -> None:

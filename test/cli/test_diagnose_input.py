@@ -65,8 +65,10 @@ def vessels_refused(
 ) -> str:
     """Return why one measurement of a vessel, given twice, is refused; up to a row the second."""
     pressure = vessel_run(0, 4e5, 0.0, 1e-8, 0.0, duration=20.0)['pressure_1']
-    tables = [table(Path('a.csv'), 0.1, {'pressure_1': pressure}),
-              table(Path('b.csv'), 0.1, {'pressure_1': pressure[:end]})]  # fmt: skip
+    tables = [
+        table(Path('a.csv'), 0.1, {'pressure_1': pressure}),
+        table(Path('b.csv'), 0.1, {'pressure_1': pressure[:end]}),
+    ]
     for path, text in zip(tables, conditions, strict=True):
         path.with_suffix('.conditions.yaml').write_text(text)
     known, model = mapping(Path('map.yaml'), 'pressure_1'), system_file(Path(), LEAKING)
@@ -90,8 +92,9 @@ def rig_bag(path: Path, lost: range = range(0), unknown: range = range(0)) -> Pa
 
 def test_recordings_without_an_open_balance(terminal: Terminal) -> None:
     position = chamber_run(0, (4.5e5, 1.1e6), (0.0, 0.0), duration=20.0)['position']
-    runs = [table(Path(f'{name}.csv'), 0.1, {'position': position + i})
-            for i, name in enumerate('ab')]  # fmt: skip
+    runs = [
+        table(Path(f'{name}.csv'), 0.1, {'position': position + i}) for i, name in enumerate('ab')
+    ]
     known = mapping(Path('map.yaml'), 'position')
     model = system_file(Path(), CHAMBERS)
     line = refused(terminal, *runs, '--map', known, '--model', model)

@@ -58,8 +58,11 @@ def test_hidden_effect_comes_out_and_the_gap_closes(
     words = ['gap', '--seed', '7', '--effect', 'inclination', '--out', 'gap']
     with subprocess.Popen(
         [sys.executable, '-c', WITH_SOME, str(fit), str(verify), *words],
-        cwd=terminal.directory, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    ) as process:  # fmt: skip
+        cwd=terminal.directory,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
         out, err = process.communicate()
     assert process.returncode == 0, err
     folder = terminal.directory / 'gap'

@@ -45,8 +45,10 @@ def test_a_reference_is_in_metres(tmp_path: Path) -> None:
     path.write_text(STEP)
     excitation = load_excitation(path)
     assert (excitation.drives, excitation.level(0.5), excitation.level(9.0)) == (
-        'reference', 0.02, 0.1
-    )  # fmt: skip
+        'reference',
+        0.02,
+        0.1,
+    )
 
 
 @pytest.mark.parametrize(

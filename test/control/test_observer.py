@@ -20,9 +20,10 @@ SECONDS, BAND = 20.0, 5.0
 """So short that no piston comes to its end stop, at which an offset of the sensor would count."""
 
 MODELS: dict[str, dict[str, object]] = {
-    'true': {}, 'supply 0.5 bar low': {'supply_pressure': 3.5e5},
+    'true': {},
+    'supply 0.5 bar low': {'supply_pressure': 3.5e5},
     'friction without dwell': {'friction': 'revised_lugre'},
-}  # fmt: skip
+}
 """What is changed of a model, in the order of the columns of the page."""
 ONE_IN_SHORT = [
     name if name == 'cylinder_2' else pytest.param(name, marks=pytest.mark.long)
@@ -43,9 +44,12 @@ def outside(model: RigConfiguration, record: Recording) -> list[bool]:
     observer, band = Observer(model), NoiseBand(model.sensors, BAND)
     found = []
     for now, *reading in zip(
-        voltages[:-1], record.position[1:], record.pressure_1[1:], record.pressure_2[1:],
+        voltages[:-1],
+        record.position[1:],
+        record.pressure_1[1:],
+        record.pressure_2[1:],
         strict=True,
-    ):  # fmt: skip
+    ):
         measured = Measured(*map(float, reading))
         if (predicted := observer.push((float(now[0]), float(now[1])), measured)) is not None:
             x, _, p1, p2 = observer.origin
@@ -69,9 +73,12 @@ def test_a_slide_after_a_long_rest_is_predicted_to_its_end() -> None:
     voltages = np.nan_to_num(np.column_stack([record.voltage_1, record.voltage_2]))
     observer, restarts, speeds = Observer(load_configuration('cylinder_2')), 0, []
     for now, *reading in zip(
-        voltages[:-1], record.position[1:], record.pressure_1[1:], record.pressure_2[1:],
+        voltages[:-1],
+        record.position[1:],
+        record.pressure_1[1:],
+        record.pressure_2[1:],
         strict=True,
-    ):  # fmt: skip
+    ):
         observer.push((float(now[0]), float(now[1])), Measured(*map(float, reading)))
         if observer.restarts > restarts:
             restarts = observer.restarts

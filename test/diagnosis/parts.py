@@ -77,10 +77,15 @@ def mapping(path: Path, *signals: str) -> Path:
 
 
 def chamber_run(
-    seed: int, fill: tuple[float, float], conductances: tuple[float, float],
-    dead: tuple[float, float] = DEAD, duration: float = 120.0, power: float = 0.0,
-    late: float = 0.0, warm: float = 0.0,
-) -> dict[str, Floats]:  # fmt: skip
+    seed: int,
+    fill: tuple[float, float],
+    conductances: tuple[float, float],
+    dead: tuple[float, float] = DEAD,
+    duration: float = 120.0,
+    power: float = 0.0,
+    late: float = 0.0,
+    warm: float = 0.0,
+) -> dict[str, Floats]:
     """
     Return two sealed chambers on a piston in waves, every 0.1 s, by SciPy.
 
@@ -122,8 +127,9 @@ def chamber_run(
     return {'position': x, 'pressure_1': p1, 'pressure_2': p2}
 
 
-def vessel_run(seed: int, fill: float, warm: float, leak: float, conductance: float,
-               duration: float = 100.0) -> dict[str, Floats]:  # fmt: skip
+def vessel_run(
+    seed: int, fill: float, warm: float, leak: float, conductance: float, duration: float = 100.0
+) -> dict[str, Floats]:
     """
     Return the pressure in the leaking chamber, every 0.1 s, by SciPy: choked flow, Newton cooling.
 
@@ -149,9 +155,15 @@ def vessel_run(seed: int, fill: float, warm: float, leak: float, conductance: fl
 
 
 def bench_run(
-    seed: int, gauge: float, slope: float, coulomb: float = 6.0, way: float = 0.03,
-    speed: float = 0.01, noise: float = POSITION_NOISE / 10.0, wave: float = 0.0,
-) -> dict[str, Floats]:  # fmt: skip
+    seed: int,
+    gauge: float,
+    slope: float,
+    coulomb: float = 6.0,
+    way: float = 0.03,
+    speed: float = 0.01,
+    noise: float = POSITION_NOISE / 10.0,
+    wave: float = 0.0,
+) -> dict[str, Floats]:
     """
     Return a seal driven to and fro against a pressure [Pa gauge], every 10 ms, by Dahl.
 
@@ -174,5 +186,4 @@ def bench_run(
     rng = np.random.default_rng(seed)
     force = friction + 5e-4 * gauge + 2.0 + rng.normal(0.0, FORCE_NOISE, x.size)
     pressure = 1e5 + gauge + rng.normal(0.0, PRESSURE_NOISE, x.size)
-    return {'position': x + rng.normal(0.0, noise, x.size), 'pressure_2': pressure,
-            'force': force}  # fmt: skip
+    return {'position': x + rng.normal(0.0, noise, x.size), 'pressure_2': pressure, 'force': force}

@@ -54,8 +54,9 @@ def recorded(name: str, rig: RigConfiguration, timeline: Timeline = TIMELINE) ->
     signals = dict(zip(('position', 'pressure_1', 'pressure_2'), read, strict=True))
     signals |= {'voltage_1': voltages[:, 0].copy(), 'voltage_2': voltages[:, 1].copy()}
     operation = rig.model.operation
-    conditions = {name: getattr(operation, name)
-                  for name in ('supply_pressure', 'load_mass', 'rest_time')}  # fmt: skip
+    conditions = {
+        name: getattr(operation, name) for name in ('supply_pressure', 'load_mass', 'rest_time')
+    }
     return Recording(name, 0, rig.interval_ns, signals, configuration=rig, conditions=conditions)
 
 

@@ -59,12 +59,17 @@ def told(*args: Any, **options: Any) -> dict[str, Any]:
 
 
 def chambers(
-    folder: Path, text: str, conductances: tuple[float, float] = (0.0, 0.0), late: float = 0.0,
+    folder: Path,
+    text: str,
+    conductances: tuple[float, float] = (0.0, 0.0),
+    late: float = 0.0,
     warm: float = 0.0,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return the answer for sealed chambers of which the recording that is fitted is off."""
-    runs = [chamber_run(0, FILLS[0], conductances, late=late, warm=warm),
-            chamber_run(1, FILLS[1], conductances)]  # fmt: skip
+    runs = [
+        chamber_run(0, FILLS[0], conductances, late=late, warm=warm),
+        chamber_run(1, FILLS[1], conductances),
+    ]
     tables = [table(folder / f'run_{i}.csv', 0.1, run) for i, run in enumerate(runs)]
     known = mapping(folder / 'map.yaml', *GAS)
     return told(tables[:1], system_file(folder, CHAMBERS + text), tables[1:], mapping=known)
@@ -73,8 +78,10 @@ def chambers(
 def vessel(folder: Path, text: str, leak: float) -> dict[str, Any]:
     """Return the answer for a leaking chamber that was just filled."""
     starts = ((6e5, 30.0), (5e5, 30.0), (7e5, 20.0))
-    tables = [table(folder / f'run_{i}.csv', 0.1, vessel_run(i, fill, warm, leak, 0.5))
-              for i, (fill, warm) in enumerate(starts)]  # fmt: skip
+    tables = [
+        table(folder / f'run_{i}.csv', 0.1, vessel_run(i, fill, warm, leak, 0.5))
+        for i, (fill, warm) in enumerate(starts)
+    ]
     known = mapping(folder / 'map.yaml', 'pressure_1')
     return told(tables[:2], system_file(folder, LEAKING + text), tables[2:], mapping=known)
 
@@ -147,8 +154,10 @@ def make_gap(path: Path) -> None:
 
 
 def test_interpolation_over_a_long_step_is_noted(tmp_path: Path) -> None:
-    paths = [table(tmp_path / f'run_{i}.csv', 0.1, vessel_run(i, fill, 20.0, 0.0, 0.5))
-             for i, fill in enumerate((6e5, 5e5))]  # fmt: skip
+    paths = [
+        table(tmp_path / f'run_{i}.csv', 0.1, vessel_run(i, fill, 20.0, 0.0, 0.5))
+        for i, fill in enumerate((6e5, 5e5))
+    ]
     make_gap(paths[0])
     known = mapping(tmp_path / 'map.yaml', 'pressure_1')
     system = system_file(tmp_path, LEAKING + VESSEL_HEAT + WARM)

@@ -30,20 +30,34 @@ def white(balance: str, recording: str, size: int, rng: np.random.Generator) -> 
     regimes = np.array(['dwell', 'sliding', 'sliding'])[rng.integers(0, 3, size)]
     directions = np.where(regimes == 'dwell', '', rng.choice(['in', 'out'], size))
     variables = {
-        'position': rng.uniform(0.0, 0.3, size), 'velocity': rng.uniform(-0.2, 0.2, size),
-        'pressure_1': rng.uniform(1e5, 6e5, size), 'pressure_2': rng.uniform(1e5, 6e5, size),
+        'position': rng.uniform(0.0, 0.3, size),
+        'velocity': rng.uniform(-0.2, 0.2, size),
+        'pressure_1': rng.uniform(1e5, 6e5, size),
+        'pressure_2': rng.uniform(1e5, 6e5, size),
         'dwell': np.where(regimes == 'dwell', rng.uniform(0.1, 9.0, size), np.nan),
-    }  # fmt: skip
+    }
     start = 0.05 * np.arange(size)
-    return Windows(balance, recording, start, start + 0.1, noise, np.ones(size), noise,
-                   whitener(kept, [], np.ones(size)), np.ones(size), regimes, directions,
-                   variables)  # fmt: skip
+    return Windows(
+        balance,
+        recording,
+        start,
+        start + 0.1,
+        noise,
+        np.ones(size),
+        noise,
+        whitener(kept, [], np.ones(size)),
+        np.ones(size),
+        regimes,
+        directions,
+        variables,
+    )
 
 
 def noisy(seed: int) -> list[Windows]:
     rng = np.random.default_rng(seed)
-    return [white(balance, name, 200, rng)
-            for balance in ('gas_1', 'gas_2', 'force') for name in 'ab']  # fmt: skip
+    return [
+        white(balance, name, 200, rng) for balance in ('gas_1', 'gas_2', 'force') for name in 'ab'
+    ]
 
 
 def test_white_noise_is_rarely_significant() -> None:
@@ -104,8 +118,9 @@ def located(
     """Return where a model disagrees with two runs of a rig; without a change if none is given."""
     system = system_of(folder, given or configured('cylinder_1'))
     runs = [measured(system, f'run_{i}', replace(change, seed=i), timeline) for i in (1, 2)]
-    dataset = Dataset.of(system.hypothesis, [Comparison(run) for run in runs],
-                           np.random.default_rng(0))  # fmt: skip
+    dataset = Dataset.of(
+        system.hypothesis, [Comparison(run) for run in runs], np.random.default_rng(0)
+    )
     return localise(windows_of(dataset, system.hypothesis))
 
 

@@ -27,10 +27,12 @@ def seal(name: str) -> dict[str, Any]:
     runs = {bar: DATA / 'seal_friction' / f'{name}_{bar}bar.csv' for bar in (1, 3, 5, 7)}
     return answer(
         diagnose(
-            [runs[3], runs[5]], SYSTEMS / f'seal_{name}.yaml', [runs[1], runs[7]],
+            [runs[3], runs[5]],
+            SYSTEMS / f'seal_{name}.yaml',
+            [runs[1], runs[7]],
             mapping=SYSTEMS / 'seal_friction.map.yaml',
         )
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.long  # test_workflow.py has such chambers in short
@@ -38,11 +40,12 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
     folder = DATA / 'sealed_chambers'
     data = answer(
         diagnose(
-            [folder / '2021.07.26T10.51.44.exp'], SYSTEMS / 'sealed_chambers.yaml',
+            [folder / '2021.07.26T10.51.44.exp'],
+            SYSTEMS / 'sealed_chambers.yaml',
             [folder / '2022.01.28T16.46.31.exp'],
             mapping=SYSTEMS / 'sealed_chambers.map.yaml',
         )
-    )  # fmt: skip
+    )
     assert data['verdict'] == 'effect'
     assert data['effects'][0]['name'] == 'natural_convection'
     assert 0.15 < data['effects'][0]['parameters']['exponent']['value'] < 0.35
@@ -52,8 +55,11 @@ def test_sealed_chambers_lack_heat_transfer() -> None:
         signal = data['gap']['signals'][pressure]
         assert signal['after'] < 0.1 * signal['before']
         assert signal['after'] < most
-    late = {row['recording'][:4]: row['value'] for row in data['each_recording']
-            if row['name'] == 'clock_offset'}  # fmt: skip
+    late = {
+        row['recording'][:4]: row['value']
+        for row in data['each_recording']
+        if row['name'] == 'clock_offset'
+    }
     # so late are the pressures by a fit to the pressures; here to their rates
     assert late['2021'] == pytest.approx(0.333, abs=0.04)
     assert late['2022'] == pytest.approx(0.004, abs=0.04)
@@ -101,10 +107,12 @@ def test_friction_of_a_compact_seal_grows_more_than_linearly_with_pressure() -> 
     runs = {bar: DATA / 'seal_friction' / f'KDN_{bar}bar.csv' for bar in (1, 3, 5, 7)}
     data = answer(
         diagnose(
-            [runs[1], runs[3], runs[7]], SYSTEMS / 'seal_KDN.yaml', [runs[5]],
+            [runs[1], runs[3], runs[7]],
+            SYSTEMS / 'seal_KDN.yaml',
+            [runs[5]],
             mapping=SYSTEMS / 'seal_friction.map.yaml',
         )
-    )  # fmt: skip
+    )
     assert data['effects'][0]['name'] == 'pressure_power_friction'
     assert data['effects'][0]['parameters']['exponent']['value'] > 1.2
 
@@ -115,10 +123,12 @@ def test_loop_of_a_lip_seal_grows_with_a_power_of_the_pressure() -> None:
     runs = {bar: DATA / 'seal_friction' / f'NAPN_{bar}bar.csv' for bar in (1, 3, 5, 7)}
     data = answer(
         diagnose(
-            [runs[1], runs[3], runs[7]], SYSTEMS / 'seal_NAPN.yaml', [runs[5]],
+            [runs[1], runs[3], runs[7]],
+            SYSTEMS / 'seal_NAPN.yaml',
+            [runs[5]],
             mapping=SYSTEMS / 'seal_friction.map.yaml',
         )
-    )  # fmt: skip
+    )
     assert data['effects'][0]['name'] == 'pressure_power_friction'
     assert data['effects'][0]['parameters']['exponent']['value'] == pytest.approx(0.66, abs=0.1)
 
@@ -130,10 +140,12 @@ def test_bore_of_a_bench_is_named_where_its_area_changes() -> None:
     runs = {bar: folder / f'O-ring257_rerun_2_{bar}bar.csv' for bar in (1, 3, 5, 7)}
     data = answer(
         diagnose(
-            [runs[3], runs[5]], SYSTEMS / 'seal_O-ring257.yaml', [runs[1], runs[7]],
+            [runs[3], runs[5]],
+            SYSTEMS / 'seal_O-ring257.yaml',
+            [runs[1], runs[7]],
             mapping=SYSTEMS / 'seal_friction.map.yaml',
         )
-    )  # fmt: skip
+    )
     assert data['effects'][0]['name'] == 'bore_taper'
     assert data['effects'][0]['parameters']['taper']['value'] == pytest.approx(6e-3, abs=2e-3)
 
@@ -143,10 +155,11 @@ def test_closed_chambers_are_too_tight_to_tell(name: str) -> None:
     """They lose 0.03 to 0.05 of 8 bar, as gas does that cools by 1 to 2 K."""
     data = answer(
         diagnose(
-            [DATA / 'chamber_leak' / f'{name}.csv'], SYSTEMS / 'printed_chamber.yaml',
+            [DATA / 'chamber_leak' / f'{name}.csv'],
+            SYSTEMS / 'printed_chamber.yaml',
             mapping=SYSTEMS / 'chamber_leak.map.yaml',
         )
-    )  # fmt: skip
+    )
     assert data['verdict'] == 'consistent'
     assert data['sentence'].startswith('Too tight to tell')
 

@@ -91,16 +91,20 @@ def repeated(
 
 def test_chambers_repeat_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
     fills = (4.5e5, 1.1e6), (1.2e5, 1.3e5)
-    tables = [table(tmp_path / f'run_{i}.csv', 0.1, chamber_run(i, fill, CONDUCTANCES))
-              for i, fill in enumerate(fills)]  # fmt: skip
+    tables = [
+        table(tmp_path / f'run_{i}.csv', 0.1, chamber_run(i, fill, CONDUCTANCES))
+        for i, fill in enumerate(fills)
+    ]
     signals = 'position', 'pressure_1', 'pressure_2'
     # filled to twice the pressures and more
     assert repeated(tmp_path, tables, CHAMBERS, signals, 'cylinder.cap_dead_volume') == 'run_0'
 
 
 def test_a_bench_repeats_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
-    tables = [table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, 3e5, 0.0, way=way))
-              for i, way in enumerate((0.002, 0.03))]  # fmt: skip
+    tables = [
+        table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, 3e5, 0.0, way=way))
+        for i, way in enumerate((0.002, 0.03))
+    ]
     signals = 'position', 'pressure_2', 'force'
     # more of the short strokes are turns
     assert repeated(tmp_path, tables, BENCH, signals, 'friction.coulomb_force') == 'run_1'

@@ -35,8 +35,10 @@ def whitened(
     """Return the whitened residuals of replicates of two runs."""
     name = request.param
     system = system_of(tmp_path_factory.mktemp(name), configured(name))
-    runs = [measured(system, f'run_{i}', configured(name, seed=i, supply_pressure=supply))
-            for i, supply in enumerate(SUPPLIES)]  # fmt: skip
+    runs = [
+        measured(system, f'run_{i}', configured(name, seed=i, supply_pressure=supply))
+        for i, supply in enumerate(SUPPLIES)
+    ]
     every = []
     for seed in range(REPLICATES):
         rng = np.random.default_rng(seed)
@@ -99,9 +101,14 @@ def test_force_residuals_of_a_bench_are_noise_however_slow_it_is(
     tmp_path: Path, way: float, speed: float
 ) -> None:
     system = load_system(str(system_file(tmp_path, BENCH)))
-    paths = [table(tmp_path / f'{seed}.csv', 0.01,
-                   bench_run(seed, 3e5, 0.0, way=way, speed=speed, noise=3e-6))
-             for seed in range(2)]  # fmt: skip
+    paths = [
+        table(
+            tmp_path / f'{seed}.csv',
+            0.01,
+            bench_run(seed, 3e5, 0.0, way=way, speed=speed, noise=3e-6),
+        )
+        for seed in range(2)
+    ]
     columns = mapping(tmp_path / 'mapping.yaml', 'position', 'pressure_2', 'force')
     runs = read_runs(paths, system, columns)
     rng = np.random.default_rng(0)
@@ -150,8 +157,9 @@ def test_whitening_takes_out_correlation_and_what_windows_share() -> None:
     b = np.sqrt(1.0 - a**2) * np.sign(lags[0])
     noise = 2.0 * (a * rows[:, 1:] + b * rows[:, :-1])
     assert np.mean(noise[:, 1:] * noise[:, :-1]) == pytest.approx(4.0 * lags[0], abs=0.05)
-    white = whitener(np.ones(size, dtype=np.bool_), [Source(np.full(size, 4.0), lags)],
-                     np.zeros(size))  # fmt: skip
+    white = whitener(
+        np.ones(size, dtype=np.bool_), [Source(np.full(size, 4.0), lags)], np.zeros(size)
+    )
     shared = np.sin(np.arange(size))[:, np.newaxis]
     common = white.with_shared(5.0 * shared)
     z = np.array([common(one + 5.0 * rng.standard_normal() * shared[:, 0]) for one in noise])

@@ -23,9 +23,19 @@ def windows(span: float, length: float, seed: int) -> Windows:
     names = np.full(400, SLIDING)
     ones = np.ones(400)
     return Windows(
-        'force', 'run', zeros, ones, wave + rng.normal(0.0, 1.0, 400), ones, wave,
-        Whitener.__new__(Whitener), ones, names, names, {'position': position},
-    )  # fmt: skip
+        'force',
+        'run',
+        zeros,
+        ones,
+        wave + rng.normal(0.0, 1.0, 400),
+        ones,
+        wave,
+        Whitener.__new__(Whitener),
+        ones,
+        names,
+        names,
+        {'position': position},
+    )
 
 
 @pytest.mark.parametrize('length', [0.006, 0.013, 0.05])

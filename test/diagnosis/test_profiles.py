@@ -27,8 +27,10 @@ SOME = ('position_dependent_friction', 'pressure_dependent_friction', 'load_spri
 
 
 def test_friction_in_waves_along_the_stroke_is_named_with_its_profile(tmp_path: Path) -> None:
-    tables = [table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, gauge, 0.0, wave=WAVE))
-              for i, gauge in enumerate((1e5, 3e5, 5e5))]  # fmt: skip
+    tables = [
+        table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, gauge, 0.0, wave=WAVE))
+        for i, gauge in enumerate((1e5, 3e5, 5e5))
+    ]
     known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
     model = system_file(tmp_path, BENCH)
     diagnosis = diagnose(tables[:2], model, tables[2:], mapping=known)

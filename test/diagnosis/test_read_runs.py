@@ -149,8 +149,10 @@ def test_rig_sampled_too_slowly_is_refused() -> None:
 
 
 def test_recordings_of_two_cylinders_are_refused(tmp_path: Path) -> None:
-    bags = [simulate(configured(name), 0.34, 1.5, tmp_path / name)
-            for name in ('cylinder_1', 'cylinder_2')]  # fmt: skip
+    bags = [
+        simulate(configured(name), 0.34, 1.5, tmp_path / name)
+        for name in ('cylinder_1', 'cylinder_2')
+    ]
     line = refused(lambda: diagnose(bags, 'cylinder_1'))
     assert line.startswith('cylinder_2: recorded with another cylinder than cylinder_1')
 
@@ -195,7 +197,9 @@ def test_recordings_with_different_valves_are_refused(tmp_path: Path) -> None:
     rig = configured('cylinder_1')
     valve = rig.model.valve._replace(intake_coefficient=6e-8)
     other = replace(rig, model=rig.model._replace(valve=valve))
-    bags = [simulate(each, 0.34, 1.5, tmp_path / name)
-            for name, each in (('first', rig), ('second', other))]  # fmt: skip
+    bags = [
+        simulate(each, 0.34, 1.5, tmp_path / name)
+        for name, each in (('first', rig), ('second', other))
+    ]
     line = refused(lambda: diagnose(bags, 'cylinder_1'))
     assert line.startswith('second: recorded with another valve than first')

@@ -22,8 +22,9 @@ from .parts import BENCH, BLOCK, CHAMBERS, LEAKING, system_file
 from .runs import configured, recorded, system_of
 
 ROOT = Path(__file__).resolve().parents[2]
-SHIPPED = sorted(path for path in (ROOT / 'config' / 'systems').glob('*.yaml')
-                 if '.map.' not in path.name)  # fmt: skip
+SHIPPED = sorted(
+    path for path in (ROOT / 'config' / 'systems').glob('*.yaml') if '.map.' not in path.name
+)
 GAS = ('position', 'pressure_1', 'pressure_2')
 DRIVEN = (*GAS, 'voltage_1', 'voltage_2')
 
@@ -64,10 +65,14 @@ def test_open_balances_follow_from_file_and_signals(
         (BLOCK, ('pressure_1', 'pressure_2'), 'gas_1', ['signal u']),
         (LEAKING, ('pressure_1',), 'gas_2', ['cylinder.rod_dead_volume', 'signal pressure_2']),
         (BENCH, ('position', 'force'), 'gas_1', ['cylinder.cap_dead_volume', 'signal u']),
-        (BLOCK.replace('operation: {supply_pressure: 5e5 Pa}', ''), ('u', 'pressure_1'), 'gas_1',
-         ['operation.supply_pressure']),
+        (
+            BLOCK.replace('operation: {supply_pressure: 5e5 Pa}', ''),
+            ('u', 'pressure_1'),
+            'gas_1',
+            ['operation.supply_pressure'],
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_closed_balance_says_what_is_missing(
     tmp_path: Path, text: str, signals: tuple[str, ...], balance: str, reasons: list[str]
 ) -> None:

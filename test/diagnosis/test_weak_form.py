@@ -24,11 +24,13 @@ def middles(one: weak_form.TestFunctions) -> Floats:
 @pytest.mark.parametrize('power', [2, 4])
 def test_rates_of_parabolas_and_accelerations_of_cubics_are_exact(power: int) -> None:
     one = functions(power)
-    np.testing.assert_allclose(one.rates(3.0 * TIME**2 - TIME), 6.0 * middles(one) - 1.0,
-                               rtol=0.0, atol=1e-10)  # fmt: skip
+    np.testing.assert_allclose(
+        one.rates(3.0 * TIME**2 - TIME), 6.0 * middles(one) - 1.0, rtol=0.0, atol=1e-10
+    )
     cubic = 2.0 * TIME**3 + 5.0 * TIME**2
-    np.testing.assert_allclose(one.accelerations(cubic), 12.0 * middles(one) + 10.0,
-                               rtol=0.0, atol=1e-6)  # fmt: skip
+    np.testing.assert_allclose(
+        one.accelerations(cubic), 12.0 * middles(one) + 10.0, rtol=0.0, atol=1e-6
+    )
 
 
 @pytest.mark.parametrize('power', [2, 4])
@@ -74,11 +76,14 @@ def test_correlation_is_that_of_white_noise(kind: str) -> None:
     weights: Floats = getattr(one, kind)
     rng = np.random.default_rng(0)
     noise = rng.standard_normal((4000, COUNT + 1))
-    rows = np.array([
-        {'weights': one.means, 'slope': one.rates, 'curvature': one.accelerations}[kind](
-            row[: COUNT] if kind == 'weights' else row)
-        for row in noise
-    ])  # fmt: skip
+    rows = np.array(
+        [
+            {'weights': one.means, 'slope': one.rates, 'curvature': one.accelerations}[kind](
+                row[:COUNT] if kind == 'weights' else row
+            )
+            for row in noise
+        ]
+    )
     assert rows.var() == pytest.approx(float(weights @ weights), rel=0.02)
     for lag, expected in enumerate(one.correlation(weights), start=1):
         found = float(np.mean(rows[:, lag:] * rows[:, :-lag]) / rows.var())

@@ -58,25 +58,30 @@ def checked(found: Diagnosis) -> dict[str, Any]:
 
 
 def chambers(
-    folder: Path, conductances: tuple[float, float], dead: tuple[float, float] = DEAD,
-    power: float = 0.0, without: tuple[str, ...] = (),
-) -> Diagnosis:  # fmt: skip
+    folder: Path,
+    conductances: tuple[float, float],
+    dead: tuple[float, float] = DEAD,
+    power: float = 0.0,
+    without: tuple[str, ...] = (),
+) -> Diagnosis:
     """Return the diagnosis of sealed chambers that are compressed."""
     tables = []
     for i, fill in enumerate(FILLS):
         signals = chamber_run(i, fill, conductances, dead, power=power)
         tables.append(table(folder / f'run_{i}.csv', 0.1, signals))
     known = mapping(folder / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
-    return diagnose(tables[:1], system_file(folder, CHAMBERS), tables[1:], without=without,
-                    mapping=known)  # fmt: skip
+    return diagnose(
+        tables[:1], system_file(folder, CHAMBERS), tables[1:], without=without, mapping=known
+    )
 
 
 def recordings(folder: Path, change: Change) -> list[Path]:
     """Return bags of strokes of a changed cylinder 1."""
     bags = []
     for seed, (name, (u, supply, position)) in enumerate(STROKES.items(), start=1):
-        rig = configured('cylinder_1', seed=seed, supply_pressure=supply,
-                         initial_position=position)  # fmt: skip
+        rig = configured(
+            'cylinder_1', seed=seed, supply_pressure=supply, initial_position=position
+        )
         bags.append(simulate(change(rig), u, 6.0, folder / name))
     return bags
 

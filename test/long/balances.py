@@ -83,9 +83,15 @@ def residuals(run: Trajectory, start: Any, model: Model, effects: dict[str, Any]
     """
     x, v, p1, p2, m1, m2 = (
         np.concatenate([[getattr(start, name)], getattr(run, name)])
-        for name in ('position', 'velocity', 'pressure_1', 'pressure_2', 'gas_mass_1',
-                     'gas_mass_2')
-    )  # fmt: skip
+        for name in (
+            'position',
+            'velocity',
+            'pressure_1',
+            'pressure_2',
+            'gas_mass_1',
+            'gas_mass_2',
+        )
+    )
     time = np.concatenate([[0.0], run.time])
     cylinder, gas = model.cylinder, model.gas
     k, ambient = gas.heat_capacity_ratio, gas.atmospheric_pressure
@@ -107,15 +113,21 @@ def residuals(run: Trajectory, start: Any, model: Model, effects: dict[str, Any]
         moved += scale
     rod = cylinder.cap_area - cylinder.rod_area
     kinetic = 0.5 * model.total_mass * v**2
-    taken = (_work(p1, chambers[0][1]) + _work(p2, chambers[1][1])
-             - ambient * rod * (x - x[0]) - kinetic)  # fmt: skip
+    taken = (
+        _work(p1, chambers[0][1])
+        + _work(p2, chambers[1][1])
+        - ambient * rod * (x - x[0])
+        - kinetic
+    )
     created += kinetic + ambient * rod * (x - x[0])
     if _pushed(effects):
         created, taken = np.zeros(1), np.zeros(1)
     return Residuals(
-        gas_residual, float(created.max() / moved), float(taken.min() / moved),
+        gas_residual,
+        float(created.max() / moved),
+        float(taken.min() / moved),
         max(_overpressure(p, volume, start, model, effects) for p, volume, _ in chambers),
-    )  # fmt: skip
+    )
 
 
 def _work(pressure: Floats, volume: Floats) -> Floats:
@@ -162,8 +174,12 @@ def _overpressure(
 ) -> float:
     """Return the pressure as a share of what the piston can have compressed it to, adiabatic."""
     operation = model.operation
-    highest = max(operation.supply_pressure, model.gas.atmospheric_pressure, start.pressure_1,
-                  start.pressure_2)  # fmt: skip
+    highest = max(
+        operation.supply_pressure,
+        model.gas.atmospheric_pressure,
+        start.pressure_1,
+        start.pressure_2,
+    )
     allowed = highest * (volume.max() / volume) ** model.gas.heat_capacity_ratio
     if UNBOUNDED & set(effects):
         return 0.0

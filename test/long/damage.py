@@ -53,8 +53,11 @@ def _edit(data: bytes, kind: str, place: float, extent: float, inserted: bytes) 
         return b'\n'.join(lines)
     if kind == 'flip' and data:
         return _flip(data, place, int(8 * extent))
-    middle = {'insert': inserted + data[start:end], 'replace': inserted,
-              'double': 2 * data[start:end]}.get(kind, b'')  # fmt: skip
+    middle = {
+        'insert': inserted + data[start:end],
+        'replace': inserted,
+        'double': 2 * data[start:end],
+    }.get(kind, b'')
     return data[:start] if kind == 'end' else data[:start] + middle + data[end:]
 
 

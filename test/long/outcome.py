@@ -15,8 +15,12 @@ from .random_rigs import DURATION, case
 
 FINE_TOLERANCE = 1e-9
 """Local error of a run whose steps are so many that their errors add up [-]."""
-EFFORTS = ((5_000, TOLERANCE), (200_000, TOLERANCE), (1_000_000, TOLERANCE),
-           (1_000_000, FINE_TOLERANCE))  # fmt: skip
+EFFORTS = (
+    (5_000, TOLERANCE),
+    (200_000, TOLERANCE),
+    (1_000_000, TOLERANCE),
+    (1_000_000, FINE_TOLERANCE),
+)
 """Samples and tolerance, the next when a balance does not hold with those before."""
 LIMIT = 2e-3
 """Largest residual of a balance, as a share of the energy moved [-]."""

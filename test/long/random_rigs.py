@@ -104,9 +104,11 @@ def _agreeing(model: Any, random: np.random.Generator, later: np.random.Generato
     rod = bore * random.uniform(0.1, 0.9)
     full = math.pi / 4.0 * bore**2
     cylinder = cylinder._replace(
-        bore=bore, rod_diameter=max(rod, 1e-3), cap_area=full,
+        bore=bore,
+        rod_diameter=max(rod, 1e-3),
+        cap_area=full,
         rod_area=full - math.pi / 4.0 * max(rod, 1e-3) ** 2,
-    )  # fmt: skip
+    )
     law = law._replace(
         breakaway_force=max(law.breakaway_force, law.coulomb_force),
         start_velocity=max(law.start_velocity, law.stop_velocity),
@@ -117,9 +119,10 @@ def _agreeing(model: Any, random: np.random.Generator, later: np.random.Generato
         exhaust, intake = model.valve.exhaust_voltage, model.valve.intake_voltage
     zero = later.choice([exhaust, intake, later.uniform(exhaust, FULL_VOLTAGE)])
     valve = model.valve._replace(
-        exhaust_voltage=float(exhaust), intake_voltage=float(intake),
+        exhaust_voltage=float(exhaust),
+        intake_voltage=float(intake),
         exhaust_zero_voltage=float(zero),
-    )  # fmt: skip
+    )
     start = cylinder.stroke * random.choice([0.0, random.random(), 1.0])
     return model._replace(
         cylinder=cylinder,
@@ -144,7 +147,9 @@ def _effects(model: Any, wide: bool, random: np.random.Generator) -> dict[str, A
     for name in sorted(map(str, names)):
         effect = library.load(name)
         probe = effect.probes[random.integers(len(effect.probes))]
-        values = {key: _value(spec, getattr(probe, key), wide, random)
-                  for key, spec in specifications(effect.parameters).items()}  # fmt: skip
+        values = {
+            key: _value(spec, getattr(probe, key), wide, random)
+            for key, spec in specifications(effect.parameters).items()
+        }
         chosen[name] = effect.parameters(**values)
     return chosen

@@ -222,22 +222,17 @@ def _yaml_reader(load: Callable[[Path], object]) -> Callable[[bytes, Path], obje
 
 
 READERS: dict[str, Reader] = {
-    'configuration': Reader(
-        _configuration, lambda: _files('cylinder_*.yaml'), seeds.YAML
-    ),
+    'configuration': Reader(_configuration, lambda: _files('cylinder_*.yaml'), seeds.YAML),
     'excitation': Reader(
         _excitation,
         lambda: _files('excitations/*.yaml'),
         seeds.YAML,
     ),
-    'reading': Reader(
-        _yaml_reader(load_reading), lambda: _files('readings/*.yaml'), seeds.YAML
-    ),
-    'system': Reader(
-        _yaml_reader(load_system), lambda: _files('systems/s*[!p].yaml'), seeds.YAML
-    ),
+    'reading': Reader(_yaml_reader(load_reading), lambda: _files('readings/*.yaml'), seeds.YAML),
+    'system': Reader(_yaml_reader(load_system), lambda: _files('systems/s*[!p].yaml'), seeds.YAML),
     'mapping': Reader(
-        _yaml_reader(read_mapping), lambda: [*_files('systems/*.map.yaml'), *seeds.MAPPINGS],
+        _yaml_reader(read_mapping),
+        lambda: [*_files('systems/*.map.yaml'), *seeds.MAPPINGS],
         seeds.YAML,
     ),
     'conditions': Reader(_conditions, lambda: seeds.CONDITIONS, seeds.YAML),
@@ -254,5 +249,5 @@ READERS: dict[str, Reader] = {
         _foreign_bag, lambda: [seeds.foreign_bag(), seeds.compressed_bag()], seeds.BINARY
     ),
     'cdr': Reader(_cdr, seeds.messages, seeds.BINARY),
-}  # fmt: skip
+}
 """Name -> reader."""

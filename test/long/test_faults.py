@@ -327,10 +327,11 @@ def test_nodes_end_with_a_killed_demonstration(tmp_path: Path) -> None:
 def test_live_page_starts_a_killed_plant_anew() -> None:
     command = [sys.executable, '-m', 'pneu_rig_ros.cli', 'live', '--start', 'cylinder_2']
     with (
-        subprocess.Popen([*command, '--port', '0'], stdout=subprocess.PIPE,
-                         stderr=subprocess.PIPE, text=True) as live,
+        subprocess.Popen(
+            [*command, '--port', '0'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as live,
         Witness() as witness,
-    ):  # fmt: skip
+    ):
         witness.hears('friction')
         children = psutil.Process(live.pid).children(recursive=True)
         (plant,) = [p for p in children if 'pneu_rig_ros.nodes.plant' in p.cmdline()]

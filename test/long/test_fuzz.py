@@ -47,9 +47,12 @@ def try_inputs(name: str, seconds: float, folder: Path) -> None:
     assert tally.refused == 0
 
     @hypothesis.settings(
-        max_examples=100, phases=[hypothesis.Phase.generate], deadline=None, database=None,
+        max_examples=100,
+        phases=[hypothesis.Phase.generate],
+        deadline=None,
+        database=None,
         suppress_health_check=list(hypothesis.HealthCheck),
-    )  # fmt: skip
+    )
     @hypothesis.given(inputs(name))
     def try_one(data: bytes) -> None:
         (folder / 'input').write_bytes(data)

@@ -20,12 +20,19 @@ def test_random_rigs_do_what_is_possible(request: pytest.FixtureRequest) -> None
     count = request.config.getoption('rigs') or COUNT
     with ProcessPoolExecutor(mp_context=multiprocessing.get_context('spawn')) as pool:
         outcomes = list(pool.map(outcome, range(count), chunksize=10))
-    worst = [max(o.residuals.gas for o in outcomes), max(o.residuals.created for o in outcomes),
-             min(o.residuals.dissipated for o in outcomes)]  # fmt: skip
+    worst = [
+        max(o.residuals.gas for o in outcomes),
+        max(o.residuals.created for o in outcomes),
+        min(o.residuals.dissipated for o in outcomes),
+    ]
     levels = np.bincount([o.level for o in outcomes], minlength=4)
-    print(f'\n{count} random rigs; at worst, as a share of the energy moved: gas {worst[0]:.1e}, '
-          f'created {worst[1]:.1e}, dissipated {worst[2]:.1e}')  # fmt: skip
-    print(f'finer samples in {levels[1:3].sum()}, finer steps in {levels[3]}; steps: median '
-          f'{np.median([o.steps for o in outcomes]):.0f}, most {max(o.steps for o in outcomes)}; '
-          f'longest {max(o.seconds for o in outcomes):.2f} s')  # fmt: skip
+    print(
+        f'\n{count} random rigs; at worst, as a share of the energy moved: gas {worst[0]:.1e}, '
+        f'created {worst[1]:.1e}, dissipated {worst[2]:.1e}'
+    )
+    print(
+        f'finer samples in {levels[1:3].sum()}, finer steps in {levels[3]}; steps: median '
+        f'{np.median([o.steps for o in outcomes]):.0f}, most {max(o.steps for o in outcomes)}; '
+        f'longest {max(o.seconds for o in outcomes):.2f} s'
+    )
     assert {o.seed: o.problems for o in outcomes if o.problems} == {}

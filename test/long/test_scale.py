@@ -55,8 +55,10 @@ def check_speed_up(work: Callable[[int], object], two: Executor, what: str) -> N
         ratios.append(seconds(lambda: work(1)) / seconds(lambda: work(2)))
         machine.append(sum(map_tasks(two, count, [0.5, 0.5])) / count(0.5))
     speed_up, wanted = statistics.median(ratios), LEAST_SHARE * statistics.median(machine)
-    print(f'\n{what}: {speed_up:.2f} ({min(ratios):.2f} to {max(ratios):.2f}) times as fast on '
-          f'two processors, counting only: {statistics.median(machine):.2f}')  # fmt: skip
+    print(
+        f'\n{what}: {speed_up:.2f} ({min(ratios):.2f} to {max(ratios):.2f}) times as fast on '
+        f'two processors, counting only: {statistics.median(machine):.2f}'
+    )
     assert speed_up > wanted
 
 
@@ -93,6 +95,8 @@ def test_scheduler_of_dask_takes_milliseconds_for_a_task() -> None:
         busy = time.process_time()
         taken = seconds(lambda: map_tasks(workers, abs, range(EMPTY_TASKS)))
         busy = time.process_time() - busy
-    print(f'\na task on Dask: {1e3 * busy / EMPTY_TASKS:.1f} ms of processor time of the '
-          f'scheduler, {2e3 * taken / EMPTY_TASKS:.1f} ms of a worker')  # fmt: skip
+    print(
+        f'\na task on Dask: {1e3 * busy / EMPTY_TASKS:.1f} ms of processor time of the '
+        f'scheduler, {2e3 * taken / EMPTY_TASKS:.1f} ms of a worker'
+    )
     assert busy / EMPTY_TASKS < 0.02

@@ -131,9 +131,11 @@ def test_nothing_is_lost_and_memory_does_not_grow(
     content = read_content(bag)
     growth = {name: round(growth_mb(values), 2) for name, values in held.items()}
     drift = drift_ms(np.array(content.stamps), np.array(content.arrivals))
-    print(f'\n{seconds / 60.0:g} minutes: {len(content.stamps)} samples, '
-          f'{content.counts.total()} messages, growth [MB] {growth}, drift {drift:+.3f} ms, '
-          f'bag opened {looks}')  # fmt: skip
+    print(
+        f'\n{seconds / 60.0:g} minutes: {len(content.stamps)} samples, '
+        f'{content.counts.total()} messages, growth [MB] {growth}, drift {drift:+.3f} ms, '
+        f'bag opened {looks}'
+    )
     assert (lost(content), missed(content)) == (0, 0)
     assert max(growth.values()) < LARGEST_GROWTH
     assert abs(drift) < LARGEST_DRIFT

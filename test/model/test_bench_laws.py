@@ -140,8 +140,9 @@ def test_friction_drifts_with_the_way_in_either_direction(rate: float, velocity:
 def test_friction_drifts_with_time_at_rest_as_in_motion(velocity: float) -> None:
     for rate in (0.01, -0.01):
         for time in (1.0, 60.0, 1e6):
-            values = contribute('time_dependent_friction', (rate, 0.3), time=time,
-                                velocity=velocity)  # fmt: skip
+            values = contribute(
+                'time_dependent_friction', (rate, 0.3), time=time, velocity=velocity
+            )
             share = math.copysign(0.3, rate) * (1.0 - math.exp(-0.01 * time / 0.3))
             assert values[0] == pytest.approx(share * LAW.coulomb_force)
             assert values[1] == pytest.approx(share * LAW.breakaway_force)

@@ -44,10 +44,14 @@ def one_by_one(decoder: Decoder, messages: Sequence[bytes]) -> np.ndarray:
 def test_messages_of_any_layout_are_decoded_as_each_is(effort: bool) -> None:
     random = np.random.default_rng(1)
     messages = [
-        joint_state(1e3 + 0.25 * k, *random.normal(size=1 + k % 3 // 2),
-                    frame='base' + 'x' * (k % 5 == 4), effort=effort)
+        joint_state(
+            1e3 + 0.25 * k,
+            *random.normal(size=1 + k % 3 // 2),
+            frame='base' + 'x' * (k % 5 == 4),
+            effort=effort,
+        )
         for k in range(40)
-    ]  # fmt: skip
+    ]
     stamps, values = decode_all(unpack_joint_state, messages)
     rows = one_by_one(unpack_joint_state, messages)
     np.testing.assert_array_equal(stamps, rows[:, 0].astype(np.int64))

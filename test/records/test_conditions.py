@@ -42,8 +42,12 @@ def test_file_precedes_metadata_precedes_configuration(bag: Path, tmp_path: Path
 
 def test_conditions_are_applied_and_nothing_else_changes() -> None:
     configuration = load_configuration('cylinder_1')
-    wanted = {'supply_pressure': 6e5, 'load_mass': 1.5, 'atmospheric_pressure': 9.9e4,
-              'rest_time': 10.0}  # fmt: skip
+    wanted = {
+        'supply_pressure': 6e5,
+        'load_mass': 1.5,
+        'atmospheric_pressure': 9.9e4,
+        'rest_time': 10.0,
+    }
     changed = apply_conditions(configuration, wanted).model
     assert {**changed.operation._asdict(), **changed.gas._asdict()}.items() >= wanted.items()
     assert changed.cylinder == configuration.model.cylinder
@@ -59,8 +63,10 @@ def test_laboratory_units_and_gauge() -> None:
 
 
 def test_text_reads_back_to_the_same_values() -> None:
-    values = {name: quantity.low + 0.1 * (quantity.high - quantity.low)
-              for name, quantity in CONDITIONS.items()}  # fmt: skip
+    values = {
+        name: quantity.low + 0.1 * (quantity.high - quantity.low)
+        for name, quantity in CONDITIONS.items()
+    }
     assert parse_conditions(format_conditions(values), 'here') == values
     assert json.dumps(parse_conditions(format_conditions({}), 'here')) == '{}'
 

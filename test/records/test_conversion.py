@@ -73,7 +73,7 @@ def foreign(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
         put('/rod', [(stamp, number(100.0 + float(motion(stamp)))) for stamp in SAMPLES[::2]])
         steps = [(START, number(0.0)), (SAMPLES[100], number(0.34))]
         put('/command', steps)
-    return path  # fmt: skip
+    return path
 
 
 def test_foreign_bag_is_read_by_stamps_joint_names_and_units(foreign: Path) -> None:

@@ -143,8 +143,11 @@ def test_healthy_bag_is_left_alone(bag: Path) -> None:
 def test_damage_in_the_middle_is_found(bag: Path, cut: Callable[[int], Path]) -> None:
     size = (bag / 'second.mcap').stat().st_size
     broken = cut(size)
-    (broken / 'metadata.yaml').write_bytes((bag / 'metadata.yaml').read_bytes().replace(
-        b'second.mcap', f'{broken.name}.mcap'.encode()))  # fmt: skip
+    (broken / 'metadata.yaml').write_bytes(
+        (bag / 'metadata.yaml')
+        .read_bytes()
+        .replace(b'second.mcap', f'{broken.name}.mcap'.encode())
+    )
     file = broken / f'{broken.name}.mcap'
     data = bytearray(file.read_bytes())
     data[size // 4 : size // 4 + 4000] = bytes(4000)

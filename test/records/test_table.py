@@ -167,8 +167,9 @@ def test_missing_samples_stay_missing_and_are_told(write: Writer) -> None:
 
 def test_jittering_stamps_are_interpolated_and_it_is_told(write: Writer) -> None:
     late = TIME + 4e-4 * np.random.default_rng(1).uniform(-1, 1, COUNT)
-    lines = [[f'{t * 1e3:.6f}', f'{1e3 * (0.05 + 0.03 * np.sin(6.0 * t)):.9g}', '2.0']
-             for t in late]  # fmt: skip
+    lines = [
+        [f'{t * 1e3:.6f}', f'{1e3 * (0.05 + 0.03 * np.sin(6.0 * t)):.9g}', '2.0'] for t in late
+    ]
     table = read_recording(write([HEADER, *lines]), MAPPING)
     assert len(table.notes) == 1
     assert 'interpolated onto steps of' in table.notes[0]
@@ -215,7 +216,7 @@ def changed(row: int, column: int, text: str) -> list[list[str]]:
         ([['t', 'x', 'x'], *rows()], {}, "several columns 'x'; give a number: 2, 3"),
         (rows(), {'header': False}, "column 't', but .* has no header; give a number, 1 to 3"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_in_a_file_is_said_in_one_line(
     write: Writer, lines: list[list[str]], mapping: dict[str, Any], message: str
 ) -> None:

@@ -44,8 +44,10 @@ def test_rosbags_reads_back_every_message(written: Path) -> None:
     with Reader(written) as reader:
         rows = [(c.topic, t, bytes(data)) for c, t, data in reader.messages()]
         assert {c.topic: c.msgcount for c in reader.connections} == {
-            '/silent': 0, '/t0': 1500, '/t1': 1500,
-        }  # fmt: skip
+            '/silent': 0,
+            '/t0': 1500,
+            '/t1': 1500,
+        }
         assert reader.message_count == 3000
         assert reader.start_time == min(row[1] for row in messages())
         assert reader.storage.metadata.custom == {'seed': '3', 'configuration': 'a: 1\n# ü\n'}
@@ -70,8 +72,9 @@ def test_mcap_reads_back_every_message_and_the_statistics(written: Path) -> None
 
 def test_mcap_ros2_decodes_every_value(written: Path) -> None:
     with (written / 'bag.mcap').open('rb') as stream:
-        decoded = list(make_reader(stream, decoder_factories=[DecoderFactory()])
-                       .iter_decoded_messages())  # fmt: skip
+        decoded = list(
+            make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
+        )
     values = [(channel.topic, message.log_time, ros.data) for _, channel, message, ros in decoded]
     assert values == [
         (topic, log_time, 0.1 * k)

@@ -53,8 +53,7 @@ def test_pages_show_names_as_text(
     one: str, other: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bags = [named(tmp_path, name) for name in (one, other)]
-    pages = {'view_1': bags[:1], 'view_2': bags[1:],
-             'compare': [bags[0], '--model', bags[1]]}  # fmt: skip
+    pages = {'view_1': bags[:1], 'view_2': bags[1:], 'compare': [bags[0], '--model', bags[1]]}
     for name, arguments in pages.items():
         page = tmp_path / f'{name}.html'
         words = [name.split('_')[0], *map(str, arguments), '--out', str(page)]
@@ -65,8 +64,11 @@ def test_pages_show_names_as_text(
         assert '1337' not in html.replace('uPlot', '') or '{{ 7 * 191 }}' not in one + other
         assert 'Content-Security-Policy' in html
     assert {path.name for path in tmp_path.iterdir()} == {
-        'runs', 'view_1.html', 'view_2.html', 'compare.html'
-    }  # fmt: skip
+        'runs',
+        'view_1.html',
+        'view_2.html',
+        'compare.html',
+    }
 
 
 def test_pictures_and_tables_bear_such_names(bag: Path, tmp_path: Path) -> None:
@@ -86,8 +88,7 @@ def test_nothing_in_a_bag_commands_the_terminal(
         with Reader(source) as reader:
             for connection, stamp, raw in reader.messages():
                 writer.write(connection.topic, connection.msgtype, stamp, bytes(raw))
-        writer.close(bag_metadata(text) | dict.fromkeys(
-            TOLD, TERMINAL))  # fmt: skip
+        writer.close(bag_metadata(text) | dict.fromkeys(TOLD, TERMINAL))
     assert main(['info', str(tmp_path / 'bag')]) == 0
     shown = capsys.readouterr().out
     assert all(line.isprintable() for line in shown.split('\n'))

@@ -6,9 +6,27 @@ import pytest
 from long.outcome import outcome
 
 HARDEST = {
-    598: 1, 1627: 0, 2874: 1, 3144: 0, 3500: 0, 3564: 1, 3631: 0, 4133: 1, 4204: 1, 4680: 1,
-    5385: 0, 5760: 1, 5900: 1, 6079: 0, 6462: 0, 6691: 0, 7918: 2, 8397: 0, 9342: 1, 9593: 1,
-}  # fmt: skip
+    598: 1,
+    1627: 0,
+    2874: 1,
+    3144: 0,
+    3500: 0,
+    3564: 1,
+    3631: 0,
+    4133: 1,
+    4204: 1,
+    4680: 1,
+    5385: 0,
+    5760: 1,
+    5900: 1,
+    6079: 0,
+    6462: 0,
+    6691: 0,
+    7918: 2,
+    8397: 0,
+    9342: 1,
+    9593: 1,
+}
 """Of the first 10 000 seeds those with most steps or largest residuals -> effort they take."""
 SHARE = 0.2
 """Of the hardest runs, so that they take seconds here; ``make numerics`` simulates all of them."""

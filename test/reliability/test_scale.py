@@ -145,9 +145,12 @@ def test_interrupt_leaves_no_worker_behind(when: str, tmp_path: Path) -> None:
     out = tmp_path / 'table.csv'
     process = subprocess.Popen(
         [*COMMAND, '--u', '0.3:0.5:5000', '--workers', '2', '--out', str(out)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
         env=os.environ | {'TMPDIR': str(tmp_path)},
-    )  # fmt: skip
+    )
     family = await_workers(process.pid, busy=when == 'working')
     os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C in a terminal does
     printed, told = process.communicate(timeout=PATIENCE)

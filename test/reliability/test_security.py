@@ -25,14 +25,22 @@ def test_make_keeps_dds_on_this_host_whatever_the_shell_says(target: str) -> Non
     told = subprocess.run(
         ['make', '-s', '--no-print-directory', '-f', '-', 'tell'],
         input=f'include {ROOT}/Makefile\ntell:\n\t@env | grep ^ROS_\n',
-        cwd=ROOT, env={**os.environ, **wild}, capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
+        cwd=ROOT,
+        env={**os.environ, **wild},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
     assert f'{RANGE}=LOCALHOST' in told
     assert 'ROS_STATIC_PEERS' not in told
     recipe = subprocess.run(
         ['make', '-n', target],
-        cwd=ROOT, env={**os.environ, **wild}, capture_output=True, text=True, check=False,
-    ).stdout  # fmt: skip
+        cwd=ROOT,
+        env={**os.environ, **wild},
+        capture_output=True,
+        text=True,
+        check=False,
+    ).stdout
     assert 'SUBNET' not in recipe
     assert RANGE not in recipe
 
@@ -73,16 +81,30 @@ def test_node_refuses_to_run_unprotected(keystore: str, tmp_path: Path) -> None:
     folder = tmp_path / 'keystore' / 'enclaves'
     if keystore == 'made':
         folder.mkdir(parents=True)
-        for name in ('identity_ca.cert.pem', 'cert.pem', 'key.pem', 'permissions_ca.cert.pem',
-                     'governance.p7s', 'permissions.p7s'):  # fmt: skip
+        for name in (
+            'identity_ca.cert.pem',
+            'cert.pem',
+            'key.pem',
+            'permissions_ca.cert.pem',
+            'governance.p7s',
+            'permissions.p7s',
+        ):
             (folder / name).touch()
-    wanted = {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce',
-              'ROS_SECURITY_KEYSTORE': str(folder.parent), RANGE: 'LOCALHOST',
-              'ROS_DOMAIN_ID': '49'}  # fmt: skip
+    wanted = {
+        'ROS_SECURITY_ENABLE': 'true',
+        'ROS_SECURITY_STRATEGY': 'Enforce',
+        'ROS_SECURITY_KEYSTORE': str(folder.parent),
+        RANGE: 'LOCALHOST',
+        'ROS_DOMAIN_ID': '49',
+    }
     ended = subprocess.run(
         [sys.executable, '-m', 'pneu_rig_ros.nodes.valve_command'],
-        env={**os.environ, **wanted}, capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
+        env={**os.environ, **wanted},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
     assert ended.returncode == 2
     assert 'Traceback' not in ended.stderr
     assert 'securit' in ended.stderr.splitlines()[-1].lower()
@@ -100,9 +122,12 @@ def test_node_refuses_to_run_unprotected(keystore: str, tmp_path: Path) -> None:
 def test_bad_parameters_end_a_node_with_one_line(argument: str) -> None:
     ended = subprocess.run(
         [sys.executable, '-m', 'pneu_rig_ros.nodes.valve_command', '--ros-args', '-p', argument],
-        env={**os.environ, RANGE: 'LOCALHOST', 'ROS_DOMAIN_ID': '49'}, capture_output=True,
-        text=True, timeout=60, check=False,
-    )  # fmt: skip
+        env={**os.environ, RANGE: 'LOCALHOST', 'ROS_DOMAIN_ID': '49'},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
     assert ended.returncode == 2
     assert 'Traceback' not in ended.stderr
     assert ended.stderr.splitlines()[-1].startswith('Error: ')

@@ -136,8 +136,12 @@ def test_dwell_is_drawn_of_what_rests_alone(bench: Diagnosis, tracks: list[Track
     rests = track.windows.middle < 6.0
     regime = np.where(rests, 'dwell', 'sliding')
     columns = track.windows.variables | {'dwell': np.where(rests, track.windows.middle, np.nan)}
-    windows = replace(track.windows, variables=columns, regime=regime,
-                      direction=np.where(rests, '', track.windows.direction))  # fmt: skip
+    windows = replace(
+        track.windows,
+        variables=columns,
+        regime=regime,
+        direction=np.where(rests, '', track.windows.direction),
+    )
     first = replace(bench.significant[0], regime='dwell', parts=(('dwell', 1.0, 3.0),))
     side = dependence([replace(track, windows=windows)], [first])[-1]
     assert (side.variable, set(side.bins)) == ('dwell', {''})

@@ -71,9 +71,12 @@ def managed(context: Context, bystander: Bystander) -> Iterator[Make]:
     'kind', [PlantNode, ValveCommandNode, FrictionEstimatorNode, RecorderNode, ShadowNode]
 )
 def test_every_node_goes_all_ways(
-    kind: type[Any], context: Context, managed: Make, tmp_path: Path,
+    kind: type[Any],
+    context: Context,
+    managed: Make,
+    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     node = kind(context, BY_HAND)
     rig, name = managed(node), node.get_name()

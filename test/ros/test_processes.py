@@ -231,12 +231,15 @@ def test_two_rigs_in_two_namespaces_keep_apart(start, tmp_path, context):
         ('plant', 'cylinder:=cylinder_9', 'cylinder_9'),
         ('recorder', 'output:=/proc/none', '/proc/none'),
         pytest.param('plant', 'load_mass:=heavy', 'load_mass', marks=pytest.mark.long),
-        pytest.param('valve_command', 'trigger:=never', "'never', allowed command, sample",
-                     marks=pytest.mark.long),
-        pytest.param('friction_estimator', 'load_mass:=-1.0', 'load_mass',
-                     marks=pytest.mark.long),
+        pytest.param(
+            'valve_command',
+            'trigger:=never',
+            "'never', allowed command, sample",
+            marks=pytest.mark.long,
+        ),
+        pytest.param('friction_estimator', 'load_mass:=-1.0', 'load_mass', marks=pytest.mark.long),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_parameter_is_one_line_and_exit_code_2(start, node, parameter, told):
     refused(start(node, parameter), told)
 
