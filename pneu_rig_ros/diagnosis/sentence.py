@@ -108,7 +108,9 @@ def _tight(diagnosis: Diagnosis) -> str:
         chamber = 1 if 'gas_1' in run.balances else 2
         ends = [part.mean() for part in np.array_split(run.smooth[:, chamber], ENDS)[:: ENDS - 1]]
         changes.append(abs(ends[1] / ends[0] - 1.0))
-        limits.append(HALF_WIDTH * run.repeatability[f'gas_{chamber}'])
+        # gas that leaks this slowly stays at the temperature of the walls
+        adiabatic = HALF_WIDTH * run.repeatability[f'gas_{chamber}']
+        limits.append(diagnosis.given.model.gas.heat_capacity_ratio * adiabatic)
     return (
         f'Too tight to tell: no pressure changes by more than {max(changes):.2%}, which a drift '
         f'of the temperature may do too; a leak below {1e6 * max(limits):.2g} mg/s cannot be seen.'

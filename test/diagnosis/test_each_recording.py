@@ -9,9 +9,11 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.run import Run
+from pneu_rig_ros.diagnosis.residuals.nuisances import correlated_samples
 from pneu_rig_ros.diagnosis.result import answer, two_sided
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
@@ -128,6 +130,12 @@ def test_warm_gas_is_no_cause_where_the_file_names_it(tmp_path: Path) -> None:
     for i in (1, 2):
         name = f'initial_temperature_{i}'
         assert found(data, 'run_0', name) == pytest.approx(WALL + 30.0, abs=1.0)
+        low, high = next(
+            row['interval']
+            for row in data['each_recording']
+            if (row['recording'], row['name']) == ('run_0', name)
+        )
+        assert low < WALL + 30.0 < high < low + 10.0
         assert found(data, 'run_1', name) == pytest.approx(WALL, abs=1.0)
 
 
@@ -151,6 +159,13 @@ def make_gap(path: Path) -> None:
     rows[502] = rows[501:503].mean(axis=0)
     rows = np.delete(rows, [500, 501], axis=0)
     np.savetxt(path, rows, '%.9g', ',', header='time,pressure_1', comments='')
+
+
+@pytest.mark.parametrize('lag', [0.0, 0.9])
+def test_correlated_samples_of_an_autoregressive_process(lag: float) -> None:
+    noise = np.random.default_rng(1).standard_normal((20_000, 2))
+    values = lfilter([1.0], [1.0, -lag], noise, axis=0)
+    assert correlated_samples(values) == pytest.approx((1.0 + lag) / (1.0 - lag), rel=0.1)
 
 
 def test_interpolation_over_a_long_step_is_noted(tmp_path: Path) -> None:

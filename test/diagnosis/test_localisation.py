@@ -65,6 +65,22 @@ def test_white_noise_is_rarely_significant() -> None:
     assert significant <= 4
 
 
+def test_strong_residual_of_one_regime_makes_no_other_significant() -> None:
+    """The false-discovery rate is that of regimes, however many cells of one are significant."""
+    false = []
+    for seed in range(SEEDS):
+        # as large as the noise may be, so that the tests have the size that they state
+        groups = [replace(one, whitened=1.1 * one.whitened) for one in noisy(seed)]
+        shifted = [
+            replace(one, whitened=one.whitened + 2.0 * (one.balance == 'gas_1')) for one in groups
+        ]
+        found = localise(shifted)
+        wrong = sum(residual.balance != 'gas_1' for residual in found)
+        false.append(wrong / len(found))
+        assert wrong < len(found)
+    assert np.mean(false) <= 0.08
+
+
 def test_a_shift_of_one_noise_is_found_with_its_size_and_bounds() -> None:
     groups = noisy(0)
     shifted = []

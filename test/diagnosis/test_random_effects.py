@@ -61,6 +61,18 @@ def test_spread_of_one_quantity_is_found_and_its_values_shrink_towards_the_mean(
     assert np.ptp(found.values[:, 0]) < np.ptp(values[:, 0]) + 4.0 * NOISE
 
 
+def test_recording_like_the_model_is_rarely_significant_beside_others_that_are_not() -> None:
+    rng, p_values = np.random.default_rng(6), []
+    for _ in range(60):
+        values = 0.1 + 0.05 * rng.standard_normal((RECORDINGS, 1))
+        values[0] = 0.0
+        found = random_effects(observed(values, rng))
+        if found.spreads.any():
+            p_values.append(found.p_values[0, 0])
+    assert len(p_values) > 40
+    assert np.mean(np.array(p_values) < 0.05) < 0.15  # of 5 %: one draw in a hundred has more
+
+
 def test_one_of_two_quantities_that_act_alike_is_kept() -> None:
     rng = np.random.default_rng(4)
     values = np.zeros((RECORDINGS, 2))

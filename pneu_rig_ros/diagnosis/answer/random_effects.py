@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import ndtr
 
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR
@@ -85,11 +86,13 @@ class RandomEffects(NamedTuple):
         shape (k,)
     :param values: in each recording, of quantities that differ, shape (recordings, k)
     :param deviations: standard deviations of the values, shape (recordings, k)
+    :param p_values: that a recording alone is like the model, shape (recordings, k)
     """
 
     spreads: Floats
     values: Floats
     deviations: Floats
+    p_values: Floats
 
 
 class Marginal(NamedTuple):
@@ -147,7 +150,7 @@ def _of_those_that_differ(data: Information, differs: Flags) -> RandomEffects:
     If common values of the others were estimated, too, they would bias those that differ.
     """
     own, shape = data.only(differs), data.gradients.shape
-    effects = RandomEffects(np.zeros(shape[1]), np.zeros(shape), np.zeros(shape))
+    effects = RandomEffects(np.zeros(shape[1]), np.zeros(shape), np.zeros(shape), np.ones(shape))
     found = _shrunk(own, _likeliest(own, range(int(differs.sum()))))
     for whole, part in zip(effects, found, strict=True):
         whole[..., differs] = part
@@ -186,4 +189,7 @@ def _shrunk(data: Information, variances: Floats) -> RandomEffects:
     values = left @ marginal.means + np.einsum('rij,rj->ri', marginal.covariances, g)
     covariances = marginal.covariances + left @ marginal.mean_covariance @ left.swapaxes(1, 2)
     deviations = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
-    return RandomEffects(np.sqrt(variances), values, deviations)
+    alone = np.linalg.inv(a)  # not shrunk: the others say nothing of whether one is like the model
+    errors = np.sqrt(np.diagonal(alone, axis1=1, axis2=2))
+    p_values = 2.0 * ndtr(-np.abs(np.einsum('rij,rj->ri', alone, g)) / errors)
+    return RandomEffects(np.sqrt(variances), values, deviations, p_values)

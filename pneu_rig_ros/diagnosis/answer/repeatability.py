@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
 
 from pneu_rig_ros.diagnosis.answer.intervals import HALF_WIDTH
 from pneu_rig_ros.diagnosis.answer.random_effects import (
@@ -52,18 +51,16 @@ class Variation(NamedTuple):
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Yield the quantities of each recording, as in diagnosis.json."""
-        table = zip(self.recordings, self.effects.values, self.effects.deviations, strict=True)
-        for recording, values, deviations in table:
-            for quantity, value, deviation in zip(
-                self.quantities, values.tolist(), deviations.tolist(), strict=True
-            ):
+        _, *columns = self.effects
+        for recording, *row in zip(self.recordings, *columns, strict=True):
+            for quantity, value, deviation, p_value in zip(self.quantities, *row, strict=True):
                 half = HALF_WIDTH * deviation
                 yield {
                     'recording': recording,
                     'name': key_of(quantity),
                     'value': stated(quantity, value),
                     'interval': [stated(quantity, value - half), stated(quantity, value + half)],
-                    'p_value': float(2.0 * ndtr(-abs(value) / deviation)),
+                    'p_value': float(p_value),
                     'unit': REPEATABILITY[key_of(quantity)].unit,
                 }
 
@@ -87,7 +84,7 @@ def variation(
     quantities = [each for each in varying_quantities(candidates) if key_of(each) in REPEATABILITY]
     if len(runs) <= FEWEST_OTHERS or not quantities:
         none = np.zeros((len(runs), 0))
-        return Variation(names, [], RandomEffects(none[0], none, none))
+        return Variation(names, [], RandomEffects(none[0], none, none, none))
     residuals = [run.whitened(hypothesis) for run in runs]
     columns = [
         np.column_stack([changes(each, hypothesis, run, residual) for each in quantities])
@@ -97,9 +94,7 @@ def variation(
     found = random_effects(data.only(data.determined))
     differs = found.spreads > 0.0
     shown = [quantities[i] for i in np.flatnonzero(data.determined)[differs]]
-    spreads, values, deviations = found
-    effects = RandomEffects(spreads[differs], values[:, differs], deviations[:, differs])
-    return Variation(names, shown, effects)
+    return Variation(names, shown, RandomEffects(*(each[..., differs] for each in found)))
 
 
 def repeatability(

@@ -2,15 +2,16 @@
 Localisation: balance, regime, range of a signal and time of significant residuals.
 
 The windows are divided into cells. Each cell is tested for its mean, by generalised least squares,
-and for its spread; over the cells of all balances together the false discovery rate is controlled
-(Y. Benjamini, Y. Hochberg, J. R. Stat. Soc. B 57 (1995) 289).
+and for its spread. The false-discovery rate is controlled over the regimes of all balances (Y.
+Benjamini, Y. Hochberg, J. R. Stat. Soc. B 57 (1995) 289), and over the cells of those that are
+significant (Y. Benjamini, M. Bogomolov, J. R. Stat. Soc. B 76 (2014) 297).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT, UNITS
 from pneu_rig_ros.diagnosis.residuals.windows import VARIABLES, Windows
 
 FALSE_DISCOVERY_RATE = 0.05
-"""Expected share of false ones among the significant cells [-]."""
+"""Expected share of false ones among the significant regimes, and among the cells of each [-]."""
 NOISE_ERROR = 1.1
 """The noise is known to 10 %: a smaller excess is not significant [-]."""
 LARGEST_RESIDUAL = 2.5
@@ -215,14 +216,31 @@ def _stretches(place: tuple[str, str, str], members: Members) -> Iterator[Cell]:
 
 
 def significant_cells(groups: Sequence[Windows]) -> list[tuple[Cell, CellTest]]:
-    """Return the significant cells with their tests."""
+    """Return the significant cells of significant regimes with their tests."""
     candidates = list(cells(groups))
-    if not candidates:
-        return []
-    tests = cell_tests(candidates)
-    adjusted = false_discovery_control([test.p_value for test in tests])
-    triples = zip(candidates, tests, adjusted, strict=True)
-    return [(cell, test) for cell, test, rate in triples if rate < FALSE_DISCOVERY_RATE]
+    tests = zip(candidates, cell_tests(candidates), strict=True)
+    regimes = [list(pairs) for _, pairs in groupby(tests, key=lambda pair: pair[0].place)]
+    rates = [false_discovery_control([test.p_value for _, test in pairs]) for pairs in regimes]
+    level = selected_level([float(each.min()) for each in rates])
+    return [
+        pair
+        for pairs, each in zip(regimes, rates, strict=True)
+        for pair, rate in zip(pairs, each, strict=True)
+        if rate < level
+    ]
+
+
+def selected_level(p_values: Sequence[float]) -> float:
+    """
+    Return the rate for the cells of each significant regime: less where few regimes are [-].
+
+    :param p_values: of the regimes (R. J. Simes, Biometrika 73 (1986) 751): the least one of their
+        cells, adjusted
+    """
+    if not p_values:
+        return 0.0
+    significant = false_discovery_control(p_values) < FALSE_DISCOVERY_RATE
+    return FALSE_DISCOVERY_RATE * float(significant.mean())
 
 
 def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:

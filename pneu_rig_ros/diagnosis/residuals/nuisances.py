@@ -265,7 +265,30 @@ def fitted_to_pressures(
     solution = least_squares(
         residual, ranges.scaled(start)[1:], jac=jacobian, max_nfev=GAUSS_NEWTON_STEPS
     )
-    return estimate(solution.x)
+    # without the two rows of the prior
+    misfit, slopes = np.reshape(solution.fun[:-2], (-1, len(chambers))), solution.jac[:-2]
+    excess = max(float(np.mean(misfit**2)), 1.0) * correlated_samples(misfit)
+    covariance = np.linalg.inv(slopes.T @ slopes / excess + np.eye(2))
+    found = estimate(solution.x)
+    # the mass follows from the first pressure: its noise counts as an error of the temperature
+    first = np.array(found.temperatures) * run.noise.pressures / run.pressures[0]
+    deviations = np.hypot(np.sqrt(np.diag(covariance)) * ranges.scale[1:], first)
+    return replace(found, deviations=np.append(start.deviations[0], deviations))
+
+
+def correlated_samples(values: Floats) -> float:
+    """
+    Return how many successive samples count as one, from their correlation at lag 1 [-].
+
+    That of an autoregressive process of first order (G. V. Bayley, J. M. Hammersley, Suppl. J. R.
+    Stat. Soc. 8 (1946) 184).
+
+    :param values: of one or more series, shape (n, k)
+    """
+    squares = float(np.sum(values**2))
+    lag = float(np.sum(values[1:] * values[:-1])) / squares if squares > 0.0 else 0.0
+    inside = min(max(lag, 0.0), 1.0 - 1.0 / values.shape[0])
+    return float((1.0 + inside) / (1.0 - inside))
 
 
 def without_nuisances(
