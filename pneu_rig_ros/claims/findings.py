@@ -103,13 +103,6 @@ def gradual(values: Floats) -> float:
     return float(abs(np.corrcoef(np.arange(len(values)), values)[0, 1]))
 
 
-def largest_flow(stroke: Stroke) -> float:
-    """Return the largest flow through a valve [L/min] at 1 bar and 20 degC (ANR, ISO 8778)."""
-    density = 1e5 / (stroke.plant.model.gas.gas_constant * 293.15)
-    flows = [np.gradient(gas, INTERVAL) for gas in (stroke.run.gas_mass_1, stroke.run.gas_mass_2)]
-    return float(np.max(np.abs(flows)) / density * 6e4)
-
-
 def in_slips(stroke: Stroke) -> Flags:
     """Return which samples are between a breakaway and the next rest, shape (n,)."""
     return ~at_rest(find_rests(stroke.run.position, INTERVAL), stroke.run.time.size)
@@ -225,8 +218,8 @@ def _ratio(value: float, bound: float) -> float:
 
 
 def falls(values: Floats) -> float:
-    """Return the fall of a straight line through at least three values, by their mean [-]."""
-    if len(values) < 3:
+    """Return the fall of a straight line through three or more values, by their mean [-]."""
+    if len(values) < 3 or not np.any(values):
         return -1.0
     slope = float(np.polyfit(np.arange(len(values)), values, 1)[0])
     return -slope * (len(values) - 1) / float(np.mean(values))
@@ -243,9 +236,9 @@ def falls_throughout(values: Sequence[float]) -> float:
 
 
 def grows(values: Sequence[float]) -> float:
-    """Return the relative growth from the first finite value to the last of at least two [-]."""
-    finite = [value for value in values if np.isfinite(value)]
-    return at_least(finite[-1], finite[0]) if len(finite) >= 2 else -1.0
+    """Return the rise of a straight line through the finite values, see :func:`falls` [-]."""
+    finite = np.array([value for value in values if np.isfinite(value)])
+    return -falls(finite) if len(finite) >= 3 else -1.0
 
 
 def unchanged(values: Sequence[float], share: float) -> float:

@@ -38,7 +38,7 @@ _MEASURES = {
     'pronounced steps at 3 and 4 bar': trends.low_supply,
     'RLG gets the first cycle, not the later ones': captions.first_cycles,
     'dwells, pressure and friction peaks vary gradually, unlike with RLG': captions.evolution,
-    'no valve passes more than 720 L/min': trends.valve_flow,
+    'each valve can deliver up to 720 L/min': trends.valve_flow,
     'the guide has 10-15 % of the friction at any speed': trends.guide_friction,
 }
 STATEMENTS = tuple(

@@ -234,12 +234,6 @@ def note_lines(answer: Answer, most: int = 100) -> Iterator[str]:
         yield f'{", ".join(names[:most])}{more}: {note}'
 
 
-def gap_unit(answer: Answer) -> str:
-    """Return the unit of the gap, which is in the residuals or in simulated cycles."""
-    of_residuals = answer['gap']['of'] == 'residuals'
-    return 'standard deviations' if of_residuals else 'units of log density a cycle'
-
-
 def cut_text(answer: Answer) -> str:
     """Return in a sentence how far the gap on held-out data is closed."""
     gap = answer['gap']
@@ -248,7 +242,7 @@ def cut_text(answer: Answer) -> str:
     before, after = (number(gap[key], 2) for key in ('before', 'after'))
     means = ' by the gains of the sensors' if answer['verdict'] == 'uncalibrated' else ''
     return (
-        f'{before} {gap_unit(answer)} above the noise before, {after} after: '
+        f'excess over the noise {before} before, {after} after: '
         f'{gap["cut"]:.0%} of the gap is closed{means}'
     )
 

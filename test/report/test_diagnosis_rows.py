@@ -38,7 +38,7 @@ def test_gap_is_told_in_plain_numbers_and_what_closed_it() -> None:
         'verdict': 'effect',
         'gap': {'of': 'residuals', 'before': 412.3, 'after': 0.184, 'cut': 0.9996},
     }
-    text = '412 standard deviations above the noise before, 0.18 after: 100% of the gap is closed'
+    text = 'excess over the noise 412 before, 0.18 after: 100% of the gap is closed'
     assert cut_text(answer) == text
     found = cut_text(answer | {'verdict': 'uncalibrated'})
     assert found == text + ' by the gains of the sensors'

@@ -189,7 +189,7 @@ def _shrunk(data: Information, variances: Floats) -> RandomEffects:
     values = left @ marginal.means + np.einsum('rij,rj->ri', marginal.covariances, g)
     covariances = marginal.covariances + left @ marginal.mean_covariance @ left.swapaxes(1, 2)
     deviations = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
-    alone = np.linalg.inv(a)  # not shrunk: the others say nothing of whether one is like the model
+    alone = np.linalg.inv(a)  # not shrunk: a test of one recording ignores the others
     errors = np.sqrt(np.diagonal(alone, axis1=1, axis2=2))
     p_values = 2.0 * ndtr(-np.abs(np.einsum('rij,rj->ri', alone, g)) / errors)
     return RandomEffects(np.sqrt(variances), values, deviations, p_values)

@@ -26,11 +26,11 @@ STANDARD_ERRORS = 2.0
 """Two explanations whose difference is smaller are indistinguishable."""
 DECISIVE = 10.0
 """
-Difference of log densities that decides however few the runs [-]: odds of 20 000 to 1, of which
-the errors of the noise model may take some.
+Difference of robust losses that decides however few the runs [-]. Of log densities it would be
+odds of 20 000 to 1, of which the errors of the noise model may take some.
 """
 LIKELY = 3.0
-"""What one more cause has to gain on the held-out data alone [-]: odds of 20 to 1."""
+"""What one more cause has to gain on the held-out data alone [-]: so 20 to 1."""
 MOST_LEFT = 0.2
 """Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
 MOST_LEFT_ALONE = 0.5

@@ -21,7 +21,8 @@ class Parameters(NamedTuple):
     Conductance at 10 K between gas and wall, and the power of the difference with which it grows.
 
     The wall is at supply temperature. The power is that of Rayleigh's number in Nusselt's: 1/4 in
-    laminar and 1/3 in turbulent convection, about 0.2 where it hardly begins.
+    laminar and 1/3 in turbulent convection, about 0.2 where it hardly begins. The growth of that
+    number with the square of the gas's density is omitted.
     """
 
     conductance_1: Annotated[
