@@ -1,7 +1,5 @@
 """Many plants at once, on all processors, with the bits of each run alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 

@@ -5,8 +5,6 @@ The messages are those of the live nodes in lock step with simulated time: same 
 same stamps from 0 ns on, arrival times equal to the simulated time at which they are sent.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Strokes over a grid of conditions and parameters: what is varied, simulated and summarised."""
 
-from __future__ import annotations
-
 import csv
 import io
 import itertools

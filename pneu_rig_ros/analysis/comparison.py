@@ -1,7 +1,5 @@
 """Comparison of a measured run with a simulation of it, or with another measured run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -5,8 +5,6 @@ Velocity and friction of both runs are estimated by the same filters, so that di
 of the runs and not of the filters.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple

@@ -15,8 +15,6 @@ it; otherwise it creeps, and both rests belong to the same sticking phase. Stead
 slow, has no rest and so no cycle but that of its breakaway.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple

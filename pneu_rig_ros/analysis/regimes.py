@@ -20,8 +20,6 @@ them:
 - ``END_STOP``: at 0 or L, the driving force pushing outwards.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

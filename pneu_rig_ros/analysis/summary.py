@@ -1,7 +1,5 @@
 """A recording in a few numbers: rig, timing, losses, travel and stick-slip cycles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 

@@ -10,8 +10,6 @@ Reference: A. Goldenshluger, A. Nemirovski, On spatially adaptive estimation of 
 regression, Math. Methods Statist. 6 (1997).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

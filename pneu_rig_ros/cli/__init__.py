@@ -1,7 +1,5 @@
 """`pneu-rig`: the rig from the command line. Loads ROS, numba and matplotlib only when needed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

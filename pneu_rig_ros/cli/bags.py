@@ -1,7 +1,5 @@
 """Commands on bags: info, view, friction, repair, import and export."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 

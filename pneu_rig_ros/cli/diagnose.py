@@ -1,7 +1,5 @@
 """`pneu-rig diagnose`: where a model and measured bags disagree, why, and a better model."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`pneu-rig sweep`: strokes over a grid of conditions and parameters."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence

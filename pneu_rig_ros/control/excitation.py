@@ -1,7 +1,5 @@
 """Excitations from files: what is driven, the valve command or the position, and its shape."""
 
-from __future__ import annotations
-
 import bisect
 import math
 from dataclasses import dataclass, replace

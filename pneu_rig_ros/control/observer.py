@@ -7,8 +7,6 @@ dwell clock, states of the effects - is carried on. Measurements are averaged ov
 noise is not fed into the model.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The answer of a diagnosis as a JSON-compatible dict: diagnosis.json, schema in docs/."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any

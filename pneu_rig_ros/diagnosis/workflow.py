@@ -6,8 +6,6 @@ are evaluated along the measured runs. Simulation from rest to rest confirms a c
 moves freely.
 """
 
-from __future__ import annotations
-
 import itertools
 import time
 from collections.abc import Callable, Sequence

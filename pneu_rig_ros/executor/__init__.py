@@ -1,7 +1,5 @@
 """Independent tasks in this process, in local processes or on a Dask cluster."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
 import os

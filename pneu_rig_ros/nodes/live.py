@@ -1,7 +1,5 @@
 """The live node: samples of a running rig for a web page, and the commands from it."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from itertools import islice

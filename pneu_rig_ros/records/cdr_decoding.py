@@ -6,8 +6,6 @@ seen in the first message; all that are like it in every other byte are read as 
 array.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Callable, Sequence

@@ -6,8 +6,6 @@ They are looked up one by one, first in ``conditions.yaml`` beside the bag's dat
 configuration that the bag holds. The model keeps its own values for all others.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

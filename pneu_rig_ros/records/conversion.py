@@ -6,8 +6,6 @@ of a rig. A measured force goes on a topic `force`, in the form of `friction`. A
 column a signal, its unit in the name.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

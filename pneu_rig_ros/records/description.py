@@ -6,8 +6,6 @@ The custom data follow from the text, so that a bag whose end is missing gets th
 recorded message.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 import subprocess

@@ -6,8 +6,6 @@ rounding, or with samples missing, are put on that grid as they are. Stamps that
 taken as the times of the samples, and the signals are interpolated onto the grid.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ The signal with the most messages gives the instants; the others are interpolate
 held. Only the time span that all signals cover is read.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 from collections.abc import Iterable

@@ -5,8 +5,6 @@ A file that is being recorded, or whose recorder was killed, has no other index.
 a bound: a few kB in a hostile bag could otherwise fill the memory.
 """
 
-from __future__ import annotations
-
 import io
 import struct
 import sys

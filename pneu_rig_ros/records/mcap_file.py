@@ -5,8 +5,6 @@ A bag of this project has a checksum over each chunk and over the index, so that
 anywhere is found. In a file of others without checksums only contradictions are found.
 """
 
-from __future__ import annotations
-
 import io
 from bisect import bisect_left
 from collections import Counter

@@ -1,7 +1,5 @@
 """Noise of a measured signal, estimated from its readings and the resolution of its converter."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats

@@ -1,7 +1,5 @@
 """Reads a whole rig from a bag of this project: messages in any order, signals on one grid out."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

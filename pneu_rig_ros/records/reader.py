@@ -1,7 +1,5 @@
 """The one reader: a bag of any rig, or a text table, into a `Recording`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

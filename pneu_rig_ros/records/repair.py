@@ -7,8 +7,6 @@ place; the cut file stays beside it under another name. Chunks that do not fit t
 skipped. The custom data of a metadata.yaml that is intact are kept.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The metadata.yaml of a rosbag2 directory, version 9 since ROS 2 Jazzy, with a checksum."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

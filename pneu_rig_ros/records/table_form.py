@@ -5,8 +5,6 @@ Encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), 
 and decimal sign.
 """
 
-from __future__ import annotations
-
 import codecs
 import csv
 import itertools

@@ -4,8 +4,6 @@ Reads the signals of text tables - CSV and its relatives - whose columns a mappi
 An error names row and column in the file; `records.cells` reads the cells.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Files that are whole at every moment: replaced in one step, or complete while they grow."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

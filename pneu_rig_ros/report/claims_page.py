@@ -4,8 +4,6 @@ The paper's statements as one self-contained HTML page: findings, values, curves
 The curves are those of the paper's figures, as simulated: Fig. 4-6, 3 and 7-13.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial

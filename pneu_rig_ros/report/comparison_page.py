@@ -1,7 +1,5 @@
 """Two runs side by side as one self-contained HTML page."""
 
-from __future__ import annotations
-
 import itertools
 import statistics
 from collections.abc import Callable, Iterator, Sequence

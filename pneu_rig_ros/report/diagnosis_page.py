@@ -1,7 +1,5 @@
 """A diagnosis as one self-contained HTML page that is read from top to bottom."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from functools import cache, partial

@@ -1,7 +1,5 @@
 """The answer of a diagnosis as rows of text, for the terminal and the page."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple

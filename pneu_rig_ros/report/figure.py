@@ -1,7 +1,5 @@
 """What figures and tables share, and the figure of a stroke in the form of Fig. 4-6."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The gap in one figure: measured, the model before and the model after."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Figures of held-out runs: measured, and simulated before and after."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Figures of the latent input of a balance: over time, and against what it depends on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any

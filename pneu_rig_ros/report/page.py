@@ -1,7 +1,5 @@
 """Self-contained HTML pages: templates with the figures in them."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Callable, Iterable

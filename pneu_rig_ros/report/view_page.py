@@ -1,7 +1,5 @@
 """One bag as a self-contained interactive HTML page."""
 
-from __future__ import annotations
-
 import base64
 from importlib.metadata import version
 from pathlib import Path

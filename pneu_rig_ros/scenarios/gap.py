@@ -1,7 +1,5 @@
 """The demonstration `pneu-rig gap`: record a rig with a hidden effect, diagnose it, check."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

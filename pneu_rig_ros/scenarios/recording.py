@@ -5,8 +5,6 @@ Each is a process of plant, excitation, valve command, friction estimator and re
 domain of its own, in lock step: as fast as the machine allows, and the same every time.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """Self-contained HTML pages: templates with styles, scripts and data in them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from importlib.resources import files

@@ -1,7 +1,5 @@
 """The live page of a rig: HTTP and a WebSocket, for browsers on this computer only."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

@@ -1,7 +1,5 @@
 """The ranking of the candidates, and the explanations that compete with the best one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pneu_rig_ros.diagnosis.answer.probability import first_of_each, of_names

@@ -1,7 +1,5 @@
 """Conditions that are not as stated, in the answer: what was stated, and what is true."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """RMSE of simulated signals on held-out data, before and after an improvement of the model."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

@@ -8,8 +8,6 @@ parametric bootstrap (B. Efron, R. J. Tibshirani, An Introduction to the Bootstr
 (1993), ch. 6).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -6,8 +6,6 @@ experiments that the system's own recordings show to be possible, the one in whi
 rivals differ most, by simulation of a rig, by the residuals of recordings otherwise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product

@@ -8,8 +8,6 @@ Bayesian Anal. 13 (2018) 917): by the log predictive densities of stretches of t
 Bayesian bootstrap of these.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

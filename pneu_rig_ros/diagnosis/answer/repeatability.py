@@ -1,7 +1,5 @@
 """By how much recordings of a system differ from its model, and from each other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple

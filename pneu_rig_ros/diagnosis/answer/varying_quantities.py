@@ -1,7 +1,5 @@
 """Quantities that may change from recording to recording: conditions, and what wears of a seal."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The verdict, of a system and of each of its balances."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The candidates for a system: its own parameters and conditions, and effects that can show."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

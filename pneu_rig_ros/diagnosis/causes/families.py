@@ -6,8 +6,6 @@ grows with pressure, a leak that is not linear - the mechanism is right and its 
 is then fitted with a factor over each of the variables that drive it, see ``model.shape``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

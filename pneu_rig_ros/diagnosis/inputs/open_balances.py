@@ -5,8 +5,6 @@ A balance needs values of the system's file, 'section.key', and signals, 'signal
 recorded or constant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from pneu_rig_ros.diagnosis.inputs.system import System

@@ -1,7 +1,5 @@
 """Recordings as runs of a system: checked, with their noise, spans and conditions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

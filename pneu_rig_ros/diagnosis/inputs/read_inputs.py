@@ -1,7 +1,5 @@
 """Recordings for a diagnosis: read, checked, split into training and held-out data."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ None of these is a small change, so no fit finds them: each is tried as a whole,
 is searched. It has to bring the residuals of all balances down at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

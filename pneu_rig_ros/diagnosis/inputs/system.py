@@ -16,8 +16,6 @@ Sections and keys are those of a rig's configuration, as far as they are known::
 A balance is open when its signals are recorded and the file has the sections it needs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path

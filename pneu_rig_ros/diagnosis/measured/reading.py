@@ -1,7 +1,5 @@
 """Readings of sensors: their noise, and the ends of their spans, where it is cut off."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

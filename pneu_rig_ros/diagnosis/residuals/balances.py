@@ -13,8 +13,6 @@ at each breakaway the force by which the seal held more than the model lets it [
 stop the reading of the position less the place of that stop [m].
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

@@ -8,8 +8,6 @@ Processes for Machine Learning", MIT Press 2006, Eq. 2.23-2.24 and 4.17): a mode
 the marginal likelihood on a grid.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -7,8 +7,6 @@ Benjamini, Y. Hochberg, J. R. Stat. Soc. B 57 (1995) 289), and over the cells of
 significant (Y. Benjamini, M. Bogomolov, J. R. Stat. Soc. B 76 (2014) 297).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise

@@ -5,8 +5,6 @@ They show what the noise of the sensors alone does not: how much wider the resid
 model spread where the piston creeps, or breaks away at another time than its velocity says.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial

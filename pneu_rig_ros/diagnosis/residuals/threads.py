@@ -1,7 +1,5 @@
 """Work on several runs at a time, a thread each: compiled code releases the interpreter lock."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The windows of the residuals with their regime and the signals in them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -4,8 +4,6 @@ Fits of explanations by robust least squares on the whitened residuals.
 Losses are pseudo-Huber, as a few windows are farther off than the noise model accounts for.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import lru_cache
 

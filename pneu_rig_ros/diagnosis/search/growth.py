@@ -5,8 +5,6 @@ What the residuals hardly show - bristles, compliance, inertia - shows in simula
 rest, which joins the data where they cannot decide.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

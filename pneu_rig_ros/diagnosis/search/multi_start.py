@@ -4,8 +4,6 @@ Fits from several starts, where simulations or swinging loads have local minima.
 Slips make hills in the loss of simulated cycles, phases ridges in that of a load that swings.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ Where less mass is accelerated - a lighter piston, a load on a spring - noise of
 smaller residuals. Compared with the noise under the model as it was, they seem likelier.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Waves over the position in what is left of the force: a detent, a thread, cogging."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

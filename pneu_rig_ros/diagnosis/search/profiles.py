@@ -6,8 +6,6 @@ depends on the position, however it does, a leak that depends on the pressure. A
 between knots; its values are fitted like any cause, to the residuals alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, cast

@@ -1,7 +1,5 @@
 """What a hypothesis leaves of the data, and whether it is significant, reproduced and large."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ No simulation, no local minima by slips: a candidate changes the residuals, and 
 is looked for among multiples of that change.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

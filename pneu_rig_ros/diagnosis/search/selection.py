@@ -5,8 +5,6 @@ Explanations grow by one cause at a time, up to three. Of each size the most pro
 and compared.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Whether what a cause leaves is better described by empirical terms: the verdict `unknown`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
