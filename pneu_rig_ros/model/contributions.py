@@ -1,9 +1,8 @@
 """Sum of the contributions of the chosen effects, balance by balance."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any, NamedTuple
+from typing import Any
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled, inner
@@ -16,20 +15,8 @@ CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}
 Contribution = Callable[[Signals, CompiledModel, Any, Floats, Floats], tuple[float, float]]
 
 
-@dataclass(frozen=True)
-class Contributions:
-    """One compiled function a balance; units as in :class:`Balance`."""
-
-    spool: Contribution
-    supply: Contribution
-    mass: Contribution
-    heat: Contribution
-    bristle: Contribution
-    level: Contribution
-    film: Contribution
-    force: Contribution
-    motion_reading: Contribution
-    pressure_reading: Contribution
+Contributions = dict[Balance, Contribution]
+"""One compiled function a balance; units as in :class:`Balance`."""
 
 
 def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -> Contributions:
@@ -41,13 +28,12 @@ def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -
     :param first_state: index of the first effect state in the state array
     :param shaped: whether the plant's tuple ends with the shapes of the effects
     """
-    sums: dict[Balance, Contribution] = dict.fromkeys(Balance, _nothing)
+    sums: Contributions = dict.fromkeys(Balance, _nothing)
     ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
     for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
-        place = _Place(index, ends[index], ends[index + 1], len(effects), shaped)
-        balance = effects[index].balance
-        sums[balance] = _sum(sums[balance], effects[index], place)
-    return Contributions(**{balance.name.lower(): sums[balance] for balance in Balance})
+        effect, place = effects[index], (index, ends[index], ends[index + 1], len(effects))
+        sums[effect.balance] = _sum(sums[effect.balance], effect, place, shaped)
+    return sums
 
 
 @compiled
@@ -63,32 +49,20 @@ def _as_without_them(signals: Signals, first: float, second: float) -> Signals:
     return signals
 
 
-class _Place(NamedTuple):
-    """
-    Where the plant's arrays and its tuple hold what belongs to an effect.
-
-    :param own: index of its parameters
-    :param start, end: of its states
-    :param acting: index of which effects act; the shapes, if there are any, come after it
-    :param shaped: whether there are shapes
-    """
-
-    own: int
-    start: int
-    end: int
-    acting: int
-    shaped: bool
-
-
-def _sum(others: Contribution, effect: Effect, place: _Place) -> Contribution:
+def _sum(
+    others: Contribution, effect: Effect, place: tuple[int, int, int, int], shaped: bool
+) -> Contribution:
     """
     Return both contributions of an effect and of the others; it sees what is behind them.
 
     While the effect does not act, it costs next to nothing. It is one function of all that
     belongs to an effect, as each function of its own takes time to compile.
+
+    :param place: index of its parameters, first and end index of its states, index of which
+        effects act; the shapes, if there are any, come after it
     """
     contribution, behind = effect.contribution, CHAINS.get(effect.balance, _as_without_them)
-    index, start, end, acting, shaped = place
+    index, start, end, acting = place
     shapes = acting + 1  # Numba takes no other index of a tuple than a constant
 
     @inner

@@ -4,7 +4,7 @@ The rates of gas, seal and piston by Eq. 3-16, and the state that they change.
 The continuous state is a flat array (indices below) followed by the states of the optional
 effects. What jumps - rest or sliding, contact with an end stop, the static friction held through
 a slip, the anchors of F(z) - is the memory, constant while the equations are integrated and
-changed only by ``transitions``.
+changed only by ``events``.
 """
 
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
 from pneu_rig_ros.model.effect import (
+    Balance,
     ChamberGas,
     Motion,
     Ports,
@@ -137,8 +138,8 @@ def flow_slope(
 
 def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
     """Return the compiled rates of pressures and gas masses (Eq. 3-7), and their Jacobian."""
-    add_spool, add_supply = contributions.spool, contributions.supply
-    add_mass, add_heat = contributions.mass, contributions.heat
+    add_spool, add_supply = contributions[Balance.SPOOL], contributions[Balance.SUPPLY]
+    add_mass, add_heat = contributions[Balance.MASS], contributions[Balance.HEAT]
 
     @inner
     def gas_rates(
@@ -178,7 +179,7 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
 
 def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
     """Return the compiled rates of bristle and film (Eq. 10-16), and their Jacobian."""
-    add_level, add_film = contributions.level, contributions.film
+    add_level, add_film = contributions[Balance.LEVEL], contributions[Balance.FILM]
 
     @inner
     def seal_rates(
@@ -219,7 +220,7 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
 
 def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
     """Return the compiled rates of position and velocity (Eq. 8 and 9), and their Jacobian."""
-    add_force = contributions.force
+    add_force = contributions[Balance.FORCE]
 
     @inner
     def piston_rates(

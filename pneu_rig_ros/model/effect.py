@@ -56,7 +56,7 @@ class Balance(Enum):
 
 
 class Regime(IntEnum):
-    """Regime of motion of the piston; `analysis.motion` defines how each is detected."""
+    """Regime of motion of the piston; `analysis.regimes` defines how each is detected."""
 
     DWELL = 0
     PRESLIDING = 1

@@ -16,7 +16,6 @@ from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
-from pneu_rig_ros.model.run import RunState
 from pneu_rig_ros.model.shape import rows, without_shape
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
@@ -204,9 +203,9 @@ class Plant:
         states: Floats,
         extras: Floats,
     ) -> None:
-        run, carry, first, *given, tolerance, longest = self.run_state
-        held = np.clip(voltages, 0.0, FULL_VOLTAGE)
-        run(carry, interval, first, held, *imposed, states, extras, tolerance, longest, *given)
+        runs = self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), *imposed
+        accuracy, given = (self.tolerance, self.longest_step), (self._arguments, self.effects)
+        self._compiled_run(*runs, states, extras, *accuracy, *given)
 
     def along(
         self,
@@ -241,12 +240,6 @@ class Plant:
         start, end = self._carry.clock[: integrator.END + 1].tolist()
         if math.isinf(end):
             raise RigError(f'simulation failed at t = {start:.6g} s: non-finite state')
-
-    @property
-    def run_state(self) -> RunState:
-        """What the compiled run continues from."""
-        given, accuracy = (self._arguments, self.effects), (self.tolerance, self.longest_step)
-        return RunState(self._compiled_run, self._carry, self._index, *given, *accuracy)
 
     @property
     def state(self) -> PlantState:

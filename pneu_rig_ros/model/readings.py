@@ -20,7 +20,7 @@ from pneu_rig_ros.model.dynamics import (
     VELOCITY,
     signals_of,
 )
-from pneu_rig_ros.model.effect import Ports, Seal, Signals
+from pneu_rig_ros.model.effect import Balance, Ports, Seal, Signals
 
 Readings = Callable[..., None]
 
@@ -43,7 +43,8 @@ def build_readings(contributions: Contributions) -> Readings:
     shape (m, n), into ``out``, shape (m, 4), and rates that are not needed into ``scratch``, shape
     (n,).
     """
-    add_motion, add_pressure = contributions.motion_reading, contributions.pressure_reading
+    add_motion = contributions[Balance.MOTION_READING]
+    add_pressure = contributions[Balance.PRESSURE_READING]
 
     @inner
     def readings(

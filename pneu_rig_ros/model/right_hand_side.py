@@ -18,14 +18,14 @@ from pneu_rig_ros.model.dynamics import (
     counted_dwell,
     signals_of,
 )
-from pneu_rig_ros.model.effect import Ports, Seal, Signals, behind_bristles
+from pneu_rig_ros.model.effect import Balance, Ports, Seal, Signals, behind_bristles
 
 
 def build_mechanics(contributions: Contributions) -> Callable[..., Signals]:
     """Return the compiled rates of seal and piston (Eq. 8-16), which also returns the signals."""
     seal_rates = build_seal_rates(contributions)
     piston_rates = build_piston_rates(contributions)
-    add_bristle = contributions.bristle
+    add_bristle = contributions[Balance.BRISTLE]
 
     @inner
     def mechanics(
@@ -65,7 +65,8 @@ def build_right_hand_side(
     u1, u2 [V], shape (2,); ``effects`` is the tuple of the effects' parameters.
     """
     gas_rates = build_gas_rates(contributions)
-    motion_reading, pressure_reading = contributions.motion_reading, contributions.pressure_reading
+    motion_reading = contributions[Balance.MOTION_READING]
+    pressure_reading = contributions[Balance.PRESSURE_READING]
 
     @inner
     def right_hand_side(

@@ -1,7 +1,6 @@
 """The compiled run of a plant over many sampling intervals, freely or along a measured run."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
 
 from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model.compiled import inner
@@ -19,27 +18,6 @@ from pneu_rig_ros.model.integrator import (
     cut,
     sample,
 )
-
-
-class RunState(NamedTuple):
-    """
-    Everything that the compiled run of a plant continues from.
-
-    :param run: see ``build_run``
-    :param carry: the integration
-    :param intervals: sampled since the reset
-    :param model, effects: parameters
-    :param tolerance: local error as a share of full scale [-]
-    :param longest_step: [s]
-    """
-
-    run: Callable[..., None]
-    carry: IntegratorState
-    intervals: int
-    model: CompiledModel
-    effects: tuple[Any, ...]
-    tolerance: float
-    longest_step: float
 
 
 def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:

@@ -32,7 +32,7 @@ class ExcitationNode(RigNode):
         super().__init__(context, overrides)
         self._excitation = load_excitation(self.text('profile'))
         self._repeat = self.flag('repeat')
-        self._publish = self.advertise(self._excitation.drives).publish
+        self._publish = self.add_publisher(self._excitation.drives).publish
         self._samples = self.subscribe('joint_states')
         self._sample_clock = SampleClock()
 

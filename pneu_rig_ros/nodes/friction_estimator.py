@@ -31,7 +31,7 @@ class FrictionEstimatorNode(ManagedNode):
 
     def set_up(self) -> None:
         """Create publisher and subscriptions; read the cylinder, if one is given."""
-        self._publish = self.advertise('friction').publish
+        self._publish = self.add_publisher('friction').publish
         self._descriptions = self.subscribe('rig_description')
         self._samples = SampleSubscription(self)
         self._message = template('friction', self.frame_prefix)

@@ -31,7 +31,7 @@ class JointCommandNode(RigNode):
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__(context, overrides)
-        self._publish = self.advertise('u').publish
+        self._publish = self.add_publisher('u').publish
         self._commands = self.subscribe('joint_commands')
         self._idle = 0
 

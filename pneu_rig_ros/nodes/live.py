@@ -77,7 +77,7 @@ class LiveNode(RigNode):
             'samples': History(('time', *SIGNALS), HISTORY_LENGTH),
             'friction': History(('time', 'friction'), HISTORY_LENGTH),
         }
-        self._publish = self.advertise('u').publish
+        self._publish = self.add_publisher('u').publish
         self._samples = SampleSubscription(self)
         self._friction = self.subscribe('friction')
         self._commands = self.subscribe('u')

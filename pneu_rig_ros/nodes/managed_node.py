@@ -109,6 +109,6 @@ class ManagedNode(LifecycleNodeMixin, RigNode):
     def _discard_waiting(self) -> None:
         for subscription in self.polled_subscriptions:
             subscription.sequence.resume()
-            if not subscription.topic.latched:
+            if not subscription.topic.transient_local:
                 for _ in subscription.take_all():
                     pass

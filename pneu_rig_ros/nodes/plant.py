@@ -31,7 +31,7 @@ LATE_SHARE = 0.01
 """Share of late ticks [-] above which diagnostics warn."""
 
 RUNTIME = ('supply_pressure', 'load_mass')
-"""Quantities that may change while the rig runs, and the methods that set them."""
+"""Quantities that may change while the rig runs."""
 
 
 def quantity_parameters(cylinder: RigConfiguration) -> Iterator[Parameter]:
@@ -92,16 +92,16 @@ class PlantNode(ManagedNode):
         self.interval_ns = self._rig.configuration.interval_ns
         self._speed = self._checked_speed()
         self._paused = self.flag('paused')
-        self._description = self.advertise('rig_description')
-        self._robot = self.advertise('robot_description')
+        self._description = self.add_publisher('rig_description')
+        self._robot = self.add_publisher('robot_description')
         self._messages = PlantMessages(
             self._rig.pressure_variance, self.frame_prefix, self.simulated_time
         )
         topics = self._messages.pack(self._rig.sample, 0)
-        self._publish = {topic: self.advertise(topic).publish for topic in topics}
+        self._publish = {topic: self.add_publisher(topic).publish for topic in topics}
         self._commands = self.subscribe('valve_voltages')
-        self.offer(Trigger, '~/reset', self._on_reset)
-        self.offer(SetBool, '~/pause', self._on_pause)
+        self.add_service(Trigger, '~/reset', self._on_reset)
+        self.add_service(SetBool, '~/pause', self._on_pause)
         self._described = False
         self._awaiting = False
         self._tick = 0

@@ -65,8 +65,8 @@ class PositionControllerNode(RigNode):
         limit = self.number('command_limit')
         self._controller = PositionController(self._law(), compensation, limit)
         self._profile = self._load_profile()
-        self._command = self.advertise('u').publish
-        self._publish_reference = self.advertise(REFERENCE).publish if self._profile else None
+        self._command = self.add_publisher('u').publish
+        self._publish_reference = self.add_publisher(REFERENCE).publish if self._profile else None
         self._references = None if self._profile else self.subscribe(REFERENCE)
         self._samples = self.subscribe('joint_states')
         self._reference: float | None = None

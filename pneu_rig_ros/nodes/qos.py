@@ -19,15 +19,17 @@ from pneu_rig_ros.records.topics import Topic
 
 def qos_profile(topic: Topic, depth: int = 0, reliable: bool = True) -> QoSProfile:
     """
-    Return the profile of a topic: volatile, or transient local if it is latched.
+    Return the profile of a topic: volatile, or transient local if the topic is.
 
     :param depth: of a subscription [messages]; 0: that of the publishers
     :param reliable: False for publishers that are best effort
     """
-    durability = DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
+    durability = (
+        DurabilityPolicy.TRANSIENT_LOCAL if topic.transient_local else DurabilityPolicy.VOLATILE
+    )
     reliability = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
     return QoSProfile(
-        depth=1 if topic.latched else depth or topic.depth,
+        depth=1 if topic.transient_local else depth or topic.depth,
         reliability=reliability,
         durability=durability,
     )

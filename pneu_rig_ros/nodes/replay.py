@@ -52,8 +52,8 @@ class ReplayNode(RigNode):
             raise RigError('replay: bag is empty; pass the bag directory')
         topics, exclude = self._names('topics'), self._names('exclude')
         self._playback = Playback(self.text('bag'), topics, exclude)
-        self._publish = {t: self.advertise(t).publish for t in self._playback.topics}
-        self._clock_publisher = self.advertise(CLOCK) if self.flag('clock') else None
+        self._publish = {t: self.add_publisher(t).publish for t in self._playback.topics}
+        self._clock_publisher = self.add_publisher(CLOCK) if self.flag('clock') else None
         self._repeat = self.flag('repeat')
         self._rate = self.number('rate')
         self._paused = self.flag('paused')

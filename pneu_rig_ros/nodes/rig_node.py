@@ -170,10 +170,10 @@ class RigNode(Node):
         """Return the parameters whose defaults depend on the value of another."""
         return ()
 
-    def advertise(self, topic_name: str) -> Publisher:
+    def add_publisher(self, topic_name: str) -> Publisher:
         """Create a publisher of a topic in `records.topics`."""
         publisher = create_publisher(self, topic_name, self._qos_monitor)
-        if not TOPICS[topic_name].latched:
+        if not TOPICS[topic_name].transient_local:
             self._volatile_publishers.append(publisher)
         self._owned.append(partial(self.destroy_publisher, publisher))
         return publisher
@@ -185,7 +185,7 @@ class RigNode(Node):
         self._owned.append(subscription.destroy)
         return subscription
 
-    def offer(self, kind: type, name: str, answer: Callable[[Any, Any], Any]) -> None:
+    def add_service(self, kind: type, name: str, answer: Callable[[Any, Any], Any]) -> None:
         """Create a service."""
         self._owned.append(partial(self.destroy_service, self.create_service(kind, name, answer)))
 

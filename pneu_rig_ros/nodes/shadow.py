@@ -53,7 +53,7 @@ class ShadowNode(ManagedNode):
         """Create publishers and subscriptions; load the model, or compile one."""
         topics = [f'{prefix}{name}' for prefix in DERIVED for name in SAMPLE_TOPICS]
         self._messages = {topic: template(topic, self.frame_prefix) for topic in topics}
-        self._publish = {topic: self.advertise(topic).publish for topic in topics}
+        self._publish = {topic: self.add_publisher(topic).publish for topic in topics}
         self._descriptions = self.subscribe('rig_description')
         self._inputs = self.subscribe(self.text('input'))
         self._samples = SampleSubscription(self)

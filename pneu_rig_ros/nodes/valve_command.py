@@ -48,7 +48,7 @@ class ValveCommandNode(ManagedNode):
 
     def set_up(self) -> None:
         """Create publisher and subscriptions."""
-        self._publish = self.advertise('valve_voltages').publish
+        self._publish = self.add_publisher('valve_voltages').publish
         self._commands = self.subscribe('u')
         by_sample = self.text('trigger') == ON_SAMPLE
         self._samples = self.subscribe('joint_states') if by_sample else None

@@ -15,7 +15,7 @@ COMPUTED = {'friction', DIAGNOSTICS, CLOCK} | {t for t in TOPICS if t.startswith
 """Topics that nodes compute from the others; they are not played by default."""
 
 _FIRST = (
-    *(topic.name for topic in TOPICS.values() if topic.latched),
+    *(topic.name for topic in TOPICS.values() if topic.transient_local),
     CLOCK,
     *('joint_states', 'position', 'velocity', 'chamber_1/pressure', 'chamber_2/pressure'),
     *('reference', 'u', 'valve_voltages'),

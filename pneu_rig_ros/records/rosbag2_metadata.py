@@ -48,7 +48,7 @@ def distribution_of_wheels() -> str:
 def offered_qos(topic: str) -> dict[str, Any]:
     """Return the quality of service that `ros2 bag play` gives a topic, as the live one has."""
     known = topic_named(topic)
-    latched = known is not None and known.latched
+    latched = known is not None and known.transient_local
 
     def forever() -> dict[str, int]:  # each time another object: YAML needs no alias for it
         return {'sec': 9_223_372_036, 'nsec': 854_775_807}

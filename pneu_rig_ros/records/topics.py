@@ -31,7 +31,7 @@ class Topic(NamedTuple):
     """
     One topic: name (relative, unless ROS fixes it), type, content with units, when published.
 
-    `latched` topics are transient local: a late subscriber gets the last message. `extra` topics
+    `transient_local` topics: a late subscriber gets the last message. `extra` topics
     come from nodes that not every rig has; a bag lists them only with messages.
     """
 
@@ -39,13 +39,13 @@ class Topic(NamedTuple):
     type: str
     content: str
     when: str
-    latched: bool = False
+    transient_local: bool = False
     extra: bool = False
 
     @property
     def depth(self) -> int:
         """Queue of its publishers [messages], also when a bag is played."""
-        if self.latched:
+        if self.transient_local:
             return 1
         return DIAGNOSTICS_DEPTH if self.when == EACH_SECOND else STREAM_DEPTH
 
@@ -76,9 +76,9 @@ def _rig_topics() -> Iterator[Topic]:
     force = 'joint `piston`: effort = friction force F_r [N] by Eq. 2, stamped with its sample'
     yield Topic('friction', JOINT, force, EACH_SAMPLE)
     yaml = 'YAML of the whole rig configuration, with the git revision'
-    yield Topic('rig_description', STRING, yaml, ONCE, latched=True)
+    yield Topic('rig_description', STRING, yaml, ONCE, transient_local=True)
     urdf = 'URDF of the cylinder, with the prismatic joint `piston`, for RViz and Foxglove'
-    yield Topic('robot_description', STRING, urdf, ONCE, latched=True, extra=True)
+    yield Topic('robot_description', STRING, urdf, ONCE, transient_local=True, extra=True)
     reference = 'position reference [m], for position_controller'
     yield Topic('reference', FLOAT64, reference, EACH_SAMPLE, extra=True)
     commands = 'joint `piston`: velocity [m/s] or effort [N], from ros2_control, for joint_command'

@@ -1,1 +1,1 @@
-"""Pictures of a record."""
+"""HTML pages and figures of recordings, comparisons, claims and diagnoses."""

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.answer.improvement import along_the_motion
 from pneu_rig_ros.diagnosis.answer.next_experiment import (
     INTERVAL,
     NextExperiment,
@@ -20,7 +21,6 @@ from pneu_rig_ros.diagnosis.answer.next_experiment import (
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, chamber_pressures
 from pneu_rig_ros.diagnosis.residuals.shooting import MultipleShooting
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.report.figure import (
@@ -76,41 +76,29 @@ def runs_of(
     :param free: whether the simulation of a rig is started once only
     """
     run = comparison.run
-    simulate = partial(_of_rig, free=free) if comparison.free else _of_part
-    names = SIGNALS if comparison.free else open_signals(run)
-    columns = [run.position, *run.pressures.T, *([] if run.force is None else [run.force])]
-    measured = dict(zip((*SIGNALS, 'force'), columns, strict=False))
-    signals = {MEASURED: {name: measured[name][1:] for name in names}}
+    simulate = partial(_of_rig, free=free) if comparison.free else along_the_motion
+    signals = {MEASURED: _measured_of_rig(run) if comparison.free else {}}
     for name, hypothesis in ((GIVEN, given), (IMPROVED, improved)):
+        if hypothesis is None:
+            continue
         with contextlib.suppress(RigError):  # a simulation that fails
-            signals |= {} if hypothesis is None else {name: simulate(comparison, hypothesis)}
+            pairs = simulate(hypothesis, comparison)
+            signals[MEASURED] = {key: measured for key, (measured, _) in pairs.items()}
+            signals[name] = {key: modelled for key, (_, modelled) in pairs.items()}
     time: Floats = run.begin + run.interval * np.arange(1.0, run.size)
     return Traces(time, run.position[1:], signals)
 
 
-def open_signals(run: Run) -> tuple[str, ...]:
-    """Return the signals of the open balances."""
-    pressures = [f'pressure_{i}' for i in (1, 2) if f'gas_{i}' in run.balances]
-    return (*pressures, *(['force'] if run.force is not None else []))
+def _of_rig(
+    hypothesis: Hypothesis, comparison: Comparison, free: bool
+) -> dict[str, tuple[Floats, Floats]]:
+    simulated = MultipleShooting(comparison).simulate(hypothesis, free).T
+    pairs = zip(_measured_of_rig(comparison.run).items(), simulated, strict=True)
+    return {name: (measured, modelled) for (name, measured), modelled in pairs}
 
 
-def _of_rig(comparison: Comparison, hypothesis: Hypothesis, free: bool) -> dict[str, Floats]:
-    simulated = MultipleShooting(comparison).simulate(hypothesis, free)
-    return dict(zip(SIGNALS, simulated.T, strict=True))
-
-
-def _of_part(comparison: Comparison, hypothesis: Hypothesis) -> dict[str, Floats]:
-    """Return what is open along the measured motion."""
-    run, signals = comparison.run, {}
-    if any(name.startswith('pressure') for name in open_signals(run)):
-        both = chamber_pressures(hypothesis, comparison)
-        signals = {'pressure_1': both[:, 0], 'pressure_2': both[:, 1]}
-    if run.force is not None:
-        force = bench_force(hypothesis, comparison)
-        if run.force_offset > 0.0:  # the zero of the bench is not known
-            force = force + np.mean(run.force[1:] - force)
-        signals['force'] = force
-    return {name: signals[name] for name in open_signals(run)}
+def _measured_of_rig(run: Run) -> dict[str, Floats]:
+    return dict(zip(SIGNALS, (run.position[1:], *run.pressures[1:].T), strict=True))
 
 
 @matplotlib.rc_context(STYLE)

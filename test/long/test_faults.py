@@ -142,7 +142,7 @@ def test_killed_recorder_has_written_all_but_the_last_second(
 def test_late_listeners_and_recorders_get_the_descriptions(
     rig: ProcessRig, witness: Witness
 ) -> None:
-    latched = [name for name, topic in TOPICS.items() if topic.latched]
+    latched = [name for name, topic in TOPICS.items() if topic.transient_local]
     with Witness(commands=False, topics=latched) as late:
         late.until(lambda: all(late.received[name] for name in latched), 'descriptions')
     os.kill(rig.nodes['recorder'].number, signal.SIGKILL)

@@ -193,7 +193,7 @@ def test_with_a_full_memory_the_rests_of_a_run_add_up() -> None:
     plant, voltages = pushes(model)
     run = plant.run(voltages, INTERVAL)
     assert slips(run) >= 3
-    memory, law = plant.run_state.carry.memory, plant.run_state.model.friction
+    memory, law = plant._carry.memory, plant._arguments.friction
     rested = 0.5 + INTERVAL * np.count_nonzero(run.sticking)
     error = INTERVAL * (2 * slips(run) + 1)
     assert dynamics.clock(run.time[-1], memory, law) == pytest.approx(rested, abs=error)
@@ -227,7 +227,7 @@ def followed(actions: dict[int, int], rests: dict[int, float]) -> tuple[Plant, f
 
 
 def dwell_of(plant: Plant, time: float) -> float:
-    return dynamics.clock(time, plant.run_state.carry.memory, plant.run_state.model.friction)
+    return dynamics.clock(time, plant._carry.memory, plant._arguments.friction)
 
 
 def test_an_imposed_slide_fades_and_an_imposed_rest_goes_on() -> None:
@@ -235,7 +235,7 @@ def test_an_imposed_slide_fades_and_an_imposed_rest_goes_on() -> None:
     plant, end = followed(
         {0: imposed, 50: imposed | Impose.BREAK, 150: imposed | Impose.REST}, {150: 140 * INTERVAL}
     )
-    law = plant.run_state.model.friction
+    law = plant._arguments.friction
     left = friction.faded_dwell(5.0 + 50 * INTERVAL, 90 * INTERVAL, law)
     assert dwell_of(plant, end) == pytest.approx(left + 60 * INTERVAL)
 
@@ -255,7 +255,7 @@ def test_a_slide_cannot_have_begun_before_the_rest_it_ends() -> None:
 
 def test_a_slide_that_was_missed_fades_all_the_same() -> None:
     plant, end = followed({100: Impose.HOLD | Impose.BREAK}, {100: 30 * INTERVAL})
-    law = plant.run_state.model.friction
+    law = plant._arguments.friction
     left = friction.faded_dwell(5.0 + 30 * INTERVAL, 70 * INTERVAL, law)
     assert plant.state.sticking
     assert dwell_of(plant, end) == pytest.approx(left + 100 * INTERVAL, abs=INTERVAL)

@@ -82,7 +82,9 @@ def test_metadata_are_those_that_rosbag2_writes(bag: Path) -> None:
         assert quality['reliability'] == 'reliable'
         assert quality['history'] == 'keep_last'
         assert quality['depth'] == known.depth
-        assert quality['durability'] == ('transient_local' if known.latched else 'volatile')
+        assert quality['durability'] == (
+            'transient_local' if known.transient_local else 'volatile'
+        )
         assert quality['deadline'] == {'sec': 9_223_372_036, 'nsec': 854_775_807}
 
 

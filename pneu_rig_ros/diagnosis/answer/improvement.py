@@ -94,23 +94,37 @@ def rig_gaps(hypothesis: Hypothesis, run: Run, states: Floats) -> Gaps:
 
 def imposed_gaps(hypothesis: Hypothesis, comparison: Comparison) -> Gaps:
     """Return the gaps of the pressures and the bench's force, along the measured motion."""
-    run = comparison.run
-    measured, modelled, noise = {}, {}, {'force': run.noise.force}
-    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
-    pressures = chamber_pressures(hypothesis, comparison) if chambers else np.empty((0, 2))
-    for i in chambers:
-        name = f'pressure_{i + 1}'
-        noise[name] = run.noise.pressures[i]
-        measured[name], modelled[name] = run.pressures[1:, i], pressures[:, i]
-    if 'force' in run.balances and run.force is not None:
-        force, middles = (
-            bench_force(hypothesis, comparison),
-            0.5 * (run.force[1:] + run.force[:-1]),
-        )
-        if run.force_offset > 0.0:  # the zero of the bench is unknown
-            force = force - (force - middles).mean()
-        measured['force'], modelled['force'] = middles, force
+    pairs = along_the_motion(hypothesis, comparison)
+    names = 'pressure_1', 'pressure_2', 'force'
+    noise = dict(
+        zip(names, (*comparison.run.noise.pressures, comparison.run.noise.force), strict=True)
+    )
+    measured, modelled = ({name: pair[i] for name, pair in pairs.items()} for i in (0, 1))
     return compare_signals(measured, modelled, noise)
+
+
+def along_the_motion(
+    hypothesis: Hypothesis, comparison: Comparison
+) -> dict[str, tuple[Floats, Floats]]:
+    """
+    Return signal -> measured and modelled values of the open balances, along the measured motion.
+
+    Pressures are those at the ends of the intervals, forces those in their middles, [SI], shape
+    (n - 1,). The modelled force has the zero of the measured one where that is unknown.
+    """
+    run, signals = comparison.run, {}
+    if run.chambers:
+        pressures = chamber_pressures(hypothesis, comparison)
+        for i in run.chambers:
+            signals[f'pressure_{i + 1}'] = run.pressures[1:, i], pressures[:, i]
+    if 'force' in run.balances and run.force is not None:
+        middles, force = (
+            0.5 * (run.force[1:] + run.force[:-1]),
+            bench_force(hypothesis, comparison),
+        )
+        offset = (force - middles).mean() if run.force_offset > 0.0 else 0.0
+        signals['force'] = middles, force - offset
+    return signals
 
 
 def _rmse(before: Sequence[Gaps], after: Sequence[Gaps]) -> dict[str, dict[str, Any]]:

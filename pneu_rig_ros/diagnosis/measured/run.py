@@ -99,6 +99,11 @@ class Run:
         return frozenset(name for name, missing in self.missing.items() if not missing)
 
     @property
+    def chambers(self) -> list[int]:
+        """Chambers whose balance of gas is open, of 0 and 1."""
+        return [i for i in (0, 1) if f'gas_{i + 1}' in self.balances]
+
+    @property
     def size(self) -> int:
         """Number of samples."""
         return self.position.size

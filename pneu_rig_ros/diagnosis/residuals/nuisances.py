@@ -245,7 +245,7 @@ def fitted_to_pressures(
     :param start: by the rates
     """
     run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
-    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
+    chambers = run.chambers
     if comparison.free or not chambers or run.temperature_offset <= 0.0:
         return start
     noise, delay = np.array(run.noise.pressures)[chambers], ranges.scaled(start)[0]

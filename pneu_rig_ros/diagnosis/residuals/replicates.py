@@ -126,7 +126,7 @@ def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) ->
     if comparison.free:
         return Comparison(simulate_replicate(hypothesis, run, rng))
     position, pressures, force = run.smooth[:, 0], run.pressures.copy(), run.force
-    chambers = [i for i in (0, 1) if f'gas_{i + 1}' in run.balances]
+    chambers = run.chambers
     if chambers:
         simulated = np.vstack([run.smooth[:1, 1:], chamber_pressures(hypothesis, comparison)])
         simulated += np.array(run.noise.pressures) * rng.standard_normal(simulated.shape)
