@@ -1,9 +1,9 @@
 """
 Fitted explanations with their losses, and which of them is preferred.
 
-They are compared by a penalised robust loss of all runs, taken for a log density; of those within two standard
-errors of the best (A. Vehtari, A. Gelman, J. Gabry, Stat. Comput. 27 (2017) 1413) the simplest is
-taken.
+They are compared by a penalised robust loss of all runs, taken for a log density; of those within
+two standard errors of the best (A. Vehtari, A. Gelman, J. Gabry, Stat. Comput. 27 (2017) 1413) the
+simplest is taken.
 """
 
 from __future__ import annotations
