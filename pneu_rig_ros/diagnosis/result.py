@@ -24,7 +24,11 @@ from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, UNITS
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
-from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
+from pneu_rig_ros.diagnosis.residuals.localisation import (
+    NOISE_ERROR,
+    SignificantResidual,
+    localise,
+)
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     CLOCK_OFFSET,
     INITIAL_TEMPERATURE,
@@ -132,14 +136,21 @@ def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _verdicts(diagnosis: Diagnosis) -> dict[str, str]:
-    """Return balance -> verdict; significant residuals that show no cause are unknown."""
+    """
+    Return balance -> verdict; significant residuals that show no cause are unknown.
+
+    Beside a cause, these are those of the improved model: where many regimes are significant, one
+    that is not is easily taken for another.
+    """
     significant = {each.balance for each in diagnosis.significant}
     if diagnosis.verdict in (CONSISTENT, UNKNOWN) or diagnosis.restated is not None:
         return {n: diagnosis.verdict if n in significant else CONSISTENT for n in BALANCES}
+    left = localise(windows_of(diagnosis.training, diagnosis.improved))
+    disagrees = significant & {each.balance for each in left}
     training, cycles = diagnosis.training, diagnosis.search.training.cycles
     verdicts = of_balances(diagnosis.explanation, diagnosis.given, training, cycles)
     return {
-        name: UNKNOWN if name in significant and each == CONSISTENT else each
+        name: UNKNOWN if name in disagrees and each == CONSISTENT else each
         for name, each in verdicts.items()
     }
 
