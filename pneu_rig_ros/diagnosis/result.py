@@ -139,8 +139,8 @@ def _verdicts(diagnosis: Diagnosis) -> dict[str, str]:
     """
     Return balance -> verdict; significant residuals that show no cause are unknown.
 
-    Beside a cause, these are those of the improved model: where many regimes are significant, one
-    that is not is easily taken for another.
+    Beside a cause they have to stay so under the improved model: while a strong cause makes many
+    regimes significant, one in twenty of those that are listed may be false.
     """
     significant = {each.balance for each in diagnosis.significant}
     if diagnosis.verdict in (CONSISTENT, UNKNOWN) or diagnosis.restated is not None:

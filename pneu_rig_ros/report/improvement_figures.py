@@ -1,7 +1,7 @@
 """Figures of held-out runs: measured, and simulated before and after."""
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.answer.improvement import along_the_motion
+from pneu_rig_ros.diagnosis.answer.improvement import along_the_motion, open_signals
 from pneu_rig_ros.diagnosis.answer.next_experiment import (
     INTERVAL,
     NextExperiment,
@@ -76,29 +76,23 @@ def runs_of(
     :param free: whether the simulation of a rig is started once only
     """
     run = comparison.run
-    simulate = partial(_of_rig, free=free) if comparison.free else along_the_motion
-    signals = {MEASURED: _measured_of_rig(run) if comparison.free else {}}
+    simulate: Callable[[Hypothesis, Comparison], dict[str, Floats]]
+    if comparison.free:
+        simulate = partial(_of_rig, free=free)
+        measured = dict(zip(SIGNALS, (run.position[1:], *run.pressures[1:].T), strict=True))
+    else:
+        simulate, measured = along_the_motion, open_signals(run)
+    signals = {MEASURED: measured}
     for name, hypothesis in ((GIVEN, given), (IMPROVED, improved)):
-        if hypothesis is None:
-            continue
         with contextlib.suppress(RigError):  # a simulation that fails
-            pairs = simulate(hypothesis, comparison)
-            signals[MEASURED] = {key: measured for key, (measured, _) in pairs.items()}
-            signals[name] = {key: modelled for key, (_, modelled) in pairs.items()}
+            signals |= {} if hypothesis is None else {name: simulate(hypothesis, comparison)}
     time: Floats = run.begin + run.interval * np.arange(1.0, run.size)
     return Traces(time, run.position[1:], signals)
 
 
-def _of_rig(
-    hypothesis: Hypothesis, comparison: Comparison, free: bool
-) -> dict[str, tuple[Floats, Floats]]:
-    simulated = MultipleShooting(comparison).simulate(hypothesis, free).T
-    pairs = zip(_measured_of_rig(comparison.run).items(), simulated, strict=True)
-    return {name: (measured, modelled) for (name, measured), modelled in pairs}
-
-
-def _measured_of_rig(run: Run) -> dict[str, Floats]:
-    return dict(zip(SIGNALS, (run.position[1:], *run.pressures[1:].T), strict=True))
+def _of_rig(hypothesis: Hypothesis, comparison: Comparison, free: bool) -> dict[str, Floats]:
+    simulated = MultipleShooting(comparison).simulate(hypothesis, free)
+    return dict(zip(SIGNALS, simulated.T, strict=True))
 
 
 @matplotlib.rc_context(STYLE)

@@ -8,7 +8,7 @@ from . import scores
 from .answers import Answer
 from .figures import Figure, middle, share
 from .foreign import FORMS, mechanism
-from .page_tables import interval, percent, table, text_of
+from .page_tables import figure_row, interval, percent, table
 
 WANTED: dict[str, tuple[str, float]] = {
     'foreign_mechanism': ('at least', 0.85),
@@ -95,19 +95,10 @@ def figures(answers: list[Answer]) -> dict[str, Figure]:
 
 def headline(answers: list[Answer]) -> str:
     """Return the table of the figures."""
-    rows = []
-    for name, figure in figures(answers).items():
-        sense, bound = WANTED[name]
-        rows.append(
-            (
-                f'`{name}`',
-                MEANING[name],
-                text_of(name, figure['value'], 1),
-                interval(name, figure),
-                f'{sense} {text_of(name, bound)}',
-                figure['trials'],
-            )
-        )
+    rows = [
+        (*figure_row(name, figure, MEANING[name], WANTED[name]), figure['trials'])
+        for name, figure in figures(answers).items()
+    ]
     return table(('figure', 'what', 'measured', '95 % interval', 'wanted', 'trials'), rows)
 
 

@@ -80,23 +80,22 @@ def measured(name: str, figure: Figure) -> str:
     return f'{text_of(name, figure["value"], 1)} ({interval(name, figure)}; {figure["trials"]})'
 
 
+def figure_row(
+    name: str, figure: Figure, meaning: str, wanted: tuple[str, float]
+) -> tuple[str, ...]:
+    """Return name, meaning, value, interval and goal of a figure as text."""
+    sense, bound = wanted
+    value, goal = text_of(name, figure['value'], 1), f'{sense} {text_of(name, bound)}'
+    return f'`{name}`', meaning, value, interval(name, figure), goal
+
+
 def headline(answers: list[Answer]) -> str:
     """Return the table of the wanted figures."""
     rows = []
     for name, figure in scores.figures(answers).items():
-        sense, bound = scores.WANTED[name]
         mark = REACHED[scores.reached(name, figure['value'])] if figure['trials'] else '-'
-        rows.append(
-            (
-                f'`{name}`',
-                MEANING[name],
-                text_of(name, figure['value'], 1),
-                interval(name, figure),
-                f'{sense} {text_of(name, bound)}',
-                mark,
-                figure['trials'],
-            )
-        )
+        row = figure_row(name, figure, MEANING[name], scores.WANTED[name])
+        rows.append((*row, mark, figure['trials']))
     head = 'figure', 'what', 'measured', '95 % interval', 'wanted', 'reached', 'trials'
     return table(head, rows)
 

@@ -142,6 +142,10 @@ def test_readme_quotes_the_figures_of_the_page() -> None:
     assert f'with matched formulas {single} single effects are named first' in readme
     assert f'both of {pairs} pairs' in readme
     assert f'{unknown} effects that the library lacks are called unknown' in readme
+    sensors, sound = figures['uncalibrated_top1'], figures['false_alarm']
+    assert f'{100 * sensors["value"]:.0f} % of {sensors["trials"]} (95 %)' in readme
+    assert sound['value'] == 0.0
+    assert f'None of {sound["trials"]} sound rigs gets a name' in readme
     assert f'an answer with a name takes {figures["seconds_named"]["value"]:.0f} s' in readme
     assert f'{len(missed)} of {len(drawn)} targets are missed' in readme
     foreign = json.loads((ROOT / 'docs' / 'blind_foreign.json').read_text())

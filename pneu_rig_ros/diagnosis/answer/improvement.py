@@ -94,36 +94,39 @@ def rig_gaps(hypothesis: Hypothesis, run: Run, states: Floats) -> Gaps:
 
 def imposed_gaps(hypothesis: Hypothesis, comparison: Comparison) -> Gaps:
     """Return the gaps of the pressures and the bench's force, along the measured motion."""
-    pairs = along_the_motion(hypothesis, comparison)
-    names = 'pressure_1', 'pressure_2', 'force'
-    noise = dict(
-        zip(names, (*comparison.run.noise.pressures, comparison.run.noise.force), strict=True)
-    )
-    measured, modelled = ({name: pair[i] for name, pair in pairs.items()} for i in (0, 1))
-    return compare_signals(measured, modelled, noise)
+    run = comparison.run
+    names, noises = ('pressure_1', 'pressure_2', 'force'), (*run.noise.pressures, run.noise.force)
+    modelled = along_the_motion(hypothesis, comparison)
+    return compare_signals(open_signals(run), modelled, dict(zip(names, noises, strict=True)))
 
 
-def along_the_motion(
-    hypothesis: Hypothesis, comparison: Comparison
-) -> dict[str, tuple[Floats, Floats]]:
+def open_signals(run: Run) -> dict[str, Floats]:
     """
-    Return signal -> measured and modelled values of the open balances, along the measured motion.
+    Return the measured signals of the open balances of a system that is no whole rig, [SI].
 
-    Pressures are those at the ends of the intervals, forces those in their middles, [SI], shape
-    (n - 1,). The modelled force has the zero of the measured one where that is unknown.
+    Pressures are those at the ends of the intervals, forces those in their middles, shape
+    (n - 1,).
+    """
+    signals = {f'pressure_{i + 1}': run.pressures[1:, i] for i in run.chambers}
+    if 'force' in run.balances and run.force is not None:
+        signals['force'] = 0.5 * (run.force[1:] + run.force[:-1])
+    return signals
+
+
+def along_the_motion(hypothesis: Hypothesis, comparison: Comparison) -> dict[str, Floats]:
+    """
+    Return the same signals as modelled along the measured motion.
+
+    The force has the zero of the measured one where that is unknown.
     """
     run, signals = comparison.run, {}
     if run.chambers:
         pressures = chamber_pressures(hypothesis, comparison)
-        for i in run.chambers:
-            signals[f'pressure_{i + 1}'] = run.pressures[1:, i], pressures[:, i]
-    if 'force' in run.balances and run.force is not None:
-        middles, force = (
-            0.5 * (run.force[1:] + run.force[:-1]),
-            bench_force(hypothesis, comparison),
-        )
-        offset = (force - middles).mean() if run.force_offset > 0.0 else 0.0
-        signals['force'] = middles, force - offset
+        signals = {f'pressure_{i + 1}': pressures[:, i] for i in run.chambers}
+    if (measured := open_signals(run).get('force')) is not None:
+        force = bench_force(hypothesis, comparison)
+        offset = (force - measured).mean() if run.force_offset > 0.0 else 0.0
+        signals['force'] = force - offset
     return signals
 
 
