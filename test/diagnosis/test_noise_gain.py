@@ -11,7 +11,7 @@ from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
-from pneu_rig_ros.diagnosis.search.noise_gain import noise_gain
+from pneu_rig_ros.diagnosis.search.noise_gain import noise_gains
 
 from .parts import BENCH, mapping, system_file, table
 from .runs import read_runs
@@ -55,7 +55,7 @@ def steady(tmp_path_factory: pytest.TempPathFactory) -> Steady:
 
 def test_gain_of_a_lighter_carriage_is_that_of_the_noise(steady: Steady) -> None:
     lighter = steady.with_mass(0.5 * MASS)
-    expected = noise_gain(steady.data, steady.given, lighter, np.random.default_rng(1))
+    (expected,) = noise_gains([lighter], steady.given, [steady.data], np.random.default_rng(1))
     assert steady.gain(lighter) > 3.0
     assert expected == pytest.approx(steady.gain(lighter), rel=0.3)
 
@@ -63,4 +63,16 @@ def test_gain_of_a_lighter_carriage_is_that_of_the_noise(steady: Steady) -> None
 @pytest.mark.parametrize('factor', [1.0, 2.0])
 def test_mass_that_does_not_shrink_gains_nothing(steady: Steady, factor: float) -> None:
     other = steady.with_mass(factor * MASS)
-    assert noise_gain(steady.data, steady.given, other, np.random.default_rng(1)) == 0.0
+    gains = noise_gains([other], steady.given, [steady.data], np.random.default_rng(1))
+    assert gains == [0.0]
+
+
+def test_gains_do_not_depend_on_what_else_is_judged(steady: Steady) -> None:
+    masses = [steady.with_mass(factor * MASS) for factor in (0.25, 0.5, 1.0)]
+
+    def gains(*judged: Hypothesis) -> list[float]:
+        return noise_gains(judged, steady.given, [steady.data], np.random.default_rng(1))
+
+    together = gains(*masses)
+    assert together == [gains(mass)[0] for mass in masses]
+    assert together[0] > together[1] > together[2] == 0.0

@@ -17,6 +17,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
 from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_hills, over_ridges
+from pneu_rig_ros.diagnosis.search.noise_gain import beyond_noise
 from pneu_rig_ros.diagnosis.search.remainder import Remainder
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
@@ -140,7 +141,9 @@ class Growth(Remainder):
         """Return explanations fitted from several starts; thoroughly only the finalists."""
         first = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
         finalists = [each.explanation for each in first[:FINALISTS]]
-        return [*self._fit_all(finalists, ROUNDS), *first[FINALISTS:]]
+        fits = [*self._fit_all(finalists, ROUNDS), *first[FINALISTS:]]
+        data = self.training, self.held_out
+        return beyond_noise(fits, self.given, self.hypothesis, data, self.rng)
 
     def _fit_all(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
         self.progress('fitting ' + ', '.join(start.name for start in starts))

@@ -6,6 +6,7 @@ smaller residuals. Compared with the noise under the model as it was, they seem 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -16,49 +17,52 @@ from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.noise import COPIES, NoiseModel, reading_errors
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
-from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, improves, preferred
+from pneu_rig_ros.diagnosis.search.scoring import ScoredFit
 
 
-def chosen_beyond_noise(
+def beyond_noise(
     fits: Sequence[ScoredFit],
-    before: ScoredFit,
     given: Hypothesis,
     smaller: Hypothesis,
     data: Sequence[Dataset],
     rng: Generator,
-) -> ScoredFit | None:
+) -> list[ScoredFit]:
     """
-    Return the preferred of the fits that are better than a smaller one also without that gain.
+    Return fits that pay for what they gain by smaller noise, so that the rest decides.
 
     :param given: to which the explanations of the fits are applied
     :param smaller: the hypothesis of the fit before
     """
-    while fits and improves(chosen := preferred(fits), before):
-        larger = chosen.explanation.apply(given)
-        by_noise = sum(noise_gain(dataset, smaller, larger, rng) for dataset in data)
-        if before.cost - chosen.cost - by_noise > DECISIVE:
-            return chosen
-        fits = [fit for fit in fits if fit is not chosen]
-    return None
-
-
-def noise_gain(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis, rng: Generator) -> float:
-    """
-    Return by how much less the noise alone costs with a cause than without it, 0 at least [-].
-
-    Both hypotheses read the same simulated readings.
-
-    :param smaller, larger: the hypothesis without and with the cause
-    """
-    if not accelerates_less(dataset, smaller, larger):
-        return 0.0
-    seeds = rng.integers(2**32, size=len(dataset.comparisons)).tolist()
-    arguments = dataset.comparisons, dataset.noises, dataset.factors, seeds
-    losses = [
-        sum(map_runs(partial(_loss_of_noise, hypothesis), *arguments))
-        for hypothesis in (smaller, larger)
+    gains = noise_gains([fit.explanation.apply(given) for fit in fits], smaller, data, rng)
+    return [
+        replace(fit, penalty=fit.penalty + gain) for fit, gain in zip(fits, gains, strict=True)
     ]
-    return max(losses[0] - losses[1], 0.0)
+
+
+def noise_gains(
+    larger: Sequence[Hypothesis], smaller: Hypothesis, data: Sequence[Dataset], rng: Generator
+) -> list[float]:
+    """
+    Return by how much less the noise alone costs with each cause than without it, 0 at least [-].
+
+    All hypotheses read the same simulated readings.
+
+    :param larger, smaller: the hypotheses with a cause, and that without
+    """
+    less = [any(accelerates_less(dataset, smaller, each) for dataset in data) for each in larger]
+    if not any(less):
+        return [0.0] * len(less)
+    seed = int(rng.integers(2**32))
+
+    def cost(hypothesis: Hypothesis) -> float:
+        readings = np.random.default_rng(seed)
+        return sum(_cost_of_noise(hypothesis, dataset, readings) for dataset in data)
+
+    reference = cost(smaller)
+    return [
+        max(reference - cost(each), 0.0) if lighter else 0.0
+        for each, lighter in zip(larger, less, strict=True)
+    ]
 
 
 def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) -> bool:
@@ -68,6 +72,13 @@ def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) 
         for hypothesis in (smaller, larger)
     ]
     return bool(np.any(masses[1] < masses[0]))
+
+
+def _cost_of_noise(hypothesis: Hypothesis, dataset: Dataset, rng: Generator) -> float:
+    """Return the mean loss of the errors of residuals of simulated readings of all runs [-]."""
+    seeds = rng.integers(2**32, size=len(dataset.comparisons)).tolist()
+    arguments = dataset.comparisons, dataset.noises, dataset.factors, seeds
+    return sum(map_runs(partial(_loss_of_noise, hypothesis), *arguments))
 
 
 def _loss_of_noise(

@@ -14,11 +14,11 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED, Growth
-from pneu_rig_ros.diagnosis.search.noise_gain import chosen_beyond_noise
 from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
     any_improves,
+    preferred,
     residual_excess,
     score,
 )
@@ -68,10 +68,9 @@ class Search(Growth):
             more = size == 1 and len(self.screened) > MOST_FITTED
             if more and not any_improves(fits, before):
                 fits, before = self.grown(beam, size, MOST_FITTED)  # the next ones
-            data = self.training, self.held_out
-            chosen = chosen_beyond_noise(fits, before, self.given, self.hypothesis, data, self.rng)
-            if chosen is None:
+            if not any_improves(fits, before):
                 break
+            chosen = preferred(fits)
             accepted = self._accept(chosen, fits, size)
             if accepted is None:
                 break
@@ -145,10 +144,9 @@ class Search(Growth):
     ) -> ScoredFit | None:
         """Return an explanation with a further cause if its last two close the gap, else None."""
         fits, before = self.grown(beam, size)
-        data = self.training, self.held_out
-        chosen = chosen_beyond_noise(fits, before, self.given, self.hypothesis, data, self.rng)
-        if chosen is None:
+        if not any_improves(fits, before):
             return None
+        chosen = preferred(fits)
         both = self._renewed(chosen)
         if not self.closes_the_gap(smaller, both, causes=2):
             return None
