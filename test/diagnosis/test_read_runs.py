@@ -114,6 +114,18 @@ def test_signal_of_a_bench_at_the_end_of_its_span_is_refused(tmp_path: Path) -> 
     assert "run.csv: position is at the end of its sensor's span (0.05)" in line
 
 
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_force_that_is_cut_off_most_of_the_time_is_refused(tmp_path: Path, sign: float) -> None:
+    system = load_system(system_file(tmp_path, BENCH))
+    signals = bench_run(0, 3e5, 0.0)
+    end = np.quantile(signals['force'], 0.3)
+    signals['force'] = sign * np.minimum(signals['force'], end)
+    line = refused(
+        lambda: prepare_run(Recording('run', 0, 10_000_000, signals), system, Path('run.csv'))
+    )
+    assert f"force is at the end of its sensor's span ({sign * end:g}) for 70% of the time" in line
+
+
 def test_signal_at_the_lower_end_of_its_span_is_not_refused() -> None:
     """An exhausted chamber rests at the pressure of the surroundings."""
     signals = rig_signals()

@@ -186,16 +186,27 @@ def _check_signals(
     if system.rig is not None:
         conditioned = apply_conditions(system.rig, dict(recording.conditions))
         check_plausible(path, recording.signals, conditioned)
-    span = _span(system.sensors, _atmosphere(recording, system))
+    _check_span(recording, _span(system.sensors, _atmosphere(recording, system)), path)
+
+
+def _check_span(recording: Recording, span: Span, path: Path) -> None:
+    """Raise RigError for a signal that is at the end of its sensor's span most of the time."""
     ends = {'position': span.position, **dict.fromkeys(PRESSURES, span.high)}
-    for name, end in ends.items():
-        if name in recording:
-            share = float(np.mean(recording[name] >= end - 2.0 * recording.noise[name]))
-            if share > SATURATED:
-                raise RigError(
-                    f"{path}: {name} is at the end of its sensor's span ({end:g}) for "
-                    f'{share:.0%} of the time; record it within the span'
-                )
+    at_end = {
+        (name, end): recording[name] >= end - 2.0 * recording.noise[name]
+        for name, end in ends.items()
+        if name in recording
+    }
+    if 'force' in recording:  # no span is stated: what noise leaves no trace of is its end
+        force = recording['force']
+        at_end |= {('force', end): force == end for end in (force.min(), force.max())}
+    for (name, end), flags in at_end.items():
+        share = float(np.mean(flags))
+        if share > SATURATED:
+            raise RigError(
+                f"{path}: {name} is at the end of its sensor's span ({end:g}) for "
+                f'{share:.0%} of the time; record it within the span'
+            )
 
 
 def _check_gaps(recording: Recording, path: Path) -> None:
