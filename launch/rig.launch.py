@@ -35,6 +35,7 @@ ARGUMENTS = {
     'load_mass': ('', "external load [kg]; empty: the cylinder's"),
     'initial_position': ('', "position at the start [m]; empty: the cylinder's"),
     'speed': ('1.0', 'simulated over real time, 0 for lock step; needs use_sim_time if not 1'),
+    'paused': ('false', 'whether the plant starts paused, for a controller in lock step; ~/pause'),
     'use_sim_time': ('false', 'whether the plant publishes /clock and all nodes follow it'),
     'record': ('true', 'whether to record every topic'),
     'output': ('', 'directory of the bag; empty: runs/ and the date'),
@@ -68,14 +69,19 @@ def source(context: LaunchContext) -> str:
 
 def given(context: LaunchContext) -> dict[str, float]:
     """Return the arguments that replace values of the cylinder."""
-    values: dict[str, float] = {}
-    for name in ('supply_pressure', 'load_mass', 'initial_position'):
-        text = LaunchConfiguration(name).perform(context)
-        try:
-            values |= {name: float(text)} if text else {}
-        except ValueError:
-            raise RigError(f'argument {name}: {text!r} is not a number') from None
-    return values
+    names = ('supply_pressure', 'load_mass', 'initial_position')
+    return {
+        name: number(context, name) for name in names if LaunchConfiguration(name).perform(context)
+    }
+
+
+def number(context: LaunchContext, name: str) -> float:
+    """Return an argument as a number; RigError if it is none."""
+    text = LaunchConfiguration(name).perform(context)
+    try:
+        return float(text)
+    except ValueError:
+        raise RigError(f'argument {name}: {text!r} is not a number') from None
 
 
 def plant(context: LaunchContext) -> list[Node]:
@@ -85,10 +91,17 @@ def plant(context: LaunchContext) -> list[Node]:
         'cylinder': source(context),
         'friction': ParameterValue(LaunchConfiguration('friction'), value_type=str),
         'speed': ParameterValue(LaunchConfiguration('speed'), value_type=float),
+        'paused': ParameterValue(LaunchConfiguration('paused'), value_type=bool),
         'wait_for_subscribers': int(recorded),  # so that the bag has the first sample
         **given(context),
     }
     return [rig_node('plant', parameters)]
+
+
+def valve_command(context: LaunchContext) -> list[Node]:
+    """Return the valve command; in lock step it waits for its controller."""
+    lock_step = number(context, 'speed') == 0.0
+    return [rig_node('valve_command', {'command_timeout': 0.0} if lock_step else {})]
 
 
 def transforms(context: LaunchContext) -> list[Action]:
@@ -113,7 +126,7 @@ def generate_launch_description() -> LaunchDescription:
                 condition=IfCondition(LaunchConfiguration('transforms')),
             ),
             OpaqueFunction(function=plant),
-            rig_node('valve_command', {}),
+            OpaqueFunction(function=valve_command),
             rig_node('friction_estimator', {}),
             rig_node(
                 'recorder',

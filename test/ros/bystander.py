@@ -32,8 +32,8 @@ class Bystander(Node):
         until(lambda: publisher.get_subscription_count() >= subscribers)
         return publisher.publish
 
-    def call(self, runner: Runner, kind: type, name: str, request: object) -> object:
-        """Call a service of a node that the runner runs."""
+    def call(self, runner: Runner | None, kind: type, name: str, request: object) -> object:
+        """Call a service of a node that the runner runs, or that runs by itself."""
         client = self.create_client(kind, name)
         until(client.service_is_ready)
         future = client.call_async(request)
@@ -41,7 +41,8 @@ class Bystander(Node):
         executor.add_node(self)
 
         def answered() -> bool:
-            runner.spin_once()
+            if runner:
+                runner.spin_once()
             executor.spin_once(timeout_sec=0.01)
             return future.done()
 

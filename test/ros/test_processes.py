@@ -16,6 +16,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import deserialize_message
 from rosbags.rosbag2 import Reader
+from std_srvs.srv import SetBool
 
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.embedding import hold_command
@@ -41,6 +42,8 @@ PARAMETERS = {
     'rig': ['recorder:output:={}'],
     'replay': ['bag:={}', 'repeat:=true'],
 }
+
+CONTROLLER = Path(__file__).resolve().parents[2] / 'examples' / 'own_controller.py'
 
 FILE_LIMIT = 300_000
 """Largest file of a process, which stands for a full disk [byte]."""
@@ -100,6 +103,30 @@ def contents(bag: Path) -> tuple[Counter, list[int]]:
             if connection.topic == '/joint_states':
                 stamps.append(unpack_stamp(bytes(cdr)))
     return counts, stamps
+
+
+def test_lock_step_of_the_page_goes_on_when_all_are_there(start, bystander):
+    plant = start('plant', 'use_sim_time:=true', 'speed:=0.0', 'paused:=true')
+    valves = start('valve_command', 'use_sim_time:=true', 'command_timeout:=0.0')
+    controller = subprocess.Popen([sys.executable, str(CONTROLLER)], env=dict(os.environ))
+    try:
+        samples = bystander.hear('joint_states')
+        found = (
+            ('u', 'valve_voltages'),
+            (bystander.count_publishers, bystander.count_subscribers),
+        )
+        until(lambda: all(count(topic) for topic, count in itertools.product(*found)))
+        time.sleep(1.0)  # they find each other as this node finds them
+        assert samples.take() is None
+        bystander.call(None, SetBool, '/plant/pause', SetBool.Request(data=False))
+        heard: list[int] = []
+        until(lambda: heard.extend(map(unpack_stamp, samples.take_all())) or len(heard) > 500)
+        assert heard == list(range(0, len(heard) * INTERVAL, INTERVAL))
+    finally:
+        controller.kill()
+        controller.wait()
+    stop(plant)
+    stop(valves)
 
 
 def test_four_processes_lose_nothing_and_stop_cleanly(start, tmp_path, bystander):
