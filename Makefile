@@ -49,7 +49,7 @@ gap: $(READY)  ## hide an effect in the rig, find it, close the gap (ARGS='--see
 	@$(BIN)/pneu-rig gap $(ARGS)
 
 .PHONY: test
-test: $(READY)  ## run the whole test suite (ARGS='-k name' passes options to pytest)
+test: $(READY)  ## run all tests but the long ones (ARGS='-k name' passes options to pytest)
 	@$(PYTEST) $(SHARED) $(ARGS)
 
 .PHONY: test-long

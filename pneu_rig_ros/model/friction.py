@@ -129,7 +129,7 @@ def film_steady_state(
 @compiled
 def film_rate(film: float, steady: float, sticking: bool, friction: Friction) -> float:
     """
-    Return dh/dt [1/s] (Eq. 12 and 13).
+    Return dh/dt [1/s] (Eq. 12), with the time constant tau_h [s] of Eq. 13.
 
     :param film: h [-]
     :param steady: h_ss [-]

@@ -27,8 +27,7 @@ from pneu_rig_ros.model.dynamics import (
     V_Z,
     VELOCITY,
 )
-from pneu_rig_ros.model.integrator import END, IntegratorState
-from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.integrator import IntegratorState
 
 
 class Impose(IntFlag):
@@ -44,15 +43,13 @@ class Impose(IntFlag):
     """Impose the measured motion until the next sample."""
     PRESSURES = auto()
     """Impose the measured pressures at this sample."""
-    REST = auto()
-    """The piston has come to rest."""
-    BREAK = auto()
-    """The piston has broken away."""
     HOLD = auto()
     """
     Go on from the measured position, creep and pressures, the bristle holding the piston, whatever
-    the model makes of it; with BREAK it has broken away meanwhile, some time ago.
+    the model makes of it.
     """
+    BREAK = auto()
+    """With HOLD: the piston has broken away meanwhile, some time ago."""
     RELEASE = auto()
     """No longer impose anything."""
     STOP = auto()
@@ -89,23 +86,6 @@ def set_position(state: Floats, position: float, model: CompiledModel) -> None:
     state[GAS_MASS_1] *= new_1 / old_1
     state[GAS_MASS_2] *= new_2 / old_2
     state[POSITION] = inside
-
-
-@compiled
-def switch(
-    time: float, memory: Floats, action: int, grown: float, rest: float, law: Friction
-) -> None:
-    """
-    Let the piston break away or come to rest; changes ``memory``.
-
-    :param time: now [s]
-    :param grown: Eq. 16 for the dwell so far [N]
-    :param rest: when the rest began [s], or the slide where the piston is held again
-    """
-    if action & Impose.BREAK.value and memory[STICKING] != 0.0:
-        events.break_away(rest if action & Impose.HOLD.value else time, memory, grown, law)
-    if action & Impose.REST.value and memory[STICKING] == 0.0:
-        events.enter_rest(rest, memory, law)
 
 
 def build_balance(evaluate: Callable[..., None]) -> Callable[..., None]:
@@ -170,8 +150,9 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
         model: CompiledModel,
         effects: tuple[object, ...],
     ) -> None:
-        state, memory, grown = carry.y1, carry.memory, carry.arrow[GROWN_STATIC]
-        switch(carry.clock[END], memory, action, grown, rest, model.friction)
+        state, memory = carry.y1, carry.memory
+        if action & Impose.BREAK.value and memory[STICKING] != 0.0:
+            events.break_away(rest, memory, carry.arrow[GROWN_STATIC], model.friction)
         if action & Impose.RESTART.value:
             at_stop = action & Impose.STOP.value != 0
             restart(carry, at_stop, measured, rest, model, effects)

@@ -86,7 +86,6 @@ class Plant:
     :param model: parameters of all sections
     :param effects: name -> parameters of each optional effect, with or without a ``Shape``
     :param tolerance: local error as a share of full scale [-]
-    :param longest_step: [s]
     :param temperatures: of the gas in both chambers at the start [K]; the supply's if omitted
     :raises RigError: for an unknown effect, or a shape that it cannot have
     """
@@ -96,11 +95,10 @@ class Plant:
         model: Model,
         effects: Mapping[str, Any] | None = None,
         tolerance: float = TOLERANCE,
-        longest_step: float = LONGEST_STEP,
         temperatures: tuple[float, float] | None = None,
     ) -> None:
         self.model = model
-        self.tolerance, self.longest_step = tolerance, longest_step
+        self.tolerance, self.longest_step = tolerance, LONGEST_STEP
         chosen = dict(sorted((effects or {}).items()))
         self._chosen = tuple(without_shape(own) for own in chosen.values())
         self._library = loaded = [library.load(name) for name in chosen]

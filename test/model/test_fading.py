@@ -230,24 +230,6 @@ def dwell_of(plant: Plant, time: float) -> float:
     return dynamics.clock(time, plant._carry.memory, plant._arguments.friction)
 
 
-def test_an_imposed_slide_fades_and_an_imposed_rest_goes_on() -> None:
-    imposed = Impose.MOTION
-    plant, end = followed(
-        {0: imposed, 50: imposed | Impose.BREAK, 150: imposed | Impose.REST}, {150: 140 * INTERVAL}
-    )
-    law = plant._arguments.friction
-    left = friction.faded_dwell(5.0 + 50 * INTERVAL, 90 * INTERVAL, law)
-    assert dwell_of(plant, end) == pytest.approx(left + 60 * INTERVAL)
-
-
-def test_a_slide_after_a_rest_has_begun_has_not_been() -> None:
-    imposed = Impose.MOTION
-    plant, end = followed(
-        {0: imposed, 50: imposed | Impose.BREAK, 60: imposed | Impose.REST}, {60: 40 * INTERVAL}
-    )
-    assert dwell_of(plant, end) == pytest.approx(5.0 + 200 * INTERVAL)
-
-
 def test_a_slide_cannot_have_begun_before_the_rest_it_ends() -> None:
     plant, end = followed({100: Impose.HOLD | Impose.BREAK}, {100: -50.0})
     assert dwell_of(plant, end) == pytest.approx(100 * INTERVAL, abs=INTERVAL)

@@ -46,16 +46,11 @@ def of_balances(
         smaller = explanation.without(part).apply(given)
         without = _losses(smaller, dataset)
         if cycles is not None and part.group == FORCE:
-            without[FORCE] += _added(cycles, smaller, all_causes)
+            without[FORCE] += float((cycles.losses(smaller) - cycles.losses(all_causes)).sum())
         for name in BALANCES:
             if without[name] - with_all[name] > DECISIVE:
                 shown[name].append(part)
     return {name: of_parts(parts) for name, parts in shown.items()}
-
-
-def _added(cycles: Cycles, smaller: Hypothesis, larger: Hypothesis) -> float:
-    """Return by how much the loss of cycles is larger under the first of two hypotheses [-]."""
-    return float((cycles.losses(smaller) - cycles.losses(larger)).sum())
 
 
 def _losses(hypothesis: Hypothesis, dataset: Dataset) -> dict[str, float]:

@@ -129,7 +129,7 @@ class Comparison:
 
     def evaluate(self, hypothesis: Hypothesis) -> tuple[Residuals, Floats]:
         """Return the residuals, and the accelerated mass in each window of the motion [kg]."""
-        run, velocity = self._corrected(hypothesis)
+        run, velocity = self.corrected(hypothesis)
         rates, _ = self._along(hypothesis, run, velocity)
         inertia = self.motion.averages(rates[:, along.INERTIA])
         residuals = Residuals(
@@ -143,13 +143,9 @@ class Comparison:
 
     def rates(self, hypothesis: Hypothesis) -> Floats:
         """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
-        return self._along(hypothesis, *self._corrected(hypothesis))[0]
+        return self._along(hypothesis, *self.corrected(hypothesis))[0]
 
-    def corrected(self, hypothesis: Hypothesis) -> Run:
-        """Return the run without the errors that the sensors have under a hypothesis."""
-        return self._corrected(hypothesis)[0]
-
-    def _corrected(self, hypothesis: Hypothesis) -> tuple[Run, Floats]:
+    def corrected(self, hypothesis: Hypothesis) -> tuple[Run, Floats]:
         """
         Return the run without the errors that the sensors have, and its velocity [m/s], (n - 1,).
 

@@ -95,7 +95,7 @@ def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
 
 def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     """Return p1, p2 as read [Pa] along the measured motion, shape (n - 1, 2)."""
-    run = comparison.corrected(hypothesis)
+    run = comparison.corrected(hypothesis)[0]
     plant = hypothesis.plant_of(run)
     plant.tolerance, plant.longest_step = IMPOSED_TOLERANCE, run.interval
     position = np.clip(run.smooth[:, 0], 0.0, run.stroke)

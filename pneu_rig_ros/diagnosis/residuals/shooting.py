@@ -113,7 +113,7 @@ class MultipleShooting:
         :param free: whether the simulation is started only once
         :param errors: added to x [m], p1, p2 [Pa] at each restart, shape (n - 1, 3)
         """
-        run = self.comparison.corrected(hypothesis)
+        run = self.comparison.corrected(hypothesis)[0]
         plant = hypothesis.plant_of(run)
         actions, measured, begins = self.restarts(run)
         if free:

@@ -85,7 +85,8 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
     None where that is as good, or a profile of a mechanism is, which is then the best explanation.
     """
     named, data = search.best, (search.training, search.held_out)
-    has_cause, discrepant = search.has_cause, is_discrepant(search)
+    has_cause = search.has_cause
+    discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
     reported = search.remaining_beyond_noise() if has_cause else 1.0
     search.restart()
     profile = rival_profile(search, named) if search.residuals_significant else None
@@ -104,11 +105,6 @@ def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> De
         return description
     search.best, (search.training, search.held_out) = named, data
     return None
-
-
-def is_discrepant(search: Search) -> bool:
-    """Return whether the best explanation is off by more than any noise."""
-    return rms(search.training.whitened(search.hypothesis)) > DISCREPANT
 
 
 def contest(
