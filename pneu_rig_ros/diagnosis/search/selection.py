@@ -8,6 +8,8 @@ and compared.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
@@ -27,6 +29,8 @@ MOST_CAUSES = 3
 """Causes of an explanation at most."""
 BEAM = 2
 """Explanations of one size that grow further."""
+RENEWALS = 3
+"""Fits at most, each under the noise of the one before."""
 CYCLES_EXPLAINED = 0.1
 """Share of the excess of the cycles below which no further cause is searched [-]."""
 
@@ -169,15 +173,26 @@ class Search(Growth):
         return [own, *(each for each in others if each.name != own.name)][:BEAM]
 
     def _renewed(self, chosen: ScoredFit) -> ScoredFit:
-        """Return an explanation fitted with the noise that the data have if it is true."""
+        """
+        Return an explanation fitted with the noise that the data have if it is true.
+
+        Where more mass is accelerated the noise is larger: a fit that moves under it is repeated.
+        """
         explanation = self.fit_thoroughly(chosen.explanation).explanation
-        hypothesis = explanation.apply(self.given)
-
-        def renewed(before: Dataset) -> Dataset:
-            data = Dataset.of(hypothesis, before.comparisons, self.rng)
-            return data if before.cycles is None else data.with_cycles(hypothesis, self.rng)
-
-        self.training, self.held_out = renewed(self.training), renewed(self.held_out)
-        again = fit(explanation, self.given, self.training, FINAL_ROUNDS)
+        for _ in range(RENEWALS):
+            self.training, self.held_out = (
+                self._with_noise_of(explanation, each) for each in (self.training, self.held_out)
+            )
+            before, again = explanation, fit(explanation, self.given, self.training, FINAL_ROUNDS)
+            explanation = again.explanation
+            step = np.abs(explanation.theta - before.theta)
+            if np.all(step < np.sqrt(np.diag(again.covariance))):
+                break
         self.best = score(again, self.given, self.training, self.held_out)
         return self.best
+
+    def _with_noise_of(self, explanation: Explanation, before: Dataset) -> Dataset:
+        """Return a dataset with the noise that it has if an explanation is true."""
+        hypothesis = explanation.apply(self.given)
+        data = Dataset.of(hypothesis, before.comparisons, self.rng)
+        return data if before.cycles is None else data.with_cycles(hypothesis, self.rng)
