@@ -116,7 +116,8 @@ def test_lock_step_of_the_page_goes_on_when_all_are_there(start, bystander):
             (bystander.count_publishers, bystander.count_subscribers),
         )
         until(lambda: all(count(topic) for topic, count in itertools.product(*found)))
-        time.sleep(1.0)  # they find each other as this node finds them
+        until(lambda: bystander.count_subscribers('joint_states') == 2)  # this node and another
+        time.sleep(2.0)  # they find each other as this node finds them
         assert samples.take() is None
         bystander.call(None, SetBool, '/plant/pause', SetBool.Request(data=False))
         heard: list[int] = []

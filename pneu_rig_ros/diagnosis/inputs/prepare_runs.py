@@ -197,7 +197,7 @@ def _check_span(recording: Recording, span: Span, path: Path) -> None:
         for name, end in ends.items()
         if name in recording
     }
-    if 'force' in recording:  # no span is stated: what noise leaves no trace of is its end
+    if 'force' in recording:  # its span is not stated; noise repeats no extreme so often
         force = recording['force']
         at_end |= {('force', end): force == end for end in (force.min(), force.max())}
     for (name, end), flags in at_end.items():
