@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -117,20 +118,35 @@ class Plant:
             self.effects += (shapes,)
         assembled = assemble(tuple(chosen), shapes is not None)
         self.right_hand_side, self._compiled_run, self._read, self._along = assembled
-        self.reset()
+        self._one_voltage = np.empty((1, 2))
+        self._index = 0
+        self._arguments = self._compiled_model()
 
     def reset(self) -> PlantState:
         """Go back to rest at the initial position; return the state there."""
         self._arguments = self._compiled_model()
-        self._carry = carry = self.initial_integrator_state()
+        self._index = 0
+        for name in ('_carry', '_one_state', '_one_extra'):
+            self.__dict__.pop(name, None)
+        return self.state
+
+    @cached_property
+    def _carry(self) -> integrator.IntegratorState:
+        """The integration; rates along a measured run need none."""
+        carry = self.initial_integrator_state()
         rates = carry.f1, carry.arrow, carry.memory, carry.voltages
         self.right_hand_side(0.0, carry.y1, *rates, self._arguments, self.effects)
         carry.counts[integrator.EVALUATIONS] += 1
-        self._index = 0
-        self._one_voltage = np.empty((1, 2))
-        self._one_state = carry.y1[np.newaxis].copy()
-        self._one_extra = np.array([[carry.f1[dynamics.VELOCITY], *carry.memory[:3]]])
-        return self.state
+        return carry
+
+    @cached_property
+    def _one_state(self) -> Floats:
+        return self._carry.y1[np.newaxis].copy()
+
+    @cached_property
+    def _one_extra(self) -> Floats:
+        carry = self._carry
+        return np.array([[carry.f1[dynamics.VELOCITY], *carry.memory[:3]]])
 
     def _compiled_model(self) -> CompiledModel:
         """Return the model; the dwell clock is that of an effect which the law is completed by."""
@@ -146,10 +162,10 @@ class Plant:
 
     def change_operation(self, **changes: float) -> None:
         """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""
+        self._carry.voltages[:] = np.nan  # the next run cuts the step under way
         operation = self.model.operation._replace(**changes)
         self.model = self.model._replace(operation=operation)
         self._arguments = self._compiled_model()
-        self._carry.voltages[:] = np.nan  # the next run cuts the step under way
 
     def run(self, voltages: Floats, interval: float) -> Trajectory:
         """

@@ -5,6 +5,7 @@ import numpy as np
 
 from . import constants as at
 from .foreign_force import MAXWELL_SLIP, slipped, viscous
+from .kept import kept
 from .motion import (
     drag,
     elements,
@@ -71,7 +72,7 @@ def level_at(
     return stribeck(y, static, coulomb, c, e), film
 
 
-@numba.njit
+@kept
 def friction_along(
     states: np.ndarray,
     sticking: np.ndarray,

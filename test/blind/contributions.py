@@ -8,13 +8,13 @@ would show, so that it holds: a flow of energy as gas at supply temperature [kg/
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from . import constants as at
 from .along import friction_along
 from .foreign_sensors import misread, present
 from .gas import gas_rates
+from .kept import kept
 from .motion import elastic, joint_force, outer_forces
 from .sensors import lagging
 
@@ -40,7 +40,7 @@ class Seen(NamedTuple):
     acceleration: np.ndarray
 
 
-@numba.njit
+@kept
 def pressure_rates(
     states: np.ndarray, targets: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> np.ndarray:

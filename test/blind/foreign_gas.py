@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from . import constants as at
+from .kept import kept
 
 WOSCHNI, EICHELBERG, LAMINAR_CONVECTION, TURBULENT_CONVECTION, BY_MASS, THIN_WALL = range(1, 7)
 LAMINAR_GAP, SONIC, LINEAR, POROUS, OPENING_SEAL, RELIEF = range(1, 7)
@@ -342,7 +343,7 @@ def late(voltages: np.ndarray, count: int) -> np.ndarray:
     return shifted
 
 
-@numba.njit
+@kept
 def targets(voltages: np.ndarray, interval: float, e: np.ndarray) -> np.ndarray:
     """
     Return where the voltages draw the spools to [V], shape (n, 2).

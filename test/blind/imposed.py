@@ -8,11 +8,11 @@ as a converter holds them.
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numba
 import numpy as np
 
 from . import constants as at
 from .gas import gas_rates
+from .kept import kept
 from .plant import Plant
 from .settings import Settings
 
@@ -24,7 +24,7 @@ Path = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Times [s] -> position [m] and velocity [m/s] there."""
 
 
-@numba.njit
+@kept
 def march(
     y: np.ndarray,
     x: np.ndarray,

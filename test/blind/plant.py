@@ -7,7 +7,6 @@ Nothing here comes from the package's model; only its configuration files are re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from scipy.integrate import LSODA
 
@@ -15,6 +14,7 @@ from . import constants as at
 from . import foreign
 from .foreign_gas import RUN, targets
 from .gas import gas_rates
+from .kept import kept
 from .motion import drag, elements, levels, motion_rates, share_left, static_after
 
 TOLERANCE = 1e-7
@@ -44,7 +44,7 @@ class Motion(NamedTuple):
     """All of the state, where the plant made the motion, shape (n, STATES)."""
 
 
-@numba.njit
+@kept
 def rates(
     t: float,
     y: np.ndarray,

@@ -156,7 +156,7 @@ class Comparison:
             return self.readings, self.run.velocity
         run, velocity = self.run, self.run.velocity
         if hypothesis.position_zero != 0.0:
-            run = run.with_readings(run.position - hypothesis.position_zero, run.pressures)
+            run = run.with_zero(hypothesis.position_zero)
         if hypothesis.gains != CALIBRATED:
             x, *pressures = hypothesis.gains
             run, velocity = run.with_gains(x, np.array(pressures)), velocity / x
