@@ -53,7 +53,7 @@ test: $(READY)  ## run all tests but the long ones (ARGS='-k name' passes option
 	@$(PYTEST) $(SHARED) $(ARGS)
 
 .PHONY: test-long
-test-long: $(READY)  ## run the tests that take minutes to hours (ARGS='--minutes=1 --rigs=500 --kills=2')
+test-long: $(READY)  ## run the tests that take minutes to an hour (ARGS='--minutes=1 --rigs=500 --kills=2')
 	@$(LONG_TESTS) $(ARGS)
 
 # The libraries choose their code by the processor; each variant makes them choose otherwise.
@@ -73,7 +73,7 @@ $(ARITHMETIC:%=test-%): test-%: $(READY)
 	@$(ENVIRONMENT_$*) $(PYTEST) $(SHARED) -m 'not live and not long' $(OPTIONS_$*) $(ARGS)
 
 .PHONY: bench
-bench: $(READY)  ## measure all of docs/benchmarks.md, write benchmarks/results.json
+bench: $(READY)  ## measure all of docs/benchmarks.md, write benchmarks/results.json (ARGS=offline: without live nodes)
 	@$(BIN)/python -m benchmarks $(ARGS)
 
 .PHONY: hardware

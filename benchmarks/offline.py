@@ -51,7 +51,7 @@ class Stroke(NamedTuple):
 
 
 def run(progress: Progress) -> dict[str, Any]:
-    """Run all offline benchmarks; return figures that ``report`` prints."""
+    """Run all offline benchmarks; return figures that ``page.table`` prints."""
     bar = progress.add_task('strokes at equal error', total=len(STROKES) * (2 + len(PEERS)))
     strokes = {}
     for name in STROKES:

@@ -204,10 +204,16 @@ def commands() -> Lines:
     yield from (
         '# Commands',
         '',
-        'The output of `pneu-rig COMMAND --help`. Errors are one line on',
+        'The output of `pneu-rig COMMAND --help`. Errors are one line on stderr. `--json` prints',
+        'plain data on stdout and nothing else; `--quiet` prints nothing but errors.',
+        '',
+        '| exit code | meaning |',
+        '| --- | --- |',
+        '| 0 | done, whatever the result: a diagnosis may find nothing, or something unknown |',
+        '| 2 | the input cannot be used; the line says what, where and what is allowed |',
+        '| 1 | an error of the program, or what read its output (`head`) has gone |',
+        '| 130 | interrupted by Ctrl-C or SIGTERM |',
     )
-    yield 'stderr and exit code 2, an interrupted command ends with 130. `--json` prints plain'
-    yield 'data on stdout and nothing else; `--quiet` prints nothing but errors.'
     for name, subcommand in sorted(command.commands.items()):
         parent = click.Context(command, info_name='pneu-rig', max_content_width=99)
         with click.Context(

@@ -105,7 +105,7 @@ def rests_of(speed: Floats, interval: float, noise: float) -> list[Rest]:
     ]
 
 
-def at_rest(rests: Sequence[Rest], size: int) -> Flags:
+def rest_flags(rests: Sequence[Rest], size: int) -> Flags:
     """Return which of a number of samples are in one of the rests, shape (size,)."""
     flags = np.zeros(size, dtype=np.bool_)
     for rest in rests:
@@ -165,7 +165,7 @@ def end_stops(
             pushed = near & (side * running_mean(push, interval, PUSH_WINDOW) > LEAST_PUSH)
         else:
             came = np.logical_or.accumulate(side * mean < side * end)
-            pushed = near & came & at_rest(rests, position.size)
+            pushed = near & came & rest_flags(rests, position.size)
         if pushed.any():
             farthest = (side * mean[pushed]).max()
             sides[pushed & (side * place >= farthest - margin)] = side

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.motion import at_rest, find_rests
+from pneu_rig_ros.analysis.motion import find_rests, rest_flags
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
 
@@ -105,7 +105,7 @@ def gradual(values: Floats) -> float:
 
 def in_slips(stroke: Stroke) -> Flags:
     """Return which samples are between a breakaway and the next rest, shape (n,)."""
-    return ~at_rest(find_rests(stroke.run.position, INTERVAL), stroke.run.time.size)
+    return ~rest_flags(find_rests(stroke.run.position, INTERVAL), stroke.run.time.size)
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,11 @@ from pneu_rig_ros.cli.options import examples
 from pneu_rig_ros.cli.sweep import sweep
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 
-UNREAD, ERROR, INTERRUPTED = 1, 2, 130
-"""Exit codes: the reader of the output has gone, an error, Ctrl-C or SIGTERM."""
+UNEXPECTED, ERROR, INTERRUPTED = 1, 2, 130
+"""
+Exit codes: an error of the program, or the reader of its output has gone; an error of the input;
+Ctrl-C or SIGTERM.
+"""
 
 SHELLS = ('bash', 'zsh', 'fish')
 
@@ -95,7 +98,7 @@ for _subcommand in (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run `pneu-rig`; return the exit code: 0, 2 for an error, 130 when interrupted."""
+    """Run `pneu-rig`; return the exit code: 0, or one of those above."""
     previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         command.main(arguments, prog_name='pneu-rig', standalone_mode=False)
@@ -110,14 +113,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         # The reader of the output, such as `head`, has ended.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return UNREAD
+        return UNEXPECTED
     except (RigError, click.ClickException) as error:
         return _fail(str(error))
     except Exception as error:
         if os.environ.get('PNEU_RIG_DEBUG'):
             traceback.print_exc()
         kind = type(error).__name__
-        return _fail(f'unexpected {kind}: {error}; set PNEU_RIG_DEBUG=1 for the traceback')
+        _fail(f'unexpected {kind}: {error}; set PNEU_RIG_DEBUG=1 for the traceback')
+        return UNEXPECTED
     finally:
         signal.signal(signal.SIGTERM, previous)
     return 0

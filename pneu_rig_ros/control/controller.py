@@ -42,7 +42,7 @@ class Pid:
         """Integrate."""
         self._integral += self._gains.integral_gain * error * interval
 
-    def rest(self) -> None:
+    def clear(self) -> None:
         """Empty the integral."""
         self._integral = 0.0
 
@@ -92,13 +92,13 @@ class SlidingMode:
         """Integrate, but only within the boundary layer: outside, the integral would wind up."""
         self._integral += error * interval if self._inside else 0.0
 
-    def rest(self) -> None:
+    def clear(self) -> None:
         """Empty the integral."""
         self._integral = 0.0
 
 
 Law = Pid | SlidingMode
-"""From error to raw command; `learn` updates its memory, `rest` clears it."""
+"""From error to raw command; `learn` updates its memory, `clear` empties it."""
 
 STILL = 1e-4
 """A reference slower than this stands still [m/s]."""
@@ -160,7 +160,7 @@ class PositionController:
         rate = self._rate(reference, interval)
         error = reference - position
         if abs(error) < self._compensation.tolerance and abs(rate) < STILL:
-            self._law.rest()
+            self._law.clear()
             return 0.0
         raw = self._law.command(error, rate - velocity, rate)
         wanted = self._compensation.jump(raw)

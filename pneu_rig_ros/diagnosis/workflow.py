@@ -45,9 +45,9 @@ from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, l
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.empirical import Description
 from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
+from pneu_rig_ros.diagnosis.search.name_or_unknown import describe_if_unknown
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, excess
 from pneu_rig_ros.diagnosis.search.selection import Search
-from pneu_rig_ros.diagnosis.search.unknown import describe_unknown
 from pneu_rig_ros.executor import Executor, SerialExecutor
 
 Progress = Callable[[str, float], None]
@@ -194,7 +194,7 @@ def diagnose(
         where = where if found else []
     elif search.leaves_something(remaining):
         progress('describing the unknown cause', 0.88)
-        unknown = describe_unknown(search, where)
+        unknown = describe_if_unknown(search, where)
     best, errors = search.best if unknown is None else search.calibrated, np.zeros((1, 0))
     if best is not None:
         progress('finding the errors of the fitted values', 0.93)

@@ -52,7 +52,7 @@ HELD = 2.0
 """Arrow-shaped Jacobian of (v, z, p1, p2), row_column; acceleration without a stop; Eq. 16."""
 ARROW_SIZE = 12
 
-REST_SPEED = 1e-5
+SIGN_SMOOTHING_SPEED = 1e-5
 """Speed below which the Jacobian, and only that, ignores the sign of the velocity [m/s]."""
 LEAST_SHARE = 0.01
 """Share of F_c and F_smax that remains whatever the effects take away: friction never drives."""
@@ -198,18 +198,18 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         coulomb = max(law.coulomb_force + level_c, LEAST_SHARE * law.coulomb_force)
         breakaway = max(law.breakaway_force + level_s, LEAST_SHARE * law.breakaway_force)
         static, grown = static_forces(s.time, memory, breakaway, coulomb, law)
-        at_rest = friction.static_level(film, static, coulomb, law)
+        level_at_rest = friction.static_level(film, static, coulomb, law)
         share, _ = add_film(s, model, effects, state, rate)
-        at_rest -= min(share, 1.0) * (at_rest - coulomb)
+        level_at_rest -= min(share, 1.0) * (level_at_rest - coulomb)
         power = friction.stribeck_power(v, law)
-        level = friction.sliding_level(power, at_rest, coulomb)
+        level = friction.sliding_level(power, level_at_rest, coulomb)
         steady = friction.film_steady_state(v, static, coulomb, law)
         rate[DEFLECTION] = friction.bristle_deflection_rate(v, bristles, level)
         resting = friction.film_rests(v, s.seal.sticking, law)
         rate[FILM] = friction.film_rate(film, steady, resting, law)
 
         # near rest the slope of |v| is taken as zero: between its two sides, a stiff step settles
-        slope = bristles / level * v / (abs(v) + REST_SPEED)
+        slope = bristles / level * v / (abs(v) + SIGN_SMOOTHING_SPEED)
         bend = law.stribeck_exponent * power * (level - coulomb) / level
         arrow[Z_V] = 1.0 - slope - slope * bend
         arrow[Z_Z] = -abs(v) * stiffness / level

@@ -1,7 +1,8 @@
 """
 What ends a smooth stretch of motion, and what changes then.
 
-Breakaway and arrest (the zero-velocity thresholds of Eq. 13 and 16), contact with an end stop,
+Breakaway and arrest (the zero-velocity thresholds of Eq. 16; that of Eq. 13 ends no stretch
+unless it is the same), contact with an end stop,
 release from it, and the reversals that F(z) remembers. The end stops are rigid and the impact is
 perfectly plastic: the piston stays at the stop until the net force points inwards.
 """

@@ -127,15 +127,15 @@ def film_steady_state(
 
 
 @compiled
-def film_rate(film: float, steady: float, sticking: bool, friction: Friction) -> float:
+def film_rate(film: float, steady: float, resting: bool, friction: Friction) -> float:
     """
     Return dh/dt [1/s] (Eq. 12), with the time constant tau_h [s] of Eq. 13.
 
     :param film: h [-]
     :param steady: h_ss [-]
-    :param sticking: whether v counts as zero in Eq. 13
+    :param resting: whether v counts as zero in Eq. 13, see ``film_rests``
     """
-    if sticking:
+    if resting:
         time = friction.film_time_dwell
     elif film <= steady:
         time = friction.film_time_acceleration

@@ -12,10 +12,10 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import along, dynamics, integrator, piston
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
-from pneu_rig_ros.model.at_rest import at_rest
 from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
+from pneu_rig_ros.model.initial_state import initial_state
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.shape import rows, without_shape
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
@@ -158,7 +158,7 @@ class Plant:
 
     def initial_integrator_state(self) -> integrator.IntegratorState:
         """Return the integration of the model at rest, before its first step."""
-        return at_rest(self.model, self._arguments, self.state_size, self._temperatures)
+        return initial_state(self.model, self._arguments, self.state_size, self._temperatures)
 
     def change_operation(self, **changes: float) -> None:
         """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""

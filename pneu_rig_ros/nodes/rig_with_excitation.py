@@ -11,7 +11,7 @@ from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 
 
-class LockStepPlant(PlantNode):
+class PlantWokenByLoop(PlantNode):
     """
     Wakes the process at each message between plant, excitation and valve command.
 
@@ -35,7 +35,7 @@ class ProfileOnce(ExcitationNode):
         self.done = self.played
 
 
-NODES = (LockStepPlant, ProfileOnce, ValveCommandNode, FrictionEstimatorNode, RecorderNode)
+NODES = (PlantWokenByLoop, ProfileOnce, ValveCommandNode, FrictionEstimatorNode, RecorderNode)
 """In the order of their messages, so that one update of all nodes is one lock step."""
 
 main = partial(runner.main, NODES)

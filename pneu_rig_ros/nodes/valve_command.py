@@ -25,7 +25,8 @@ class ValveCommandNode(ManagedNode):
     """
     Answers each command `u` [V] with `valve_voltages` [V].
 
-    A command that is not finite or beyond 1000 V is rejected and the last valid one stays. Without
+    A command that is not finite or beyond 1000 V is rejected and the last valid one stays; in
+    simulated time it is answered with that one, as a plant in lock step waits for it. Without
     a command for `command_timeout` u is set to 0, also after a start, because the valves may still
     be open. Of several waiting commands the newest is answered, from any publisher. With trigger
     `sample` the node answers each sample from the first command on, and the timeout is in the time
@@ -95,15 +96,16 @@ class ValveCommandNode(ManagedNode):
                 self._answer()
 
     def _take_commands(self) -> bool:
-        """Take the newest valid command; return whether there was one."""
-        valid = False
+        """Take the newest valid command; return whether the voltages are to be published."""
+        answer = False
         for cdr in self._commands.take_all():
             self._command_rate.count += 1
+            answer = answer or self.simulated_time
             with self.skip_invalid(self._commands, f'keeping {self._u or 0.0:g} V'):
                 self._u = checked_command(unpack_float64(cdr))
                 self._command_ns = self._now_ns
-                valid = True
-        return valid
+                answer = True
+        return answer
 
     def _timed_out(self) -> bool:
         """Set u to 0 if the last command is too old; return whether it was set."""

@@ -18,7 +18,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.records.bag import folder_of
-from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE, convert
+from pneu_rig_ros.records.units import DEFAULT_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
 from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml
 
@@ -128,7 +128,7 @@ def parse_conditions(text: str, origin: str) -> dict[str, float]:
     # The atmosphere first, as the zero of the others' gauge pressures.
     for key in sorted(data, key=lambda name: name != _ATMOSPHERE):
         quantity, where = CONDITIONS[key], f'{origin}: {key}'
-        zero = None if key == _ATMOSPHERE else values.get(_ATMOSPHERE, STANDARD_ATMOSPHERE)
+        zero = None if key == _ATMOSPHERE else values.get(_ATMOSPHERE, DEFAULT_ATMOSPHERE)
         values[key] = quantity.check(convert(data[key], quantity.unit, where, zero), where)
     return {name: values[name] for name in CONDITIONS if name in values}
 

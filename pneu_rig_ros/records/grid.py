@@ -3,7 +3,8 @@ Fits a uniform sampling grid to the stamps of other recorders.
 
 A recording's samples lie at ``start + k * interval`` exactly. Stamps that do so but for their own
 rounding, or with samples missing, are put on that grid as they are. Stamps that jitter by more are
-taken as the times of the samples, and the signals are interpolated onto the grid.
+taken as the times of the samples, and the signals are interpolated onto the grid; where two stamps
+are farther apart than an interval and a half, samples are missing.
 """
 
 from collections.abc import Mapping
@@ -100,35 +101,39 @@ def to_grid(columns: Columns) -> Grid:
     rounding = _resolution(time)
     if index is not None and off <= max(rounding, JITTER * interval):
         interval_ns = round(shortest_decimal(interval, int(index[-1]), rounding) * 1e9)
-        recorded, signals, note = _filled(index, columns.signals)
+        recorded, signals = _filled(index, columns.signals)
+        note = ''
     else:
         interval_ns = round(float(np.median(np.diff(time))) * 1e9)
         recorded, signals, note = _interpolated(time, interval_ns, columns.signals)
     start_ns = columns.epoch_ns + round(float(time[0]) * 1e9)
-    if start_ns < 0:
-        note += f'{"; " if note else ""}time starts at {time[0]:g} s; moved to 0 s'
-    return Grid(max(start_ns, 0), interval_ns, recorded, signals, note)
+    absent = recorded.size - np.count_nonzero(recorded)
+    notes = (
+        note,
+        f'{absent} of {recorded.size} samples are missing' if absent else '',
+        f'time starts at {time[0]:g} s; moved to 0 s' if start_ns < 0 else '',
+    )
+    remark = '; '.join(filter(None, notes))
+    return Grid(max(start_ns, 0), interval_ns, recorded, signals, remark)
 
 
-def _filled(
-    index: Stamps, signals: Mapping[str, Floats]
-) -> tuple[Flags, Mapping[str, Floats], str]:
-    """Return which samples of the grid have these numbers, signals without gaps, and a note."""
+def _filled(index: Stamps, signals: Mapping[str, Floats]) -> tuple[Flags, Mapping[str, Floats]]:
+    """Return which samples of the grid have these numbers, and signals without gaps."""
     size = int(index[-1]) + 1
     check_gaps(size, index.size)
     recorded = np.zeros(size, dtype=np.bool_)
     recorded[index] = True
     if size == index.size:
-        return recorded, signals, ''
+        return recorded, signals
     wanted, known = np.arange(size, dtype=np.float64), index.astype(np.float64)
     filled = {name: resample(wanted, known, v, name) for name, v in signals.items()}
-    return recorded, filled, f'{size - index.size} of {size} samples are missing'
+    return recorded, filled
 
 
 def _interpolated(
     time: Floats, interval_ns: int, signals: Mapping[str, Floats]
 ) -> tuple[Flags, Mapping[str, Floats], str]:
-    """Return the same for stamps that are not on the grid, as if all samples were recorded."""
+    """Return the same for stamps that are not on the grid, and how that was done."""
     interval, steps = interval_ns * 1e-9, np.diff(time)
     last = (time[-1] - time[0]) / interval
     check_gaps(int(last) + 1, time.size)
@@ -138,7 +143,21 @@ def _interpolated(
         f'time steps of {_ms(steps.min())} to {_ms(steps.max())} ms: interpolated onto '
         f'steps of {_ms(interval)} ms'
     )
-    return np.ones(wanted.size, dtype=np.bool_), kept, note
+    return _near(wanted, time, interval), kept, note
+
+
+def _near(wanted: Floats, time: Floats, interval: float) -> Flags:
+    """
+    Return at which times something was recorded.
+
+    A time between two samples at the usual distance is; one in a gap only within half an interval
+    of either end.
+    """
+    after = np.clip(np.searchsorted(time, wanted), 1, time.size - 1)
+    before, ahead = time[after - 1], time[after]
+    usual = ahead - before < 1.5 * interval
+    near: Flags = usual | (np.minimum(wanted - before, ahead - wanted) <= 0.5 * interval)
+    return near
 
 
 def resample(wanted: Floats, known: Floats, values: Floats, name: str) -> Floats:

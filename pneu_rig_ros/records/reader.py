@@ -16,7 +16,7 @@ from pneu_rig_ros.records.mapping import read_mapping
 from pneu_rig_ros.records.own_bag import read_own_bag
 from pneu_rig_ros.records.recording import NEVER, Recording
 from pneu_rig_ros.records.text_table import read_columns
-from pneu_rig_ros.records.units import STANDARD_ATMOSPHERE
+from pneu_rig_ros.records.units import DEFAULT_ATMOSPHERE
 
 UNPROTECTED = 'no checksums: changed bits would not be noticed'
 
@@ -54,7 +54,7 @@ def read_recording(
         conditions_beside(path).get('atmospheric_pressure'),
         atmospheric_pressure,
     )
-    zero = next((value for value in given if value is not None), STANDARD_ATMOSPHERE)
+    zero = next((value for value in given if value is not None), DEFAULT_ATMOSPHERE)
     if known is None or is_bag(path):
         return _on_grid(path, read_mapped_bag(path, known, zero), zero)
     return _on_grid(path, read_columns(path, known, zero), zero)

@@ -15,7 +15,7 @@ from pneu_rig_ros.errors import RigError
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-STANDARD_ATMOSPHERE = 1e5
+DEFAULT_ATMOSPHERE = 1e5
 """Default atmospheric pressure [Pa], as in ``config/rig.yaml``."""
 
 ALIASES = {'-': 'dimensionless', '"': 'inch', 'lbs': 'lbf', 'lb': 'lbf', 'kgf': 'kilogram_force'}

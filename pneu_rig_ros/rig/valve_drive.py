@@ -50,7 +50,7 @@ def _dac(voltage: float) -> float:
 
 
 def voltages_of(u: Floats) -> tuple[Floats, Floats]:
-    """Return what ``valve_voltages`` returns for each of many commands u [V], shape (n,) each."""
+    """Return u1, u2 as ``valve_voltages`` for each of many finite u [V], shape (n,) each."""
     saturated = (np.clip(v, 0.0, FULL_VOLTAGE) for v in (CENTRE_VOLTAGE + u, CENTRE_VOLTAGE - u))
     voltage_1, voltage_2 = (np.round(v / DAC_STEP) * DAC_STEP for v in saturated)
     return voltage_1, voltage_2

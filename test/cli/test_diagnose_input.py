@@ -198,7 +198,7 @@ def test_rows_that_are_missing(terminal: Terminal) -> None:
     known, model = mapping(Path('map.yaml'), *SEAL), system_file(Path(), BENCH)
     assert refused(terminal, *runs, '--map', known, '--model', model) == (
         'run_1.csv: 50 samples of position are missing in succession, from 5.00 to 5.49 s, '
-        'at most 5 allowed; cut the recording there'
+        'at most 30 allowed; cut the recording there'
     )
 
 

@@ -148,7 +148,7 @@ def test_outside_the_boundary_layer_nothing_is_integrated() -> None:
     near = law.command(1e-3, 0.0, 0.0)
     law.learn(1e-3, 1.0)
     assert 0.0 < near < law.command(1e-3, 0.0, 0.0)
-    law.rest()
+    law.clear()
     assert law.command(1e-3, 0.0, 0.0) == near
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.analysis.motion import at_rest, find_rests
+from pneu_rig_ros.analysis.motion import find_rests, rest_flags
 from pneu_rig_ros.control.observer import RestDetector
 
 INTERVAL = 1.16e-3
@@ -14,7 +14,7 @@ def test_causal_and_offline_detector_agree(noise: float) -> None:
     time = np.arange(0.0, 12.0, INTERVAL)
     position = 0.05 + 0.02 * np.clip((time % 4.0) - 2.0, 0.0, 1.0) + 0.02 * (time // 4.0)
     read = position + np.random.default_rng(0).normal(0.0, noise, time.size)
-    offline = at_rest(find_rests(read, INTERVAL, noise), time.size)
+    offline = rest_flags(find_rests(read, INTERVAL, noise), time.size)
     detector = RestDetector(INTERVAL, noise)
     late = detector.size
     causal = []

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pneu_rig_ros.diagnosis.search.unknown import Contest
+from pneu_rig_ros.diagnosis.search.name_or_unknown import Contest
 
 LIKELIER, SIMPLE = True, True
 

@@ -67,7 +67,7 @@ def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_pat
     for i in range(RUNS):
         rig = configured('cylinder_1', seed=i, supply_pressure=(5.0 + 0.3 * i) * 1e5)
         factor = WORN if i == 2 else 1.0
-        bags.append(simulate(rubbing(rig, factor), 0.34, 6.0, tmp_path / f'run_{i}'))
+        bags.append(simulate(rubbing(rig, factor), 0.34, 3.0, tmp_path / f'run_{i}'))
     system_of(tmp_path, configured('cylinder_1'))
     data = answer(diagnose(bags[:4], tmp_path / 'model.yaml', bags[4:]))
     jsonschema.validate(data, json.loads(SCHEMA.read_text()))

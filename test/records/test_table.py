@@ -177,6 +177,21 @@ def test_jittering_stamps_are_interpolated_and_it_is_told(write: Writer) -> None
     np.testing.assert_allclose(table['position'], there, atol=2e-6)
 
 
+def test_gaps_between_jittering_stamps_are_missing_samples(write: Writer) -> None:
+    late = TIME + 4e-4 * np.random.default_rng(1).uniform(-1, 1, COUNT)
+    gap = slice(50, 80)
+    lines = [
+        [f'{t * 1e3:.6f}', f'{1e3 * (0.05 + 0.03 * np.sin(6.0 * t)):.9g}', '2.0']
+        for t in np.delete(late, gap)
+    ]
+    table = read_recording(write([HEADER, *lines]), MAPPING)
+    missing = (table.missing['position'] - table.start_ns) / table.interval_ns
+    assert missing == pytest.approx(np.arange(missing[0], missing[0] + missing.size))
+    assert missing.size == pytest.approx(30, abs=1)
+    assert missing[0] == pytest.approx(50, abs=1)
+    assert table.notes[0].endswith(f'{missing.size} of {table.time.size} samples are missing')
+
+
 def test_voltages_are_held_where_samples_are_missing(write: Writer) -> None:
     lines = [['0', '1'], ['1', '1'], ['2', '1'], ['5', '3'], ['6', '3']]
     mapping = {'time': {'column': 1, 'unit': 's'}, 'u': {'column': 2, 'unit': 'V'}}

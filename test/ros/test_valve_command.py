@@ -51,6 +51,20 @@ def test_each_command_is_answered_and_a_wrong_one_leaves_the_last(start, bystand
     assert voltages.take() is None
 
 
+def test_in_simulated_time_a_wrong_command_is_answered_with_the_last(start, bystander):
+    """Lock step would wait for ever."""
+    runner = start(use_sim_time=True, command_timeout=0.0)
+    voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
+    until(lambda: runner.nodes[0].count_subscribers('valve_voltages'))
+    expected = valve_voltages(0.0)
+    for u in (math.nan, 0.34, math.inf, b''):
+        say(u if isinstance(u, bytes) else pack_float64(u))
+        if u == 0.34:
+            expected = valve_voltages(u)
+        assert answers(runner, voltages, 1) == [expected]
+    assert runner.nodes[0].refused == 3
+
+
 def test_of_commands_that_wait_the_newest_is_answered(start, bystander):
     runner = start(command_timeout=0.0, wait_for_subscribers=1)
     voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')

@@ -33,6 +33,8 @@ LEAST_DURATION = 1.0
 """A shorter recording is refused [s]."""
 LONGEST_GAP = 0.025
 """Samples that are missing for longer leave nothing of a slip: half its duration [s]."""
+LONGEST_IMPOSED_GAP = 0.3
+"""The same of a motion that a bench imposes, which goes on as it did and has no slips [s]."""
 LEAST_GAP = 5
 """Samples of a slower signal that may be missing in succession."""
 ESTIMATED = ('velocity', 'friction')
@@ -212,7 +214,8 @@ def _check_span(recording: Recording, span: Span, path: Path) -> None:
 def _check_gaps(recording: Recording, path: Path) -> None:
     """Raise RigError where so many samples are missing in succession that none can be guessed."""
     interval = recording.interval_ns
-    allowed = max(LEAST_GAP, round(1e9 * LONGEST_GAP / interval))
+    longest_gap = LONGEST_IMPOSED_GAP if 'force' in recording else LONGEST_GAP
+    allowed = max(LEAST_GAP, round(1e9 * longest_gap / interval))
     used = {name: at for name, at in recording.missing.items() if name not in ESTIMATED}
     for name, stamps in used.items():
         gaps = np.split(stamps, np.flatnonzero(np.diff(stamps) > interval) + 1)

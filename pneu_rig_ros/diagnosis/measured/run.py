@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
-from pneu_rig_ros.analysis.motion import Rest, Sides, at_rest, breakaways, end_stops, find_rests
+from pneu_rig_ros.analysis.motion import Rest, Sides, breakaways, end_stops, find_rests, rest_flags
 from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, from_when, unclipped
@@ -125,7 +125,7 @@ class Run:
     @cached_property
     def resting(self) -> Flags:
         """Whether the piston rests throughout an interval, shape (n - 1,)."""
-        flags = at_rest(self.rests, self.size)
+        flags = rest_flags(self.rests, self.size)
         both: Flags = flags[1:] & flags[:-1]
         return both
 

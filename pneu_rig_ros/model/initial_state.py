@@ -21,7 +21,7 @@ from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
 
-def at_rest(
+def initial_state(
     model: Model, arguments: CompiledModel, size: int, temperatures: tuple[float, float]
 ) -> IntegratorState:
     """

@@ -78,7 +78,9 @@ class Contest(NamedTuple):
         return MOST_LEFT_REPORTED if self.is_effect else MOST_LEFT
 
 
-def describe_unknown(search: Search, where: Sequence[SignificantResidual]) -> Description | None:
+def describe_if_unknown(
+    search: Search, where: Sequence[SignificantResidual]
+) -> Description | None:
     """
     Return empirical terms in place of the best explanation.
 
