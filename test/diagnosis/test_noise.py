@@ -173,7 +173,9 @@ def test_noise_that_is_cut_off_is_put_right() -> None:
     rng = np.random.default_rng(0)
     for true in (0.0, 0.5, 1.0, 3.0):
         readings = np.maximum(true + rng.standard_normal(200_000), 0.0)
-        assert readings.mean() == pytest.approx(float(positive_mean(np.array(true))), abs=0.01)
+        assert readings.mean() == pytest.approx(
+            float(positive_mean(np.array([true]))[0]), abs=0.01
+        )
         found = unclipped(np.array([1e5 + 150.0 * readings.mean()]), 1e5, 150.0)
         assert found[0] == pytest.approx(1e5 + 150.0 * true, abs=3.0)
 

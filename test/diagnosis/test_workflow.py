@@ -298,6 +298,7 @@ def test_growth_of_static_friction_with_dwell_time_is_found_by_cycles(tmp_path: 
     assert after < 0.2 * before
 
 
+@pytest.mark.long  # that of sealed chambers is below, many of rigs are in test/blind
 def test_effect_of_a_rig_that_the_library_lacks_is_unknown_but_described(tmp_path: Path) -> None:
     data = checked(rigs(tmp_path, cold, without=library.causes()))
     assert data['verdict'] == 'unknown'
