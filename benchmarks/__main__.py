@@ -21,12 +21,12 @@ def main() -> None:
     parser.add_argument('--seconds', type=float, default=60.0, help='length of the live runs')
     arguments = parser.parse_args()
     results = json.loads(RESULTS.read_text())
-    results.update(date=datetime.date.today().isoformat(), machine=machine())
+    origin = {'date': datetime.date.today().isoformat(), 'machine': machine()}
     if arguments.part in (None, 'offline'):
         with Progress(transient=True) as progress:
-            results.update(offline.run(progress))
+            results.update(offline.run(progress), **origin)
     if arguments.part in (None, 'live'):
-        results['live'] = live.run(seconds=arguments.seconds)
+        results['live'] = {**live.run(seconds=arguments.seconds), **origin}
     RESULTS.write_text(json.dumps(results, indent=2) + '\n')
     page.update(results)
     print(page.table(results))

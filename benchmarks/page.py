@@ -50,7 +50,9 @@ def table(results: dict[str, Any]) -> str:
     ]
     lines = ['| figure | measured | wanted |', '| --- | --- | --- |']
     lines += [f'| {what} | {value} | {wanted} |' for what, value, wanted in rows]
-    return '\n'.join([*lines, '', f'{results["machine"]}; {results["date"]}.'])
+    offline, online = (f'{part["machine"]}, {part["date"]}' for part in (results, live))
+    origin = offline if offline == online else f'{offline}; live: {online}'
+    return '\n'.join([*lines, '', f'{origin}.'])
 
 
 def number(value: float | None) -> str:

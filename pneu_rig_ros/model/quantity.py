@@ -111,6 +111,17 @@ def unknown(name: str, allowed: Iterable[str]) -> str:
     return f'unknown name {name!r}{hint}, allowed: {", ".join(names) or "none"}'
 
 
+def mapping_of(data: object, allowed: Iterable[str], where: str) -> dict[str, Any]:
+    """Return data of YAML that are a mapping of allowed keys; RigError for anything else."""
+    names = list(allowed)
+    if not isinstance(data, dict):
+        raise RigError(f'{where}: expected a mapping with {", ".join(names)}')
+    for key in data:
+        if key not in names:
+            raise RigError(f'{where}: {unknown(str(key), names)}')
+    return data
+
+
 def specifications(section: type[Any]) -> dict[str, Specification]:
     """Return field name -> specification of a section declared with ``Annotated`` fields."""
     hints = get_type_hints(section, include_extras=True)
@@ -124,14 +135,10 @@ def read_section(section: type[Any], values: object, where: str) -> Any:
     :raises RigError: for a missing or unknown key, a wrong unit, or a value out of range
     """
     wanted = specifications(section)
-    if not isinstance(values, dict):
-        raise RigError(f'{where}: expected a mapping with {", ".join(wanted)}')
-    for key in values:
-        if key not in wanted:
-            raise RigError(f'{where}: {unknown(str(key), wanted)}')
-    if missing := [k for k in wanted if k not in values and k not in section._field_defaults]:
+    given = mapping_of(values, wanted, where)
+    if missing := [k for k in wanted if k not in given and k not in section._field_defaults]:
         raise RigError(f'{where}: missing {", ".join(missing)}')
-    return section(**{k: wanted[k].parse(value, f'{where}.{k}') for k, value in values.items()})
+    return section(**{k: wanted[k].parse(value, f'{where}.{k}') for k, value in given.items()})
 
 
 def write_section(section: Any) -> dict[str, Any]:

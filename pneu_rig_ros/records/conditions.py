@@ -16,11 +16,11 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
-from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.model.quantity import Quantity, mapping_of, specifications
 from pneu_rig_ros.records.bag import folder_of
 from pneu_rig_ros.records.units import DEFAULT_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
-from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
 
 FILE_NAME = 'conditions.yaml'
 """In the bag's directory."""

@@ -21,10 +21,10 @@ from typing import Any
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.quantity import unknown
+from pneu_rig_ros.model.quantity import mapping_of, unknown
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.units import Unit, convert, parse_unit, scaled
-from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
 SEPARATORS = {sign: sign for sign in ',;\t '}
 SEPARATORS |= {'comma': ',', 'semicolon': ';', 'tab': '\t', 'blank': ' ', 'space': ' '}

@@ -13,6 +13,7 @@ from pneu_rig_ros.model.parameters import FRICTION_MODELS, SECTIONS, Friction, M
 from pneu_rig_ros.model.quantity import (
     Choice,
     Quantity,
+    mapping_of,
     read_section,
     specifications,
     unknown,
@@ -21,7 +22,7 @@ from pneu_rig_ros.model.quantity import (
 from pneu_rig_ros.model.shape import read_effect, without_shape, write_effect
 from pneu_rig_ros.rig.repeatability import read_repeatability, write_repeatability
 from pneu_rig_ros.rig.sensors import Sensors
-from pneu_rig_ros.rig.yaml_file import mapping_of, parse_yaml, read_text, to_yaml
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
 
 
 class Sampling(NamedTuple):

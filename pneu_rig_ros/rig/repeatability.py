@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 
-from pneu_rig_ros.model.quantity import Quantity
-from pneu_rig_ros.rig.yaml_file import mapping_of
+from pneu_rig_ros.model.quantity import Quantity, mapping_of
 
 FRICTION_LEVEL = 'friction_level'
 REPEATABILITY = {

@@ -6,14 +6,13 @@ hostile or mistaken one may have: aliases, which can stand for terabytes; tags; 
 twice, of which one would silently win; nesting and texts without an end.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.quantity import unknown
 
 LARGEST_FILE, LONGEST_TEXT, DEEPEST = 1_000_000, 1000, 20
 """Limits of a file [character], of one text in it [character], and of its nesting [level]."""
@@ -48,17 +47,6 @@ def read_yaml(path: Path | str) -> dict[str, Any]:
     data = parse_yaml(read_text(path), str(path))
     if not isinstance(data, dict):
         raise RigError(f'{path}: expected a mapping of names')
-    return data
-
-
-def mapping_of(data: object, allowed: Iterable[str], where: str) -> dict[str, Any]:
-    """Return data of YAML that are a mapping of allowed keys; RigError for anything else."""
-    names = list(allowed)
-    if not isinstance(data, dict):
-        raise RigError(f'{where}: expected a mapping with {", ".join(names)}')
-    for key in data:
-        if key not in names:
-            raise RigError(f'{where}: {unknown(str(key), names)}')
     return data
 
 

@@ -31,6 +31,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import SECTIONS, Model
 from pneu_rig_ros.model.quantity import (
     Quantity,
+    mapping_of,
     read_section,
     specifications,
     unknown,
@@ -45,7 +46,7 @@ from pneu_rig_ros.rig.repeatability import (
     write_repeatability,
 )
 from pneu_rig_ros.rig.sensors import Sensors
-from pneu_rig_ros.rig.yaml_file import mapping_of, read_yaml, to_yaml
+from pneu_rig_ros.rig.yaml_file import read_yaml, to_yaml
 
 SHUT = 'shut'
 """In place of the valve section: nothing flows."""
