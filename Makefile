@@ -64,7 +64,7 @@ ENVIRONMENT_generic := NUMBA_CPU_NAME=generic NPY_ENABLE_CPU_FEATURES=SSE42 OPEN
 OPTIONS_noise := --noise=1
 
 .PHONY: test-arithmetic
-test-arithmetic:  ## run the tests without live nodes as other processors compute, and with other noise
+test-arithmetic:  ## run the tests without live nodes with the arithmetic of other processors, and with other noise
 	@$(MAKE) --no-print-directory --keep-going $(ARITHMETIC:%=test-%)
 
 .PHONY: $(ARITHMETIC:%=test-%)

@@ -16,7 +16,7 @@ from pneu_rig_ros.rig import load_configuration
 STROKES = {'cylinder_1': 0.29, 'cylinder_2': 0.34, 'cylinder_3': 0.32}
 """Command u [V] of each cylinder, captions of Fig. 4-6."""
 LAW = 'revised_lugre'
-"""Keeps stick-slip over the whole stroke, so that there is most to resolve."""
+"""Sticks and slips in all three strokes; the same in every version, whatever is shipped."""
 INTERVAL = 1.16e-3
 DURATION = 25.0
 WANTED = 1e-4

@@ -210,8 +210,8 @@ def commands() -> Lines:
         '| exit code | meaning |',
         '| --- | --- |',
         '| 0 | done, whatever the result: a diagnosis may find nothing, or something unknown |',
-        '| 2 | the input cannot be used; the line says what, where and what is allowed |',
-        '| 1 | an error of the program, or what read its output (`head`) has gone |',
+        '| 2 | an error in one line: what cannot be used, where, and what is allowed |',
+        '| 1 | an error of the program, or the reader of its output (such as `head`) has gone |',
         '| 130 | interrupted by Ctrl-C or SIGTERM |',
     )
     for name, subcommand in sorted(command.commands.items()):

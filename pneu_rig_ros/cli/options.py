@@ -142,7 +142,7 @@ stroke_options = together(
     friction_option,
     *(click.option(name, type=float, metavar=unit, help=text) for name, unit, text in CONDITIONS),
     click.option('--sensors', metavar='KIND', help="'rig' (noise, 12 bit) or 'ideal'"),
-    seed_option(help='seed of the sensor noise'),
+    seed_option(help='seed of the noise and the gains of the sensors'),
 )
 """Options of a stroke of a configured rig."""
 

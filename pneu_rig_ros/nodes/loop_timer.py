@@ -20,7 +20,7 @@ class LoopTimer(Protocol):
 
 
 class TickErrors:
-    """Lateness of the ticks: how often it was how many microseconds, and the exact maximum."""
+    """Lateness of the ticks: its histogram [us], and the exact maximum."""
 
     def __init__(self) -> None:
         self.count = 0

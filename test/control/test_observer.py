@@ -58,11 +58,14 @@ def outside(model: RigConfiguration, record: Recording) -> list[bool]:
     return found
 
 
-def told() -> dict[str, list[float]]:
-    """Return the shares that the page tells, a list for each cylinder."""
+def told() -> dict[str, list[tuple[float, float]]]:
+    """Return the ranges of shares that the page tells, a list for each cylinder."""
     rows = re.findall(r'^\| cylinder (\d), .*? V \| (.*)', PAGE.read_text(), re.MULTILINE)
     return {
-        f'cylinder_{number}': [int(share) / 100.0 for share in re.findall(r'(\d+) %', shares)]
+        f'cylinder_{number}': [
+            (int(low) / 100.0, int(high) / 100.0)
+            for low, high in re.findall(r'(\d+) to (\d+) %', shares)
+        ]
         for number, shares in rows
     }
 
@@ -93,5 +96,6 @@ def test_position_is_outside_the_band_as_often_as_the_page_says(name: str, model
     record = recorded(name)
     found = outside(load_configuration(name, **MODELS[model]), record)
     assert len(found) > 0.9 * record.position.size
-    # another processor may round differently
-    assert np.mean(found) == pytest.approx(told()[name][list(MODELS).index(model)], abs=0.03)
+    low, high = told()[name][list(MODELS).index(model)]
+    # another processor rounds differently, which acts like another draw of the noise
+    assert low - 0.05 < np.mean(found) < high + 0.05

@@ -90,10 +90,12 @@ def test_a_shift_of_one_noise_is_found_with_its_size_and_bounds() -> None:
     first, *others = localise(shifted)
     assert first.balance == 'gas_2'
     assert {one.balance for one in others} <= {'gas_2'}
-    assert first.mean == pytest.approx(1.0, abs=3.0 * first.noise)
-    if first.variable == 'position':
-        assert first.low is not None
-        assert first.low > 0.1
+    # the noise decides whether the whole regime, of which half is shifted, is more significant
+    expected = 1.0 if first.variable == 'position' else 0.5
+    assert first.mean == pytest.approx(expected, abs=3.0 * first.noise)
+    places = [low for variable, low, _ in first.parts if variable == 'position']
+    assert places
+    assert min(places) > 0.1
 
 
 def test_a_shift_after_long_rests_is_found_with_the_dwell() -> None:

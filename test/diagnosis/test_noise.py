@@ -96,9 +96,13 @@ def test_noise_alone_prefers_no_hypothesis(
     assert found.gas_1.std() == pytest.approx(expected.gas_1.std(), rel=0.06)
 
 
-@pytest.mark.parametrize(('way', 'speed'), [(2e-4, 4.7e-4), (3e-4, 1.9e-3), (2e-2, 1.3e-2)])
+@pytest.mark.parametrize(
+    ('way', 'speed', 'least'),
+    # of so slow a motion the noise of the bristle is taken to be a quarter larger than it is
+    [(2e-4, 4.7e-4, 0.65), (3e-4, 1.9e-3, 0.85), (2e-2, 1.3e-2, 0.85)],
+)
 def test_force_residuals_of_a_bench_are_noise_however_slow_it_is(
-    tmp_path: Path, way: float, speed: float
+    tmp_path: Path, way: float, speed: float, least: float
 ) -> None:
     system = load_system(str(system_file(tmp_path, BENCH)))
     paths = [
@@ -107,16 +111,16 @@ def test_force_residuals_of_a_bench_are_noise_however_slow_it_is(
             0.01,
             bench_run(seed, 3e5, 0.0, way=way, speed=speed, noise=3e-6),
         )
-        for seed in range(2)
+        for seed in range(6)
     ]
     columns = mapping(tmp_path / 'mapping.yaml', 'position', 'pressure_2', 'force')
     runs = read_runs(paths, system, columns)
     rng = np.random.default_rng(0)
     dataset = Dataset.of(system.hypothesis, [Comparison(run) for run in runs], rng)
     z = np.concatenate([r.force for r in dataset.residuals_by_run(system.hypothesis)])
-    assert z.size > 250
-    assert abs(z.mean()) < 0.2
-    assert 0.8 < z.std() < 1.3
+    assert z.size > 750
+    assert abs(z.mean()) < 0.1
+    assert least < z.std() < 1.15
 
 
 def test_modelled_force_of_a_bench_accelerates_the_mass_that_its_file_gives(
