@@ -19,7 +19,7 @@ from pneu_rig_ros.rig import RigConfiguration
 
 from .runs import TIMELINE, Timeline, configured, measured, recorded, system_of
 
-LEAK = 2e-9
+LEAK = 3e-9
 SEEDS = 50
 
 

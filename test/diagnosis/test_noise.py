@@ -24,7 +24,7 @@ from pneu_rig_ros.diagnosis.residuals.whitening import Source, whitener
 from .parts import BENCH, LEAKING, bench_run, mapping, system_file, table
 from .runs import configured, measured, read_runs, system_of
 
-REPLICATES = 4
+REPLICATES = 8
 SUPPLIES = (5e5, 6e5)
 
 
@@ -52,9 +52,9 @@ def test_gas_residuals_of_a_true_model_are_noise(
     whitened: tuple[str, Residuals], balance: str
 ) -> None:
     z = getattr(whitened[1], balance)
-    assert z.size > 250
+    assert z.size > 500
     assert abs(z.mean()) < 0.1
-    assert 0.85 < z.std() < 1.1
+    assert 0.8 < z.std() < 1.1  # a share of white noise is added, which makes it smaller
     neighbours = float(np.mean(z[1:] * z[:-1]) / z.var())
     assert abs(neighbours) < 0.2
 
