@@ -63,7 +63,14 @@ class PlantNode(ManagedNode):
         Parameter(
             'sensors', '', 'of the readings; empty: of the cylinder', choices=('', 'rig', 'ideal')
         ),
-        Parameter('seed', -1, 'seed of the noise and the gains of the sensors; -1: of the cylinder', '-', -1, 2**53),
+        Parameter(
+            'seed',
+            -1,
+            'seed of the noise and the gains of the sensors; -1: of the cylinder',
+            '-',
+            -1,
+            2**53,
+        ),
         Parameter('interval_ns', 0, 'sampling interval; 0: that of the cylinder', 'ns', 0, 10**9),
         Parameter(
             'speed',

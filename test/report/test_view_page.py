@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.analysis.friction import friction_of
-from pneu_rig_ros.analysis.motion import find_cycles
+from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.report import view_page
@@ -149,7 +149,7 @@ def test_cylinder_and_values_are_those_at_the_cursor(record: Recording, shown: A
 
 def test_cycles_are_listed_and_lead_to_their_breakaway(record: Recording, shown: Any) -> None:
     page = shown(record)
-    cycles = find_cycles(record.position, record.interval, friction_of(record))
+    cycles = cycles_of(record, friction_of(record))
     rows = page.locator('.events tbody tr')
     assert rows.count() == len(cycles) >= 3
     assert f'{len(cycles)} stick-slip cycles' in page.locator('aside').inner_text()
