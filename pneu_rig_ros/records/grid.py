@@ -60,14 +60,14 @@ class Grid(NamedTuple):
     :param interval_ns: [ns]
     :param recorded: whether a sample was recorded, else it is interpolated, shape (n,)
     :param signals: name -> values, each of shape (n,)
-    :param note: what was changed, '' if nothing
+    :param notes: what was changed
     """
 
     start_ns: int
     interval_ns: int
     recorded: Flags
     signals: Mapping[str, Floats]
-    note: str
+    notes: tuple[str, ...]
 
 
 def check_gaps(wanted: int, recorded: int) -> None:
@@ -113,8 +113,7 @@ def to_grid(columns: Columns) -> Grid:
         f'{absent} of {recorded.size} samples are missing' if absent else '',
         f'time starts at {time[0]:g} s; moved to 0 s' if start_ns < 0 else '',
     )
-    remark = '; '.join(filter(None, notes))
-    return Grid(max(start_ns, 0), interval_ns, recorded, signals, remark)
+    return Grid(max(start_ns, 0), interval_ns, recorded, signals, tuple(filter(None, notes)))
 
 
 def _filled(index: Stamps, signals: Mapping[str, Floats]) -> tuple[Flags, Mapping[str, Floats]]:

@@ -82,7 +82,7 @@ def _on_grid(path: Path, columns: Columns, zero: float) -> Recording:
     except RigError as error:
         raise RigError(f'{path}: {error}') from error
     stamps = grid.start_ns + grid.interval_ns * np.arange(grid.recorded.size, dtype=np.int64)
-    notes = (*columns.notes, grid.note, '' if columns.protected else UNPROTECTED)
+    notes = (*columns.notes, *grid.notes, '' if columns.protected else UNPROTECTED)
     return Recording(
         _run_name(path),
         grid.start_ns,
