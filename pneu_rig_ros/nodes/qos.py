@@ -102,5 +102,10 @@ class QosMonitor:
 
 def _all_compatible(pairs: Iterable[tuple[QoSProfile, QoSProfile]]) -> bool:
     """Return whether each offered profile satisfies the requested one."""
-    checks = (qos_check_compatible(offered, requested) for offered, requested in pairs)
+    checks = (qos_check_compatible(_compared(a), _compared(b)) for a, b in pairs)
     return all(compatibility != QoSCompatibility.ERROR for compatibility, _ in checks)
+
+
+def _compared(profile: QoSProfile) -> QoSProfile:
+    """Return a profile without deadline: the graph reports none as infinite, which is refused."""
+    return QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)

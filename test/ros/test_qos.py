@@ -94,7 +94,9 @@ def test_incompatible_qos_is_reported_while_it_is_there(context, bystander):
     runner = Runner([FrictionEstimatorNode(context)])
     publisher = bystander.create_publisher(String, 'rig_description', 1)
     latched = qos_profile(TOPICS['rig_description'])
-    bystander.create_subscription(JointState, 'friction', lambda _: None, latched)
+    kept = bystander.create_subscription(JointState, 'friction', lambda _: None, latched)
+    other = qos_profile(TOPICS['friction'])
+    bystander.create_subscription(JointState, 'friction', lambda _: None, other)
 
     def warnings():
         runner.spin_once()
@@ -106,4 +108,6 @@ def test_incompatible_qos_is_reported_while_it_is_there(context, bystander):
     until(lambda: len(warnings()) == 2)
     bystander.destroy_publisher(publisher)
     until(lambda: warnings() == ['to /friction'])
+    bystander.destroy_subscription(kept)
+    until(lambda: warnings() == [])  # another one that is compatible remains
     runner.close()
