@@ -116,6 +116,20 @@ def test_mistake_is_told_in_one_line(terminal: Terminal, arguments: list[str], t
     assert list(terminal.directory.iterdir()) == []
 
 
+def test_error_of_the_program_has_a_code_of_its_own(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(**_: object) -> None:
+        raise ZeroDivisionError('a defect')
+
+    monkeypatch.setattr(command.commands['info'], 'callback', broken)
+    outcome = terminal.run('info', terminal.directory)
+    assert outcome.code == 1
+    assert outcome.out == ''
+    assert 'unexpected ZeroDivisionError: a defect' in outcome.err
+    assert outcome.err.count('\n') == 1
+
+
 def test_simulate_records_and_summarises(terminal: Terminal) -> None:
     outcome = terminal.run(
         'simulate',

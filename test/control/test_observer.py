@@ -58,8 +58,8 @@ def outside(model: RigConfiguration, record: Recording) -> list[bool]:
     return found
 
 
-def told() -> dict[str, list[tuple[float, float]]]:
-    """Return the ranges of shares that the page tells, a list for each cylinder."""
+def stated() -> dict[str, list[tuple[float, float]]]:
+    """Return the ranges of shares that the page states, a list for each cylinder."""
     rows = re.findall(r'^\| cylinder (\d), .*? V \| (.*)', PAGE.read_text(), re.MULTILINE)
     return {
         f'cylinder_{number}': [
@@ -96,6 +96,6 @@ def test_position_is_outside_the_band_as_often_as_the_page_says(name: str, model
     record = recorded(name)
     found = outside(load_configuration(name, **MODELS[model]), record)
     assert len(found) > 0.9 * record.position.size
-    low, high = told()[name][list(MODELS).index(model)]
+    low, high = stated()[name][list(MODELS).index(model)]
     # another processor rounds differently, which acts like another draw of the noise
     assert low - 0.05 < np.mean(found) < high + 0.05

@@ -54,7 +54,7 @@ LATE = 0.33
 """Of the pressures in the recording that is fitted [s]."""
 
 
-def told(*args: Any, **options: Any) -> dict[str, Any]:
+def answered(*args: Any, **options: Any) -> dict[str, Any]:
     """Return the answer, checked against its schema as what a file of it holds."""
     found = answer(diagnose(*args, **options))
     data: dict[str, Any] = json.loads(json.dumps(found, allow_nan=False))
@@ -78,7 +78,7 @@ def chambers(
     tables = [table(folder / f'run_{i}.csv', 0.1, run) for i, run in enumerate(runs)]
     known = mapping(folder / 'map.yaml', *GAS)
     system = system_file(folder, CHAMBERS + text)
-    return told(tables[:1], system, tables[1:], mapping=known, without=without)
+    return answered(tables[:1], system, tables[1:], mapping=known, without=without)
 
 
 def vessel(folder: Path, text: str, leak: float) -> dict[str, Any]:
@@ -89,7 +89,7 @@ def vessel(folder: Path, text: str, leak: float) -> dict[str, Any]:
         for i, (fill, warm) in enumerate(starts)
     ]
     known = mapping(folder / 'map.yaml', 'pressure_1')
-    return told(tables[:2], system_file(folder, LEAKING + text), tables[2:], mapping=known)
+    return answered(tables[:2], system_file(folder, LEAKING + text), tables[2:], mapping=known)
 
 
 def found(data: dict[str, Any], recording: str, name: str, key: str = 'value') -> float:

@@ -53,7 +53,7 @@ def emptied(seed: int, exponent: float, lost: float) -> dict[str, np.ndarray]:
     return {'pressure_1': OUTSIDE + run.y[0] + noise}
 
 
-def told(folder: Path, exponent: float, lost: float) -> dict[str, Any]:
+def answered(folder: Path, exponent: float, lost: float) -> dict[str, Any]:
     """Return the answer for one recording of a vessel that empties."""
     path = table(folder / 'run.csv', 0.1, emptied(0, exponent, lost))
     known = mapping(folder / 'map.yaml', 'pressure_1')
@@ -64,7 +64,7 @@ def told(folder: Path, exponent: float, lost: float) -> dict[str, Any]:
 def test_law_of_a_porous_leak_is_found_in_one_recording(
     tmp_path: Path, exponent: float, lost: float
 ) -> None:
-    data = told(tmp_path, exponent, lost)
+    data = answered(tmp_path, exponent, lost)
     assert [effect['name'] for effect in data['effects']] == ['porous_leak']
     found = data['effects'][0]['parameters']['exponent']
     assert found['value'] == pytest.approx(exponent, abs=0.1)
@@ -74,12 +74,12 @@ def test_law_of_a_porous_leak_is_found_in_one_recording(
 
 
 def test_leak_of_a_little_is_named_by_the_simplest_law(tmp_path: Path) -> None:
-    data = told(tmp_path, 1.1, 0.15)
+    data = answered(tmp_path, 1.1, 0.15)
     assert [effect['name'] for effect in data['effects']] == ['chamber_leak']
 
 
 def test_vessel_that_loses_what_a_drift_of_temperature_may_is_too_tight(tmp_path: Path) -> None:
-    data = told(tmp_path, 1.2, 0.006)
+    data = answered(tmp_path, 1.2, 0.006)
     assert data['verdict'] == 'consistent'
     assert data['sentence'].startswith('Too tight to tell: no pressure changes by more than 0.')
     assert data['where'] == []
