@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.special import ndtr
@@ -41,6 +41,8 @@ from pneu_rig_ros.diagnosis.search.scoring import excess
 from pneu_rig_ros.diagnosis.sentence import sentence
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.quantity import Choice, specifications
 from pneu_rig_ros.model.shape import DRIVERS
 
 Rows = dict[str, dict[str, Any]]
@@ -231,12 +233,14 @@ def _changed(part: Candidate, row: dict[str, Any], diagnosis: Diagnosis) -> bool
 
 
 def _effect(part: Candidate, rows: Rows, explanation: Explanation) -> dict[str, Any]:
+    choices = cast(dict[str, Choice], specifications(Friction))
     return {
         'name': part.name,
         'title': library.load(part.name).title,
         'balance': part.balance,
         # single knots mean nothing: their mean is also a level of the model
         'parameters': {} if isinstance(part, Profile) else rows,
+        'readings': {name: choices[name].format(value) for name, value in part.readings},
         'shape': _shape(part.name, explanation),
     }
 

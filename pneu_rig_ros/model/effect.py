@@ -230,6 +230,8 @@ class Effect:
     :param probes: a few plausible strengths, weak to strong, from which a fit starts
     :param laws: names of the friction laws that lack it; none named: it adds to any law
     :param clock: names of parameters that replace those of the dwell clock of the law
+    :param readings: names of the choices of the friction law that matter with it alone: a law
+        that lacks it does not define them, and a diagnosis tries them all
     :param stage: place in the chain of its balance, where the balance is one
     :param states: names of the effect's own states, each starting at zero
     :param strengths: names of the parameters to which the contribution is proportional as a whole;
@@ -255,6 +257,7 @@ class Effect:
     probes: tuple[Any, ...]
     laws: tuple[str, ...] = ()
     clock: tuple[str, ...] = ()
+    readings: tuple[str, ...] = ()
     stage: int = 0
     states: tuple[str, ...] = ()
     strengths: tuple[str, ...] = ()

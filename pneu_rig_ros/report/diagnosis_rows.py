@@ -159,6 +159,9 @@ def added_rows(answer: Answer) -> list[Row]:
     for name, was, one in entries:
         low, high = (number(value, 4) for value in one['interval'])
         rows.append((name, was, number(one['value'], 4), f'{low} to {high}', one['unit']))
+    for effect in answer['effects']:
+        for name, value in effect['readings'].items():
+            rows.append((f'friction.{name}', NOT_KNOWN, value, '', ''))
     return rows
 
 

@@ -94,7 +94,25 @@ def test_cycles_are_put_right_on_bags_left_out(headline: dict[str, Any]) -> None
     assert after < 0.2 * before
 
 
-@pytest.mark.long  # in short: cli/test_gap.py, and the systems below
+@pytest.mark.long  # in short: diagnosis/test_workflow.py, under the reading of the model
+@pytest.mark.parametrize(
+    ('cylinder', 'reading'),
+    [
+        ('cylinder_2', 'held_to_next_breakaway'),
+        ('cylinder_3', 'held_to_next_breakaway'),
+        ('cylinder_3', 'latched_at_breakaway'),
+    ],
+)
+def test_growth_with_dwell_is_named_under_another_reading(cylinder: str, reading: str) -> None:
+    law = {'friction.model': 'revised_lugre_dwell', 'friction.static_friction_reading': reading}
+    secret = Secret({}, law, {'friction.model': 'revised_lugre'})
+    key, names = f'{reading}/{cylinder}', ('dwell_static_friction',)
+    line = carry_out(Trial(key, 'single', cylinder, 1.0, secret, names))
+    assert line['effects'] == list(names)
+    assert line['cut'] > GAP_CUT
+
+
+@pytest.mark.long  # in short: cli/test_gap.py and diagnosis/test_workflow.py
 def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
     line = carry_out(trial('single/wall_heat_transfer/cylinder_1/strong/1'))
     assert scores.named_first(line), line
@@ -170,12 +188,9 @@ def test_two_causes_are_accepted_together_where_neither_alone_closes_the_gap(
     assert found['gap']['cut'] > 0.95
 
 
+@pytest.mark.long  # in short: diagnosis/test_workflow.py
 @pytest.mark.parametrize(
-    'key',
-    [
-        'none/lugre/cylinder_3/3/0',
-        pytest.param('none/revised_lugre_dwell/cylinder_2/1/0', marks=pytest.mark.long),
-    ],
+    'key', ['none/lugre/cylinder_3/3/0', 'none/revised_lugre_dwell/cylinder_2/1/0']
 )
 def test_nothing_is_said_to_be_missing_where_nothing_is(key: str) -> None:
     line = carry_out(trial(key))
@@ -203,13 +218,14 @@ def test_effect_that_is_not_in_the_library_is_unknown() -> None:
     assert line['cut'] > GAP_CUT
 
 
+@pytest.mark.long  # in short: diagnosis/test_workflow.py and test_each_recording.py
 @pytest.mark.parametrize(
     ('system', 'name'),
     [
-        pytest.param('sealed_chambers', 'wall_heat_transfer', marks=pytest.mark.long),
+        ('sealed_chambers', 'wall_heat_transfer'),
         ('leaking_chamber', 'chamber_leak'),
         ('seal_bench', 'pressure_dependent_friction'),
-        pytest.param('valve_block', 'chamber_leak', marks=pytest.mark.long),
+        ('valve_block', 'chamber_leak'),
     ],
 )
 def test_other_systems_are_diagnosed_by_the_same_command(system: str, name: str) -> None:

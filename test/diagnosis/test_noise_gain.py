@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation, effect_candidate
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
-from pneu_rig_ros.diagnosis.search.noise_gain import noise_gains
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, rms
+from pneu_rig_ros.diagnosis.search.fitting import fit
+from pneu_rig_ros.diagnosis.search.noise_gain import noise_gains, under_own_noise
+from pneu_rig_ros.diagnosis.search.scoring import score
+from pneu_rig_ros.model.parameters import HELD_TO_NEXT_BREAKAWAY, REVISED_LUGRE
 
 from .parts import BENCH, mapping, system_file, table
-from .runs import read_runs
+from .runs import configured, measured, read_runs, system_of
 
 MASS, SPEED, INTERVAL, POSITION_NOISE = 20.0, 0.04, 1e-3, 3e-5
 
@@ -76,3 +82,25 @@ def test_gains_do_not_depend_on_what_else_is_judged(steady: Steady) -> None:
     together = gains(*masses)
     assert together == [gains(mass)[0] for mass in masses]
     assert together[0] > together[1] > together[2] == 0.0
+
+
+def test_cause_that_makes_friction_steep_is_judged_by_its_own_noise(tmp_path: Path) -> None:
+    """Static friction that grows with the dwell falls steeply when the piston slips."""
+    rig = configured('cylinder_2')
+    true = rig.model.friction._replace(static_friction_reading=HELD_TO_NEXT_BREAKAWAY)
+    rig = replace(rig, model=rig.model._replace(friction=true))
+    law = true._replace(model=REVISED_LUGRE)
+    system = system_of(tmp_path, replace(rig, model=rig.model._replace(friction=law)))
+    given, rng = system.hypothesis, np.random.default_rng(0)
+    first, second = (
+        Dataset.of(given, [Comparison(measured(system, name, replace(rig, seed=seed)))], rng)
+        for seed, name in enumerate(('first', 'second'))
+    )
+    cause = effect_candidate('dwell_static_friction')
+    values = true.breakaway_force, true.dwell_coefficient, true.dwell_exponent
+    explanation = Explanation().with_part(cause, values)
+    before = score(fit(explanation, given, first, 1), given, first, second)
+    assert rms(first.whitened(explanation.apply(given))) > 2.0
+    after, left = under_own_noise(before, given, (first, second), 1)
+    assert left < 1.2
+    assert after.cost < before.cost

@@ -15,6 +15,7 @@ from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.parameters import REVISED_LUGRE, STATIC_FRICTION_READINGS
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import load_configuration
 
@@ -240,3 +241,18 @@ def test_causes_of_a_rig_with_one_pressure_are_those_of_its_chamber(tmp_path: Pa
     assert found['porous_leak'] == ['flow_1', 'exponent']
     assert found['valve_lag'] == ['time_constant']  # of no chamber
     assert not {'inclination', 'load_spring', 'cross_piston_leak'} & set(found)
+
+
+def test_growth_with_dwell_is_tried_under_each_reading_and_written_with_it(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    law = rig.model.friction._replace(model=REVISED_LUGRE)
+    system = system_of(tmp_path, replace(rig, model=rig.model._replace(friction=law)))
+    run = prepare_run(recorded('run', rig), system, Path('run'))
+    found = [each for each in pool(system, [run])[0] if each.name == 'dwell_static_friction']
+    written = []
+    for each in found:
+        path = tmp_path / 'improved.yaml'
+        improved = each.apply(system.hypothesis, each.starts[0])
+        path.write_text(replace(system, hypothesis=improved).to_yaml())
+        written.append(load_configuration(path).model.friction.static_friction_reading)
+    assert written == list(range(len(STATIC_FRICTION_READINGS)))

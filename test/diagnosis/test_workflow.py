@@ -288,7 +288,9 @@ def test_growth_of_static_friction_with_dwell_time_is_found_by_cycles(tmp_path: 
     without = tuple(name for name in library.causes() if name != 'dwell_static_friction')
     data = checked(diagnose(bags[:1], tmp_path / 'model.yaml', bags[1:], without=without))
     assert data['verdict'] == 'effect'
-    assert [one['name'] for one in data['effects']] == ['dwell_static_friction']
+    (effect,) = data['effects']
+    assert effect['name'] == 'dwell_static_friction'
+    assert effect['readings'] == {'static_friction_reading': 'fades_while_sliding'}
     assert data['parameters'] == []
     assert data['gap']['cut'] > 0.8
     cycles, dwell = data['gap']['cycles'], data['gap']['dwell']

@@ -1,7 +1,9 @@
 """The candidates for a system: its own parameters and conditions, and effects that can show."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -23,15 +25,16 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLO
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import SLOW_SAMPLING
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance, Need
+from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES, Balance, Effect, Need
 from pneu_rig_ros.model.parameters import (
     FRICTION_MODELS,
     LUGRE,
     REVISED_LUGRE,
     REVISED_LUGRE_DWELL,
+    Friction,
     Model,
 )
-from pneu_rig_ros.model.quantity import Quantity
+from pneu_rig_ros.model.quantity import Choice, Quantity, specifications
 
 GAS_PARAMETERS = (
     'valve.intake_coefficient',
@@ -235,7 +238,15 @@ def _effects(
             continue
         candidate = _of_open_chambers(effect_candidate(name), balances)
         if candidate.coordinates and candidate.starts:
-            yield candidate if system.rig is not None else _laddered(candidate)
+            scaled = candidate if system.rig is not None else _laddered(candidate)
+            yield from (replace(scaled, readings=each) for each in _readings(effect))
+
+
+def _readings(effect: Effect) -> Iterator[tuple[tuple[str, int], ...]]:
+    """Yield each combination of the choices that matter with an effect, an empty one of none."""
+    choices = [cast(Choice, specifications(Friction)[name]) for name in effect.readings]
+    for values in itertools.product(*(range(len(choice.names)) for choice in choices)):
+        yield tuple(zip(effect.readings, values, strict=True))
 
 
 def _shows(balance: Balance, system: System, balances: frozenset[str]) -> bool:

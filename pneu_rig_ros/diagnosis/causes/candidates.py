@@ -103,6 +103,7 @@ class Candidate:
     :param balance: on which it acts
     :param starts: values from which a fit starts, each of shape (len(coordinates),)
     :param model_value: of a parameter in the given model [SI], NaN for an effect
+    :param readings: name of a choice of the friction law, and its value with which an effect acts
     """
 
     name: str
@@ -111,6 +112,7 @@ class Candidate:
     starts: tuple[tuple[float, ...], ...]
     # a NaN that a worker has sent back does not equal itself
     model_value: float = field(default=math.nan, compare=False)
+    readings: tuple[tuple[str, int], ...] = ()
 
     @property
     def is_effect(self) -> bool:
@@ -160,6 +162,8 @@ class Candidate:
         if self.is_effect:
             changed = {c.name: v for c, v in zip(self.coordinates, values, strict=True)}
             parameters = library.load(self.name).null._replace(**changed)
+            for name, reading in self.readings:
+                hypothesis = hypothesis.with_parameter('friction', name, reading)
             return hypothesis.with_effect(self.name, parameters)
         if self.name == CALIBRATION:
             return _calibrated(hypothesis, values)
@@ -219,6 +223,11 @@ class Explanation:
     def name(self) -> str:
         """The names of all parts."""
         return ' + '.join(part.name for part in self.parts)
+
+    @property
+    def forms(self) -> tuple[tuple[str, object], ...]:
+        """The names of all parts, with the readings of the law under which they act."""
+        return tuple((part.name, part.readings) for part in self.parts)
 
     @property
     def causes(self) -> list[str]:

@@ -1,8 +1,10 @@
 """
-What a cause gains by making the noise of the readings small, and not by explaining anything.
+What a cause does to the noise of the residuals, apart from explaining them.
 
 Where less mass is accelerated - a lighter piston, a load on a spring - noise of the position makes
-smaller residuals. Compared with the noise under the model as it was, they seem likelier.
+smaller residuals. Compared with the noise under the model as it was, they seem likelier. A
+friction that is steep in the speed makes larger ones: a cause is then far off under that noise
+though it is right, and the density of the residuals under their own noise has to judge it.
 """
 
 from collections.abc import Sequence
@@ -12,12 +14,17 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.residuals.dataset import STRETCHES, Dataset, loss, rms
 from pneu_rig_ros.diagnosis.residuals.noise import COPIES, NoiseModel, reading_errors
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
-from pneu_rig_ros.diagnosis.search.scoring import ScoredFit
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, score
+
+RENEWALS = 2
+"""Of the noise: that of values which were fitted under another's is not yet a cause's own."""
 
 
 def beyond_noise(
@@ -63,6 +70,45 @@ def noise_gains(
         max(reference - cost(each), 0.0) if lighter else 0.0
         for each, lighter in zip(larger, less, strict=True)
     ]
+
+
+def under_own_noise(
+    before: ScoredFit, given: Hypothesis, data: tuple[Dataset, Dataset], seed: int
+) -> tuple[ScoredFit, float]:
+    """
+    Return a fit under the noise that the data have if it is true, and its RMS in training.
+
+    Its losses are those of a density: a larger noise costs the logarithm of its growth.
+
+    :param data: with the noise under another hypothesis, training and held-out
+    """
+    rng, again = np.random.default_rng(seed), before
+    for _ in range(RENEWALS):
+        hypothesis = again.explanation.apply(given)
+        renewed = [
+            replace(Dataset.of(hypothesis, each.comparisons, rng), cycles=each.cycles)
+            for each in data
+        ]
+        again = score(fit(again.explanation, given, renewed[0], ROUNDS), given, *renewed)
+    growth = [_growth_of_noise(*pair) for pair in zip(data, renewed, strict=True)]
+    whitened = renewed[0].whitened(again.explanation.apply(given))
+    return replace(again, losses=again.losses + np.concatenate(growth)), rms(whitened)
+
+
+def _growth_of_noise(before: Dataset, after: Dataset) -> Floats:
+    """Return the logarithm by which the noise of each stretch grows, none of cycles, (k,)."""
+    growth = []
+    for old, factors, new, others in zip(
+        before.noises, before.factors, after.noises, after.factors, strict=True
+    ):
+        for first, wide, second, wider in zip(old, factors, new, others, strict=True):
+            larger = np.zeros(first.kept.size)
+            larger[second.kept] = np.log(wider * second.deviation)
+            larger[first.kept] -= np.log(wide * first.deviation)
+            both = np.where(first.kept & second.kept, larger, 0.0)[second.kept]
+            growth += [float(part.sum()) for part in np.array_split(both, STRETCHES)]
+    cycles = 0 if after.cycles is None else after.cycles.losses(after.reference).size
+    return np.array([*growth, *np.zeros(cycles)])
 
 
 def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) -> bool:

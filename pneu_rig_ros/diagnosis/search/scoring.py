@@ -108,10 +108,10 @@ def preferred(fits: Sequence[ScoredFit]) -> ScoredFit:
 
 
 def best_of_each(fits: Sequence[ScoredFit]) -> list[ScoredFit]:
-    """Return the best fit of each set of causes, best first."""
-    best: dict[str, ScoredFit] = {}
+    """Return the best fit of each set of causes and readings of their law, best first."""
+    best: dict[tuple[object, ...], ScoredFit] = {}
     for fit in sorted(fits, key=lambda fit: fit.cost):
-        best.setdefault(fit.explanation.name, fit)
+        best.setdefault(fit.explanation.forms, fit)
     return list(best.values())
 
 

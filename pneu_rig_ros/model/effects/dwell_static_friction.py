@@ -60,6 +60,7 @@ EFFECT = Effect(
     ),
     laws=('lugre', 'revised_lugre'),
     clock=('dwell_coefficient', 'dwell_exponent'),
+    readings=('static_friction_reading',),
     stage=1,
     drivers=('dwell', 'pressure_1', 'pressure_2', 'position'),
 )
