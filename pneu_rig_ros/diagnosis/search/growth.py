@@ -93,11 +93,8 @@ class Growth(Remainder):
 
     def can_simulate(self) -> bool:
         """Return whether simulated cycles may join the data, and may show more than these."""
-        return self._moves_freely and self.training.cycles is None and not self.weak
-
-    @property
-    def _moves_freely(self) -> bool:
-        return all(comparison.free for comparison in self.training.comparisons)
+        free = all(comparison.free for comparison in self.training.comparisons)
+        return free and self.training.cycles is None and not self.weak
 
     def add_cycles(self) -> None:
         """Add simulated cycles to the data, and fit the best explanation to them."""
@@ -183,14 +180,14 @@ class Growth(Remainder):
 
     def _slips_alone_are_far_off(self, hypothesis: Hypothesis) -> bool:
         """
-        Return whether only the forces of a free piston are far off.
+        Return whether only the forces of a free piston are far off, before it is simulated.
 
         Where a cause makes friction steep in the speed, the noise of its slips is many times that
         under another model.
         """
         rows = by_balance(self.training.residuals_by_run(hypothesis))
         gas = max(rms(rows[name]) for name in ('gas_1', 'gas_2'))
-        return self._moves_freely and gas < DISCREPANT
+        return self.can_simulate() and gas < DISCREPANT
 
     def _under_own_noise(self, fits: Sequence[ScoredFit]) -> list[ScoredFit]:
         """

@@ -80,15 +80,12 @@ def under_own_noise(
 
     Its losses are those of a density: a larger noise costs the logarithm of its growth.
 
-    :param data: with the noise under another hypothesis, training and held-out
+    :param data: with the noise under another hypothesis, training and held-out, without cycles
     """
     rng, again = np.random.default_rng(seed), before
     for _ in range(RENEWALS):
         hypothesis = again.explanation.apply(given)
-        renewed = [
-            replace(Dataset.of(hypothesis, each.comparisons, rng), cycles=each.cycles)
-            for each in data
-        ]
+        renewed = [Dataset.of(hypothesis, each.comparisons, rng) for each in data]
         again = score(fit(again.explanation, given, renewed[0], ROUNDS), given, *renewed)
     growth = [_growth_of_noise(*pair) for pair in zip(data, renewed, strict=True)]
     whitened = renewed[0].whitened(again.explanation.apply(given))
@@ -96,7 +93,7 @@ def under_own_noise(
 
 
 def _growth_of_noise(before: Dataset, after: Dataset) -> Floats:
-    """Return the logarithm by which the noise of each stretch grows, none of cycles, (k,)."""
+    """Return the logarithm by which the noise of each stretch grows, shape (k,)."""
     growth = []
     for old, factors, new, others in zip(
         before.noises, before.factors, after.noises, after.factors, strict=True
@@ -107,8 +104,7 @@ def _growth_of_noise(before: Dataset, after: Dataset) -> Floats:
             larger[first.kept] -= np.log(wide * first.deviation)
             both = np.where(first.kept & second.kept, larger, 0.0)[second.kept]
             growth += [float(part.sum()) for part in np.array_split(both, STRETCHES)]
-    cycles = 0 if after.cycles is None else after.cycles.losses(after.reference).size
-    return np.array([*growth, *np.zeros(cycles)])
+    return np.array(growth)
 
 
 def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) -> bool:
