@@ -1,4 +1,4 @@
-"""A smaller accelerated mass makes noise small: that is no evidence of it."""
+"""Noise that a cause makes smaller or larger: the one is no evidence, the other hides it."""
 
 from __future__ import annotations
 

@@ -95,14 +95,14 @@ def test_rig_keeps_its_repeatability_and_the_plant_runs_as_before(tmp_path: Path
 def verdicts_with(
     folder: Path, bags: list[Path], quantity: str, spreads: tuple[float, ...]
 ) -> dict[float, str]:
-    """Return the verdict for each spread of a quantity that a model keeps."""
+    """Return the verdict for each spread of a quantity that a model keeps, without effects."""
     verdicts = {}
     for spread in spreads:
         kept = {quantity: spread}
         system = replace(system_of(folder, configured('cylinder_1')), repeatability=kept)
         path = folder / f'model_{spread}.yaml'
         path.write_text(system.to_yaml())
-        verdicts[spread] = diagnose(bags, path, without=causes()).verdict  # parameters do
+        verdicts[spread] = diagnose(bags, path, without=causes()).verdict
     return verdicts
 
 

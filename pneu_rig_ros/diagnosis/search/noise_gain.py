@@ -7,7 +7,7 @@ friction that is steep in the speed makes larger ones: a cause is then far off u
 though it is right, and the density of the residuals under their own noise has to judge it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -95,16 +95,20 @@ def under_own_noise(
 def _growth_of_noise(before: Dataset, after: Dataset) -> Floats:
     """Return the logarithm by which the noise of each stretch grows, shape (k,)."""
     growth = []
-    for old, factors, new, others in zip(
-        before.noises, before.factors, after.noises, after.factors, strict=True
-    ):
-        for first, wide, second, wider in zip(old, factors, new, others, strict=True):
-            larger = np.zeros(first.kept.size)
-            larger[second.kept] = np.log(wider * second.deviation)
-            larger[first.kept] -= np.log(wide * first.deviation)
-            both = np.where(first.kept & second.kept, larger, 0.0)[second.kept]
-            growth += [float(part.sum()) for part in np.array_split(both, STRETCHES)]
+    for old, new in zip(_log_deviations(before), _log_deviations(after), strict=True):
+        # a window that is kept under one of them alone has nothing to be compared with
+        larger = np.nan_to_num(new - old)[np.isfinite(new)]
+        growth += [float(part.sum()) for part in np.array_split(larger, STRETCHES)]
     return np.array(growth)
+
+
+def _log_deviations(dataset: Dataset) -> Iterator[Floats]:
+    """Yield the logarithm of the noise of all windows, NaN of those not kept, shape (m,) each."""
+    for noise, factors in zip(dataset.noises, dataset.factors, strict=True):
+        for whiten, factor in zip(noise, factors, strict=True):
+            logarithm = np.full(whiten.kept.size, np.nan)
+            logarithm[whiten.kept] = np.log(factor * whiten.deviation)
+            yield logarithm
 
 
 def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) -> bool:
