@@ -74,6 +74,8 @@ def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: 
         texts.insert(place, 'Not as stated: ' + ' and '.join(rows))
     if diagnosis.unknown is not None:
         texts.append(f'no cause in the library explains what is left in {_places(diagnosis)}')
+    if not diagnosis.significant:
+        texts.append('no residual alone is significant, all of them together are')
     remaining = diagnosis.search.remaining_beyond_noise()
     if remaining >= 0.01:
         texts.append(f'{remaining:.0%} of the excess over the noise remains')

@@ -192,9 +192,9 @@ def diagnose(
         search.clear()
     elif not search.reproduced():
         where = where if found else []
-    elif search.leaves_something(remaining):
+    elif (shown := where or search.cycle_residuals()) and search.leaves_something(remaining):
         progress('describing the unknown cause', 0.88)
-        unknown = describe_if_unknown(search, where)
+        unknown = describe_if_unknown(search, shown)
     best, errors = search.best if unknown is None else search.calibrated, np.zeros((1, 0))
     if best is not None:
         progress('finding the errors of the fitted values', 0.93)

@@ -79,7 +79,7 @@ class Contest(NamedTuple):
 
 
 def describe_if_unknown(
-    search: Search, where: Sequence[SignificantResidual]
+    search: Search, significant: Sequence[SignificantResidual]
 ) -> Description | None:
     """
     Return empirical terms in place of the best explanation.
@@ -95,7 +95,7 @@ def describe_if_unknown(
     if profile is not None and search.left_by(profile) <= MOST_LEFT:
         adopt(search, profile)
         return None
-    description = describe(search, (where or search.cycle_residuals())[0])
+    description = describe(search, significant[0])
     if profile is not None:
         start, left = (search.training, search.held_out), search.left_by(profile)
         if contest(search, profile, description, start, left).name_stays:

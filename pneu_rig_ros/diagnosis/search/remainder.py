@@ -200,9 +200,9 @@ class Remainder:
         return compare_cycles(hypothesis, self.training.comparisons, self.rng)
 
     def cycle_residuals(self) -> list[SignificantResidual]:
-        """Return the difference of the given model's cycles, which begins at the breakaways."""
+        """Return the difference of the given model's cycles from replicates', if significant."""
         test = self.first_cycle_test
-        if test is None:
+        if test is None or not test.significant:
             return []
         names = tuple(comparison.run.name for comparison in self.training.comparisons)
         place = 'force', BREAKAWAY, '', '-'

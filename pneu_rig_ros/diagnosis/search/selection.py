@@ -54,7 +54,12 @@ class Search(Growth):
         self.initial = self.training, self.held_out
         self.residuals_significant = bool(self.significant())
         if not (self.residuals_significant or self.cycles_differ()):
-            return None
+            fits = self.pooled()
+            if fits and self._accept(preferred(fits), fits, 1):
+                self.ranking += fits
+            else:
+                self.screened = []  # none of them is a candidate where nothing is missing
+            return self.best
         if self.base.parts:
             self.best = self.calibrated = self.fit_thoroughly(self.base)
             self.base = self.best.explanation
@@ -63,18 +68,12 @@ class Search(Growth):
             if not self._needs_a_cause():
                 break
             self.weak = self.is_weak()
-            fits, before = self.grown(beam, size)
-            may_simulate = not any_improves(fits, before) and self.can_simulate()
-            # for a further cause only where cycles show something of which residuals have no trace
-            if may_simulate and (size == 1 or self.cycles_differ()):
-                self.add_cycles()
-                fits, before = self.grown(beam, size)
-            more = size == 1 and len(self.screened) > MOST_FITTED
-            if more and not any_improves(fits, before):
-                fits, before = self.grown(beam, size, MOST_FITTED)  # the next ones
+            fits, before = self._grown(beam, size)
             if not any_improves(fits, before):
                 break
             chosen = preferred(fits)
+            if not self.beyond_chance(chosen, before):
+                break
             accepted = self._accept(chosen, fits, size)
             if accepted is None:
                 break
@@ -83,6 +82,23 @@ class Search(Growth):
                 break
             beam = self._beam(accepted, fits)
         return self.best
+
+    def _grown(self, beam: Sequence[Explanation], size: int) -> tuple[list[ScoredFit], ScoredFit]:
+        """
+        Return the fits of explanations with one more cause, and the best one without it.
+
+        Where none improves on that, simulated cycles join the data, and then the next candidates.
+        """
+        fits, before = self.grown(beam, size)
+        may_simulate = not any_improves(fits, before) and self.can_simulate()
+        # for a further cause only where cycles show something of which residuals have no trace
+        if may_simulate and (size == 1 or self.cycles_differ()):
+            self.add_cycles()
+            fits, before = self.grown(beam, size)
+        more = size == 1 and len(self.screened) > MOST_FITTED
+        if more and not any_improves(fits, before):
+            fits, before = self.grown(beam, size, MOST_FITTED)
+        return fits, before
 
     def causes(self, explanation: Explanation) -> list[str]:
         """Return the names of the causes, without the base and with a family for its effect."""

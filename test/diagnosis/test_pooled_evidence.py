@@ -1,0 +1,87 @@
+"""All windows together show a faint cause, and nothing of a true model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
+from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.measured.run import Run
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.search.fitting import Fit
+from pneu_rig_ros.diagnosis.search.growth import LARGEST_CHANCE
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, preferred, score
+from pneu_rig_ros.diagnosis.search.selection import Search
+
+from .runs import configured, recorded, system_of
+
+LOAD, MASS, STATED = 'conditions.load_mass', 2.0, 0.9
+"""The true load [kg], and by what factor it is stated."""
+CANDIDATES = (LOAD, 'chamber_leak', 'friction.coulomb_force', 'valve.intake_coefficient')
+
+
+def run_of(system: System, seed: int, stated: float) -> Run:
+    """Return a run whose load is stated by a factor of the true one."""
+    recording = recorded(str(seed), configured('cylinder_1', seed=seed, load_mass=MASS))
+    conditions = dict(recording.conditions)
+    conditions['load_mass'] *= stated
+    return prepare_run(replace(recording, conditions=conditions), system, Path(str(seed)))
+
+
+def search_of(folder: Path, stated: float) -> Search:
+    """Return the search of a cause in nine runs, three of them held out."""
+    system = system_of(folder, configured('cylinder_1'))
+    given, rng = system.hypothesis, np.random.default_rng(0)
+    runs = [run_of(system, seed, stated) for seed in range(9)]
+    training, held_out = (
+        Dataset.of(given, [Comparison(run) for run in part], rng) for part in (runs[:6], runs[6:])
+    )
+    candidates = [each for each in pool(system, runs, ())[0] if each.name in CANDIDATES]
+    return Search(given=given, training=training, held_out=held_out, rng=rng, pool=candidates)
+
+
+@pytest.fixture(scope='module')
+def heavier(tmp_path_factory: pytest.TempPathFactory) -> Search:
+    """Return the search where the load is heavier than stated."""
+    return search_of(tmp_path_factory.mktemp('heavier'), STATED)
+
+
+def test_all_windows_together_show_another_load(heavier: Search) -> None:
+    best = preferred(heavier.pooled())
+    assert best.explanation.name == LOAD
+    ((factor,),) = best.explanation.values
+    assert factor == pytest.approx(1.0 / STATED, rel=0.05)
+
+
+def test_of_a_true_model_they_show_nothing(tmp_path: Path) -> None:
+    search = search_of(tmp_path, 1.0)
+    assert search.pooled() == []
+    assert search.best is None
+
+
+def test_what_a_cause_gains_counts_beyond_what_it_gains_by_chance(heavier: Search) -> None:
+    (load,) = (each for each in heavier.pool if each.name == LOAD)
+    data = heavier.given, heavier.training, heavier.held_out
+    before = score(Fit(Explanation()), *data)
+    chosen = score(Fit(Explanation().with_part(load, load.starts[0])), *data)
+
+    def gaining(improvement: float) -> ScoredFit:
+        shift = (before.cost - chosen.cost - improvement) / chosen.losses.size
+        return replace(chosen, losses=chosen.losses + shift)
+
+    assert not heavier.beyond_chance(gaining(0.9 * DECISIVE), before)
+    assert heavier.beyond_chance(gaining(0.9 * LARGEST_CHANCE), before)
+
+
+def test_recordings_that_differ_are_not_pooled(heavier: Search) -> None:
+    comparisons = heavier.training.comparisons
+    runs = [replace(comparison.run, repeatability={'force': 0.5}) for comparison in comparisons]
+    training = replace(heavier.training, comparisons=tuple(map(Comparison, runs)))
+    assert replace(heavier, training=training).pooled() == []
