@@ -19,7 +19,13 @@ from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, mapping_of, specifications
 from pneu_rig_ros.records.bag import folder_of
 from pneu_rig_ros.records.units import DEFAULT_ATMOSPHERE, convert
-from pneu_rig_ros.rig.configuration import OVERRIDES, RigConfiguration, override
+from pneu_rig_ros.rig.configuration import (
+    OVERRIDES,
+    RigConfiguration,
+    load_configuration,
+    override,
+    shipped,
+)
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
 
 FILE_NAME = 'conditions.yaml'
@@ -154,16 +160,33 @@ def check_plausible(
     :raises RigError: when one is out of range, with a likely reason
     """
     model = configuration.model
-    stroke, supply = model.cylinder.stroke, model.operation.supply_pressure
-    within = -BEYOND * stroke, (1.0 + BEYOND) * stroke, 'm', 'that of another cylinder'
-    absolute = LEAST * model.gas.atmospheric_pressure, MOST * supply, 'Pa', 'a gauge pressure'
-    allowed = {'position': within, 'pressure_1': absolute, 'pressure_2': absolute}
-    for name, (low, high, unit, reason) in allowed.items():
+    absolute = LEAST * model.gas.atmospheric_pressure, MOST * model.operation.supply_pressure
+    units = {'position': 'm', 'pressure_1': 'Pa', 'pressure_2': 'Pa'}
+    for name, unit in units.items():
+        low, high = _travel(configuration) if name == 'position' else absolute
         values = signals.get(name, np.empty(0))
         values = values[np.isfinite(values)]
         if values.size and not (low <= values.min() and values.max() <= high):
+            reason = f'that of {_longer(values)}' if name == 'position' else 'a gauge pressure'
             raise RigError(
                 f'{origin}: {name} from {values.min():.4g} to {values.max():.4g} {unit}, '
                 f'{configuration.name} allows {low:.4g} to {high:.4g} {unit}; '
                 f'is it in another unit, or {reason}?'
             )
+
+
+def _travel(configuration: RigConfiguration) -> tuple[float, float]:
+    """Return the least and the largest position that a rig may have [m]."""
+    stroke = configuration.model.cylinder.stroke
+    return -BEYOND * stroke, (1.0 + BEYOND) * stroke
+
+
+def _longer(position: Floats) -> str:
+    """Return the names of the shipped cylinders that may have a position [m]."""
+    travels = {name: _travel(load_configuration(name)) for name in shipped('cylinder_*.yaml')}
+    names = [
+        name
+        for name, (low, high) in travels.items()
+        if low <= position.min() and position.max() <= high
+    ]
+    return ' or '.join(names) or 'another cylinder'

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor
 from pneu_rig_ros.records.description import git_revision
 
@@ -66,6 +67,8 @@ def carry_out(trial: Trial, executor: Executor | None = None, ask: Ask = ask) ->
             said = ask(files, trial, executor)
         except ImportError:  # there is no workflow to judge
             raise
+        except RigError as error:  # the recordings cannot be those of the model: one line
+            said = {'verdict': 'refused', 'error': str(error)}
         except Exception as error:  # a crash is a wrong answer, not the end of the matrix
             said = {'verdict': 'crashed', 'error': f'{type(error).__name__}: {error}'}
         said = {**said, 'seconds': time.perf_counter() - begin}

@@ -54,7 +54,13 @@ def all_mechanisms(answer: Answer) -> bool:
 
 
 def condition_named(answer: Answer) -> bool:
-    """Whether a wrong condition is the verdict, and the right one stands first."""
+    """
+    Whether a wrong condition is the verdict, and the right one stands first.
+
+    A position beyond the stroke is refused with one line, which has to name the right cylinder.
+    """
+    if answer['verdict'] == 'refused':
+        return answer['names'] == ['cylinder'] and answer['cylinder'] in answer['error']
     told = answer.get('conditions', [])
     return answer['verdict'] == 'conditions' and told[:1] == answer['names']
 

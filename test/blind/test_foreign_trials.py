@@ -266,3 +266,13 @@ def test_stated_shares_are_those_of_the_answers_so_far() -> None:
     for key, (true, count) in TRUE_ANSWERS.items():
         own = [is_true for *of, is_true in kept if tuple(of) == key]
         assert (sum(own), len(own)) == (true, count)
+
+
+def test_refusal_names_the_cylinder_or_counts_as_a_miss() -> None:
+    line = 'run: position from 0 to 0.3 m, cylinder_3 allows -0.05 to 0.25 m; is it {}?'
+    answer = {'verdict': 'refused', 'names': ['cylinder'], 'cylinder': 'cylinder_1'}
+    assert foreign_scores.condition_named({**answer, 'error': line.format('that of cylinder_1')})
+    assert not foreign_scores.condition_named({**answer, 'error': line.format('in another unit')})
+    assert not foreign_scores.condition_named(
+        {**answer, 'names': ['load_mass'], 'error': 'of cylinder_1'}
+    )

@@ -194,11 +194,11 @@ def test_value_that_is_not_a_number(terminal: Terminal, name: str) -> None:
 def test_rows_that_are_missing(terminal: Terminal) -> None:
     runs = [table(Path(f'run_{i}.csv'), 0.01, bench_run(i, 3e5, 0.0)) for i in range(2)]
     lines = runs[1].read_text().splitlines()
-    runs[1].write_text('\n'.join([*lines[:501], *lines[551:]]))
+    runs[1].write_text('\n'.join([*lines[:501], *lines[561:]]))
     known, model = mapping(Path('map.yaml'), *SEAL), system_file(Path(), BENCH)
     assert refused(terminal, *runs, '--map', known, '--model', model) == (
-        'run_1.csv: 50 samples of position are missing in succession, from 5.00 to 5.49 s, '
-        'at most 30 allowed; cut the recording there'
+        'run_1.csv: 60 samples of position are missing in succession, from 5.00 to 5.59 s, '
+        'at most 50 allowed; cut the recording there'
     )
 
 
@@ -215,3 +215,11 @@ def test_messages_without_a_value(terminal: Terminal) -> None:
     assert refused(terminal, *bags, '--model', RIG) == (
         'unknown: position is nan at sample 700, must be finite'
     )
+
+
+def test_file_of_a_cylinder_that_is_too_short(terminal: Terminal) -> None:
+    rig = load_configuration('cylinder_1', initial_position=0.295)
+    bags = [simulate(rig, 0.0, duration, Path(f'run_{duration}')) for duration in (1.5, 2.0)]
+    line = refused(terminal, *bags, '--model', 'cylinder_3')
+    assert line.startswith('run_1.5: position from 0.29')
+    assert line.endswith('is it in another unit, or that of cylinder_1?')

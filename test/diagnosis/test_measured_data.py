@@ -7,6 +7,9 @@ from typing import Any
 
 import pytest
 
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs
+from pneu_rig_ros.diagnosis.inputs.read_inputs import read_recordings
+from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 
@@ -33,6 +36,19 @@ def seal(name: str) -> dict[str, Any]:
             mapping=SYSTEMS / 'seal_friction.map.yaml',
         )
     )
+
+
+@pytest.mark.parametrize(
+    'folder', ['seal_friction', 'seal_friction_repeats', 'chamber_leak', 'sealed_chambers']
+)
+def test_all_recordings_are_accepted(folder: str) -> None:
+    """The steps of a seal's recording are up to 320 ms."""
+    names = {'chamber_leak': 'printed_chamber', 'sealed_chambers': 'sealed_chambers'}
+    paths = sorted(path for path in (DATA / folder).iterdir() if path.suffix in ('.csv', '.exp'))
+    system = load_system(SYSTEMS / f'{names.get(folder, "seal_NAPN")}.yaml')
+    known = {'seal_friction_repeats': 'seal_friction'}.get(folder, folder)
+    recordings = read_recordings(paths, system, SYSTEMS / f'{known}.map.yaml')
+    assert len(prepare_runs(recordings, system, paths)) == len(paths) > 1
 
 
 @pytest.mark.long  # test_workflow.py has such chambers in short

@@ -33,8 +33,11 @@ LEAST_DURATION = 1.0
 """A shorter recording is refused [s]."""
 LONGEST_GAP = 0.025
 """Samples that are missing for longer leave nothing of a slip: half its duration [s]."""
-LONGEST_IMPOSED_GAP = 0.3
-"""The same of a motion that a bench imposes, which goes on as it did and has no slips [s]."""
+LONGEST_IMPOSED_GAP = 0.5
+"""
+The same of a motion that a bench imposes, which goes on as it did and has no slips [s]: a fifth of
+a stroke of 40 mm at 15 mm/s, within which it is a line.
+"""
 LEAST_GAP = 5
 """Samples of a slower signal that may be missing in succession."""
 ESTIMATED = ('velocity', 'friction')

@@ -45,7 +45,7 @@ DISCREPANT = 3.0
 """RMS residual of the best explanation from which on it is taken for noise of any model [-]."""
 LARGEST_CHANCE = 100.0
 """
-Improvement that no cause has by chance [-]: a bristle stiffness gained up to 24 on 24 sets of
+Improvement that no cause has by chance [-]: a bristle stiffness gained up to 31 on 28 sets of
 replicates of the second shipped cylinder, where slow slips make it gain most.
 """
 
