@@ -37,13 +37,13 @@ PLAIN_BELOW = 10_000
 
 
 class Ranked(NamedTuple):
-    """A possible explanation; ``left`` is the remaining share of the excess, 0 to 1."""
+    """A possible explanation; ``left`` is the remaining share of the excess, None of none."""
 
     name: str
     kind: str
     stage: str
     gap_left: str
-    left: float
+    left: float | None
     probability: str
     chosen: bool
 
@@ -122,7 +122,8 @@ def ranking(answer: Answer, most: int) -> list[Ranked]:
         likely = one['probability']
         stated = '' if likely is None else f'{likely:.0%}'
         kind = _kind(one['names'])
-        rows.append(Ranked(name, kind, stage, f'{left:.0%}', left, stated, one['chosen']))
+        share = NOT_KNOWN if left is None else f'{left:.0%}'
+        rows.append(Ranked(name, kind, stage, share, left, stated, one['chosen']))
     return rows
 
 

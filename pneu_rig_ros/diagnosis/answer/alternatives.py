@@ -31,9 +31,10 @@ def ranking_rows(
     residuals = search.held_out.without_cycles
     before = excess(residuals, search.given)
 
-    def gap_left(explanation: Explanation) -> float:
-        after = excess(residuals, explanation.apply(search.given))
-        return min(after / before, 1.0) if before > 0.0 else 0.0
+    def gap_left(explanation: Explanation) -> float | None:
+        if before == 0.0:
+            return None
+        return min(excess(residuals, explanation.apply(search.given)) / before, 1.0)
 
     ranking = sorted(search.ranking, key=lambda fit: fit.cost)
     fits = first_of_each(search, ranking if best is None else [best, *ranking])
