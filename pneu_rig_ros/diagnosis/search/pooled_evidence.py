@@ -46,7 +46,7 @@ def gains_by_chance(
     Return what an explanation gains on replicates of a smaller one, both fitted [-].
 
     :param given: to which the explanations are applied
-    :param dataset: whose runs are replicated, and with whose noise; its cycles are left out
+    :param dataset: whose runs are replicated, and with whose noise, without its cycles
     """
     seeds = rng.spawn(REPLICATES)
     return map_tasks(executor, _gain, seeds, larger, smaller, given, dataset)
