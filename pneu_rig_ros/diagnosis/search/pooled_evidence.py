@@ -3,7 +3,7 @@ Causes that no cell shows but all windows together do: a score test with replica
 
 What a cause adds to each window is known from its formula, so that its gain sums over all of them
 (C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50). Small errors of the noise sum up as well: what
-fits of the cause gain on replicates without it is no evidence.
+fits of the cause gain on replicates without it does not count.
 """
 
 from collections.abc import Sequence
