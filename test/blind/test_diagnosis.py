@@ -224,6 +224,13 @@ def test_effect_that_is_not_in_the_library_is_unknown() -> None:
     assert line['cut'] > GAP_CUT
 
 
+@pytest.mark.long  # in short: diagnosis/test_pooled_evidence.py
+def test_load_is_named_by_all_residuals_together() -> None:
+    key = 'fresh/68/conditions/load_mass/cylinder_1/32'
+    line = carry_out(next(one for one in drawn_foreign(68, ('conditions',)) if one.key == key))
+    assert condition_named(line), line
+
+
 @pytest.mark.long  # in short: diagnosis/test_workflow.py and test_each_recording.py
 @pytest.mark.parametrize(
     ('system', 'name'),

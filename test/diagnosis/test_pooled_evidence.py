@@ -36,12 +36,12 @@ def run_of(system: System, seed: int, stated: float) -> Run:
 
 
 def search_of(folder: Path, stated: float) -> Search:
-    """Return the search of a cause in nine runs, three of them held out."""
+    """Return the search of a cause in six runs, two of them held out."""
     system = system_of(folder, configured('cylinder_1'))
     given, rng = system.hypothesis, np.random.default_rng(0)
-    runs = [run_of(system, seed, stated) for seed in range(9)]
+    runs = [run_of(system, seed, stated) for seed in range(6)]
     training, held_out = (
-        Dataset.of(given, [Comparison(run) for run in part], rng) for part in (runs[:6], runs[6:])
+        Dataset.of(given, [Comparison(run) for run in part], rng) for part in (runs[:4], runs[4:])
     )
     candidates = [each for each in pool(system, runs, ())[0] if each.name in CANDIDATES]
     return Search(given=given, training=training, held_out=held_out, rng=rng, pool=candidates)
