@@ -17,8 +17,10 @@ from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.growth import LARGEST_CHANCE
-from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, preferred, score
+from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, preferred, score
 from pneu_rig_ros.diagnosis.search.selection import Search
+from pneu_rig_ros.executor import SerialExecutor
 
 from .runs import configured, recorded, system_of
 
@@ -68,16 +70,22 @@ def test_of_a_true_model_they_show_nothing(tmp_path: Path) -> None:
 
 def test_what_a_cause_gains_counts_beyond_what_it_gains_by_chance(heavier: Search) -> None:
     (load,) = (each for each in heavier.pool if each.name == LOAD)
+    larger, smaller = Explanation().with_part(load, load.starts[0]), Explanation()
     data = heavier.given, heavier.training, heavier.held_out
-    before = score(Fit(Explanation()), *data)
-    chosen = score(Fit(Explanation().with_part(load, load.starts[0])), *data)
+    before = score(Fit(smaller), *data)
+    chosen = replace(score(Fit(larger), *data), penalty=before.penalty)
+    workers = SerialExecutor()
+    chance = max(gains_by_chance(larger, smaller, *data[:2], np.random.default_rng(5), workers))
+    assert 0.0 < chance < LARGEST_CHANCE - 2.0 * DECISIVE
 
-    def gaining(improvement: float) -> ScoredFit:
+    def counts(improvement: float) -> bool:
         shift = (before.cost - chosen.cost - improvement) / chosen.losses.size
-        return replace(chosen, losses=chosen.losses + shift)
+        gaining = replace(chosen, losses=chosen.losses + shift)
+        search = replace(heavier, rng=np.random.default_rng(5))
+        return search.beyond_chance(gaining, before)
 
-    assert not heavier.beyond_chance(gaining(0.9 * DECISIVE), before)
-    assert heavier.beyond_chance(gaining(0.9 * LARGEST_CHANCE), before)
+    assert not counts(DECISIVE + 0.9 * chance)
+    assert counts(DECISIVE + 1.1 * chance)
 
 
 def test_recordings_that_differ_are_not_pooled(heavier: Search) -> None:

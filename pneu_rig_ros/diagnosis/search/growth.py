@@ -46,7 +46,7 @@ DISCREPANT = 3.0
 LARGEST_CHANCE = 100.0
 """
 Improvement that no cause has by chance [-]: a bristle stiffness gained up to 31 on 28 sets of
-replicates of the second shipped cylinder, where slow slips make it gain most.
+replicates of the second shipped cylinder.
 """
 
 

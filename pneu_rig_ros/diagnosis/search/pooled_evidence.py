@@ -21,7 +21,7 @@ from pneu_rig_ros.diagnosis.search.screening import Screened
 from pneu_rig_ros.executor import Executor, map_tasks
 
 REPLICATES = 4
-"""Of the recordings, of which the largest gain counts: as many as two processors do in 8 s."""
+"""Of the recordings, of which the largest gain counts: two for each of two processors."""
 
 
 def worth_a_fit(screened: Sequence[Screened], loss_without: float, windows: int) -> list[Screened]:

@@ -68,7 +68,7 @@ class Search(Growth):
             if not self._needs_a_cause():
                 break
             self.weak = self.is_weak()
-            fits, before = self._grown(beam, size)
+            fits, before = self._grown_with_cycles(beam, size)
             if not any_improves(fits, before):
                 break
             chosen = preferred(fits)
@@ -83,7 +83,9 @@ class Search(Growth):
             beam = self._beam(accepted, fits)
         return self.best
 
-    def _grown(self, beam: Sequence[Explanation], size: int) -> tuple[list[ScoredFit], ScoredFit]:
+    def _grown_with_cycles(
+        self, beam: Sequence[Explanation], size: int
+    ) -> tuple[list[ScoredFit], ScoredFit]:
         """
         Return the fits of explanations with one more cause, and the best one without it.
 
