@@ -9,6 +9,7 @@ from pneu_rig_ros.diagnosis.answer.intervals import HALF_WIDTH
 from pneu_rig_ros.diagnosis.answer.run_differences import RunDifference
 from pneu_rig_ros.diagnosis.answer.verdict import CONDITIONS, CONSISTENT, UNCALIBRATED, UNKNOWN
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS as CONDITIONS_PREFIX
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import TEMPERATURE_DRIFT
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.rig.repeatability import REPEATABILITY
@@ -51,8 +52,8 @@ def _allowance(name: str, value: float) -> str:
 def _verdict(diagnosis: Diagnosis, parameters: Rows, effects: Rows, conditions: Rows) -> str:
     """Return the verdict in one sentence, from rows of the answer."""
     verdict = diagnosis.verdict
-    if verdict == CONSISTENT and diagnosis.system.constant_volume and not diagnosis.given.effects:
-        return _tight(diagnosis)
+    if verdict == CONSISTENT and (tight := _tight(diagnosis)):
+        return tight
     if verdict == CONSISTENT:
         allowed = ', '.join(
             _allowance(name, value) for name, value in diagnosis.system.repeatability.items()
@@ -100,17 +101,24 @@ def _places(diagnosis: Diagnosis) -> str:
 
 
 def _tight(diagnosis: Diagnosis) -> str:
-    """Return the sentence on a vessel that loses no more than its temperature may drift."""
+    """Return the sentence on vessels whose pressure changes as with temperature, '' of others."""
+    if not diagnosis.system.constant_volume or diagnosis.given.effects:
+        return ''
     datasets = (diagnosis.training, diagnosis.held_out)
     runs = [each.run for data in datasets for each in data.comparisons]
-    changes, limits = [], []
+    gas, changes, limits = diagnosis.given.model.gas, [], []
     for run in runs:
         chamber = 1 if 'gas_1' in run.balances else 2
         ends = [part.mean() for part in np.array_split(run.smooth[:, chamber], ENDS)[:: ENDS - 1]]
         changes.append(abs(ends[1] / ends[0] - 1.0))
         # gas that leaks this slowly stays at the temperature of the walls
         adiabatic = HALF_WIDTH * run.repeatability[f'gas_{chamber}']
-        limits.append(diagnosis.given.model.gas.heat_capacity_ratio * adiabatic)
+        limits.append(gas.heat_capacity_ratio * adiabatic)
+    if (
+        max(changes)
+        > HALF_WIDTH * TEMPERATURE_DRIFT / diagnosis.given.model.gas.supply_temperature
+    ):
+        return ''
     return (
         f'Too tight to tell: no pressure changes by more than {max(changes):.2%}, which a drift '
         f'of the temperature may do too; a leak below {1e6 * max(limits):.2g} mg/s cannot be seen.'

@@ -42,10 +42,18 @@ class Quantity:
         return min(max(value, self.low), self.high)
 
     def parse(self, text: object, where: str) -> float:
-        """Read ``'4.91e-4 m^2'``; raise :class:`RigError` for another unit or range."""
+        """
+        Read ``'4.91e-4 m^2'``, or a pure number, to which ``-`` may be added.
+
+        :raises RigError: for another unit or range
+        """
+        pure = self.unit == '-' and isinstance(text, str | int | float)
+        if pure and not isinstance(text, bool) and len(str(text).split()) == 1:
+            text = f'{text} -'
         match = _TEXT.match(text) if isinstance(text, str) else None
         if match is None:
-            raise RigError(f'{where}: {text!r} is not a number and its unit {self.unit}')
+            unit = '' if self.unit == '-' else f' and its unit {self.unit}'
+            raise RigError(f'{where}: {text!r} is not a number{unit}')
         if match['unit'] != self.unit:
             raise RigError(f'{where}: unit {match["unit"]} in {text!r}, allowed is {self.unit}')
         try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from pneu_rig_ros.diagnosis.inputs.vessels import shut_at
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
@@ -69,8 +72,58 @@ def test_law_of_a_porous_leak_is_found_in_one_recording(
     found = data['effects'][0]['parameters']['exponent']
     assert found['value'] == pytest.approx(exponent, abs=0.1)
     assert found['interval'][0] < exponent < found['interval'][1]
-    assert data['recordings'] == {'fit': ['run, 0 to 93.4 s'], 'verify': ['run, 93.4 to 139.9 s']}
+    (fitted,), (verified,) = data['recordings'].values()
+    assert (cut := re.fullmatch(r'run, 0 to ([\d.]+) s', fitted))
+    assert verified == f'run, {cut[1]} to 139.9 s'
     assert data['sentence'].endswith('There is one recording: its last part was held out.')
+
+
+def fed(seconds: float) -> np.ndarray:
+    """Return the pressure in a vessel that is fed at first and is empty long before the end."""
+    n = round(10.0 * seconds)
+    held = FILL + np.random.default_rng(1).normal(0.0, 120.0, n)
+    return np.concatenate([held, emptied(0, 1.15, 0.9995)['pressure_1']])
+
+
+def law(data: dict[str, Any]) -> tuple[list[str], float]:
+    """Return the names of the effects in an answer and the power of the first one."""
+    names = [effect['name'] for effect in data['effects']]
+    return names, data['effects'][0]['parameters']['exponent']['value']
+
+
+def test_vessel_that_is_fed_at_first_is_diagnosed_from_when_it_is_shut(tmp_path: Path) -> None:
+    path = table(tmp_path / 'run.csv', 0.1, {'pressure_1': fed(6.0)})
+    known = mapping(tmp_path / 'map.yaml', 'pressure_1')
+    data = answer(diagnose([path], system_file(tmp_path, LEAKING), mapping=known))
+    assert law(data) == (['porous_leak'], pytest.approx(1.15, abs=0.1))
+    assert any('until it was shut, are not used' in each['note'] for each in data['notes'])
+
+
+@pytest.mark.parametrize('named', [True, False])
+def test_recording_of_an_empty_vessel_validates_nothing(tmp_path: Path, named: bool) -> None:
+    halves = np.split(fed(6.0), 2)
+    paths = [
+        table(tmp_path / f'{name}.csv', 0.1, {'pressure_1': half})
+        for name, half in zip(('full', 'empty'), halves, strict=True)
+    ]
+    known, model = mapping(tmp_path / 'map.yaml', 'pressure_1'), system_file(tmp_path, LEAKING)
+    verify = paths[1:] if named else []
+    data = answer(diagnose(paths[: 1 if named else 2], model, verify, mapping=known))
+    assert law(data) == (['porous_leak'], pytest.approx(1.15, abs=0.1))
+    assert any('not used, as the vessel is empty: empty' in each['note'] for each in data['notes'])
+    assert 'There is one recording' in data['sentence']
+
+
+@pytest.mark.parametrize('seconds', [3.0, 6.0, 20.0, 50.0])
+def test_shutting_is_found_within_a_block(seconds: float) -> None:
+    pressure = fed(seconds)
+    start = 0.1 * shut_at(pressure, 120.0)
+    assert seconds <= start < seconds + 0.1 * 3.0 * max(pressure.size // 300, 3)
+
+
+def test_vessel_that_is_shut_from_the_first_is_not_cut() -> None:
+    for seed, lost in itertools.product(range(5), (0.006, 0.15, 0.9, 0.999)):
+        assert shut_at(emptied(seed, 1.2, lost)['pressure_1'], 120.0) == 0
 
 
 def test_leak_of_a_little_is_named_by_the_simplest_law(tmp_path: Path) -> None:

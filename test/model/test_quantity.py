@@ -34,6 +34,27 @@ def test_bad_text_is_refused_with_its_reason(text: object, message: str) -> None
         MASS.parse(text, 'mass')
 
 
+@pytest.mark.parametrize('text', ['0.5 -', '0.5', '5e-1', 0.5])
+def test_pure_number_needs_no_unit(text: object) -> None:
+    assert Quantity('-', 0.0, 1.0, 'share').parse(text, 'share') == 0.5
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        (2, 'share: 2 is not within 0 to 1'),
+        ('0.5 kg', 'share: unit kg .* allowed is -'),
+        ('half', "share: 'half' is not a number$"),
+        ('-', "share: '-' is not a number$"),
+        (True, 'share: True is not a number$'),
+        ('', "share: '' is not a number$"),
+    ],
+)
+def test_bad_pure_number_is_refused_with_its_reason(text: object, message: str) -> None:
+    with pytest.raises(RigError, match=message):
+        Quantity('-', 0.0, 1.0, 'share').parse(text, 'share')
+
+
 def test_lists_name_the_entry_that_is_wrong() -> None:
     masses = QuantityList(MASS, 3)
     assert masses.parse(['1 kg', '2 kg'], 'masses') == (1.0, 2.0)

@@ -1,7 +1,7 @@
 """Recordings for a diagnosis: read, checked, split into training and held-out data."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import numpy as np
 from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs, with_unknown_temperature
 from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.inputs.vessels import changes_until, from_shutting, is_empty, with_note
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
@@ -56,6 +57,11 @@ def read_inputs(
     training, held_out = split_paths(bags, verify)
     paths = [*training, *held_out]
     recordings = read_recordings(paths, system, mapping, executor)
+    if system.constant_volume:
+        read = dict(zip(paths, recordings, strict=True))
+        usual = system.hypothesis.model.gas.atmospheric_pressure
+        training, held_out, recordings = _of_vessels(training, held_out, read, usual)
+        paths = [*training, *held_out]
     single = len(paths) == 1
     if single:
         recordings, paths = split_in_time(recordings[0], system, paths[0]), 2 * paths
@@ -65,6 +71,25 @@ def read_inputs(
     else:
         _check_different(recordings, paths)
     return Inputs(system, paths, recordings, runs, len(training), single)
+
+
+def _of_vessels(
+    training: list[Path], held_out: list[Path], recordings: Mapping[Path, Recording], usual: float
+) -> tuple[list[Path], list[Path], list[Recording]]:
+    """
+    Return the paths of training and of held-out data, and the recordings while vessels are shut.
+
+    If all held-out ones are of empty vessels, which show no law, others are in their place.
+
+    :param usual: pressure of the atmosphere where a recording states none [Pa]
+    """
+    shut = {path: from_shutting(recording) for path, recording in recordings.items()}
+    if held_out and all(is_empty(shut[path], shut.values(), usual) for path in held_out):
+        names = ', '.join(shut[path].name for path in held_out)
+        note = f'not used, as the vessel is empty: {names}'
+        shut[training[0]] = with_note(shut[training[0]], note)
+        training, held_out = split_paths(training)
+    return training, held_out, [shut[path] for path in (*training, *held_out)]
 
 
 def split_paths(
@@ -132,7 +157,10 @@ def split_in_time(recording: Recording, system: System, path: Path) -> list[Reco
             f'{path}: only one recording of a free piston given; add another, or a held-out one '
             'with --verify'
         )
-    cut = recording.size - recording.size // HELD_OUT
+    size = recording.size
+    if system.constant_volume:  # once a vessel is empty it shows nothing
+        size = changes_until(recording)
+    cut = size - size // HELD_OUT
     at, end = cut * recording.interval, recording.duration
     first, later = recording.cut(0, cut), recording.cut(cut, recording.size)
     return [
