@@ -128,7 +128,8 @@ def _windows(comparison: Comparison, functions: TestFunctions, kept: Flags, gas:
     stopped = functions.averages((run.contacts >= along.AT_INNER_STOP).astype(np.float64))
     regime = np.full(resting.size, SLIDING, dtype='<U9')
     regime[resting > 0.5] = DWELL
-    regime[stopped > 0.5] = END_STOP
+    # a volume that is constant has no stops
+    regime[stopped > 0.5] = END_STOP if run.noise.position > 0.0 else DWELL
     if gas:  # the force has residuals of its own at a breakaway
         middle = (functions.starts + 0.5 * functions.size) * run.interval
         for end in comparison.breakaways * run.interval:
