@@ -34,6 +34,8 @@ LEAST_P = 1e-3
 """Smallest p-value that is given as a number [-]."""
 PLAIN_BELOW = 10_000
 """Numbers below it have no exponent."""
+UNDETERMINED = 100.0
+"""Ratio of the ends of an interval in which not even the order of magnitude is known [-]."""
 
 
 class Ranked(NamedTuple):
@@ -158,12 +160,17 @@ def added_rows(answer: Answer) -> list[Row]:
             entries.append((f'{effect["name"]}.{name}', NOT_KNOWN, value))
     rows: list[Row] = []
     for name, was, one in entries:
-        low, high = (number(value, 4) for value in one['interval'])
-        rows.append((name, was, number(one['value'], 4), f'{low} to {high}', one['unit']))
+        rows.append((name, was, number(one['value'], 4), _interval(*one['interval']), one['unit']))
     for effect in answer['effects']:
         for name, value in effect['readings'].items():
             rows.append((f'friction.{name}', NOT_KNOWN, value, '', ''))
     return rows
+
+
+def _interval(low: float, high: float) -> str:
+    """Return the text of an interval, and whether not even the order of magnitude is known."""
+    text = f'{number(low, 4)} to {number(high, 4)}'
+    return f'not determined: {text}' if 0.0 < UNDETERMINED * low < high else text
 
 
 def gap_rows(answer: Answer, which: str = 'signals') -> list[Row]:

@@ -16,9 +16,13 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import Fit
-from pneu_rig_ros.diagnosis.search.growth import LARGEST_CHANCE
 from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance
-from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, preferred, score
+from pneu_rig_ros.diagnosis.search.scoring import (
+    DECISIVE,
+    LARGEST_CHANCE,
+    preferred,
+    score,
+)
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import SerialExecutor
 

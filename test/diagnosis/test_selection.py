@@ -13,7 +13,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.search.fitting import Fit
-from pneu_rig_ros.diagnosis.search.scoring import MOST_LEFT, score
+from pneu_rig_ros.diagnosis.search.scoring import MOST_LEFT, ScoredFit, improves, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
@@ -38,6 +38,35 @@ def cycling(tmp_path_factory: pytest.TempPathFactory) -> Cycling:
         Dataset.of(hypothesis, [Comparison(run)], rng).with_cycles(hypothesis, rng) for run in runs
     )
     return Cycling(hypothesis, training, held_out, rng)
+
+
+def scored(*losses: float) -> ScoredFit:
+    """Return a fit with losses on a training stretch and on a held-out one."""
+    return ScoredFit(
+        Explanation(),
+        0.0,
+        np.zeros((0, 0)),
+        losses=np.array(losses),
+        penalty=0.0,
+        held_out=1,
+        simulated=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ('training', 'held_out', 'better'),
+    [
+        (12.0, 5.0, True),
+        (12.0, 1.0, False),  # in the training data by chance
+        (5.0, 4.0, False),
+        (150.0, 1.0, True),  # beyond doubt there, and nothing to be seen here
+        (150.0, -1.0, False),
+    ],
+)
+def test_cause_has_to_show_in_held_out_data_too(
+    training: float, held_out: float, better: bool
+) -> None:
+    assert improves(scored(200.0 - training, 50.0 - held_out), scored(200.0, 50.0)) is better
 
 
 def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(cycling: Cycling) -> None:

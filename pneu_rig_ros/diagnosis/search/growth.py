@@ -23,6 +23,7 @@ from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance, worth
 from pneu_rig_ros.diagnosis.search.remainder import Remainder
 from pneu_rig_ros.diagnosis.search.scoring import (
     DECISIVE,
+    LARGEST_CHANCE,
     ScoredFit,
     ambiguous,
     any_improves,
@@ -43,11 +44,6 @@ FINALISTS = 3
 """Explanations that are fitted further."""
 DISCREPANT = 3.0
 """RMS residual of the best explanation from which on it is taken for noise of any model [-]."""
-LARGEST_CHANCE = 100.0
-"""
-Improvement that no cause has by chance [-]: a bristle stiffness gained up to 31 on 28 sets of
-replicates of the second shipped cylinder.
-"""
 
 
 @dataclass(kw_only=True)
@@ -162,9 +158,7 @@ class Growth(Remainder):
         """Return what may join an explanation, other forms of its effects among them."""
         shaped = {part.effect for part in base.parts if isinstance(part, Family)}
         effects = [part for part in base.parts if part.is_effect and part.name not in shaped]
-        runs = [comparison.run for comparison in self.training.comparisons]
-        temperature = self.given.model.gas.supply_temperature
-        forms = [family for part in effects for family in families(part, runs, temperature)]
+        forms = [family for part in effects for family in self._forms_of(part)]
         # what residuals hardly see, and simulated cycles do, are causes of the force
         balances = {residual.balance for residual in self.significant()}
         groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
@@ -178,6 +172,31 @@ class Growth(Remainder):
             for candidate in (*self.pool, *forms)
             if candidate.name not in names and candidate.group in groups
         ]
+
+    def _forms_of(self, effect: Candidate) -> list[Family]:
+        """Return the other forms of an effect, over each variable that drives it."""
+        runs = [comparison.run for comparison in self.training.comparisons]
+        return list(families(effect, runs, self.given.model.gas.supply_temperature))
+
+    def with_other_forms(
+        self, fits: Sequence[ScoredFit], before: ScoredFit
+    ) -> tuple[list[ScoredFit], ScoredFit]:
+        """
+        Return fits with the other forms of the best effect, if that is beyond doubt.
+
+        Fitted to some recordings, a wrong formula may predict others worse than without it.
+        """
+        best = min(fits, key=lambda fit: fit.cost, default=before)
+        last = best.explanation.parts[-1:]
+        doubtful = before.cost - best.cost < LARGEST_CHANCE
+        if doubtful or not last or not last[0].is_effect or isinstance(last[0], Family):
+            return list(fits), before
+        starts = [
+            best.explanation.with_part(form, values)
+            for form in self._forms_of(last[0])
+            for values in form.starts
+        ]
+        return [*fits, *self._fits(starts)], before
 
     def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
         """Return explanations fitted from several starts; thoroughly only the finalists."""

@@ -92,6 +92,8 @@ class Search(Growth):
         Where none improves on that, simulated cycles join the data, and then the next candidates.
         """
         fits, before = self.grown(beam, size)
+        if not any_improves(fits, before):
+            fits, before = self.with_other_forms(fits, before)
         may_simulate = not any_improves(fits, before) and self.can_simulate()
         # for a further cause only where cycles show something of which residuals have no trace
         if may_simulate and (size == 1 or self.cycles_differ()):
