@@ -114,10 +114,7 @@ def _tight(diagnosis: Diagnosis) -> str:
         # gas that leaks this slowly stays at the temperature of the walls
         adiabatic = HALF_WIDTH * run.repeatability[f'gas_{chamber}']
         limits.append(gas.heat_capacity_ratio * adiabatic)
-    if (
-        max(changes)
-        > HALF_WIDTH * TEMPERATURE_DRIFT / diagnosis.given.model.gas.supply_temperature
-    ):
+    if max(changes) > HALF_WIDTH * TEMPERATURE_DRIFT / gas.supply_temperature:
         return ''
     return (
         f'Too tight to tell: no pressure changes by more than {max(changes):.2%}, which a drift '

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pneu_rig_ros.diagnosis.inputs.vessels import shut_at
+from pneu_rig_ros.diagnosis.inputs.vessels import is_empty, shut_at
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.simulate import simulate
 
 from .parts import (
@@ -124,6 +125,18 @@ def test_shutting_is_found_within_a_block(seconds: float) -> None:
 def test_vessel_that_is_shut_from_the_first_is_not_cut() -> None:
     for seed, lost in itertools.product(range(5), (0.006, 0.15, 0.9, 0.999)):
         assert shut_at(emptied(seed, 1.2, lost)['pressure_1'], 120.0) == 0
+
+
+def test_evacuated_vessel_is_not_empty_until_it_is_filled() -> None:
+    """Its gauge pressure is negative."""
+    time = np.arange(100) * 0.1
+    early, late, filled = (
+        Recording('run', 0, 100_000_000, {'pressure_1': OUTSIDE - gauge * np.exp(-time / 50.0)})
+        for gauge in (9e4, 8e4, 1e3)
+    )
+    assert not is_empty(late, [early, late], OUTSIDE)
+    assert is_empty(filled, [early, filled], OUTSIDE)
+    assert shut_at(early['pressure_1'], 120.0) == 0
 
 
 def test_leak_of_a_little_is_named_by_the_simplest_law(tmp_path: Path) -> None:

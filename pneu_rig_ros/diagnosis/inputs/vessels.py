@@ -72,12 +72,12 @@ def changes_until(recording: Recording) -> int:
 
 def is_empty(recording: Recording, others: Iterable[Recording], usual: float) -> bool:
     """
-    Return whether hardly anything is left in the vessels of what others have at most.
+    Return whether vessels are at atmospheric pressure, or nearly so, of what others have at most.
 
     :param usual: pressure of the atmosphere where a recording states none [Pa]
     """
-    fullest = max(_most_above(other, usual) for other in others)
-    return _most_above(recording, usual) < (1.0 - NEARLY_ALL) * fullest
+    most = max(_largest_gauge(other, usual) for other in others)
+    return _largest_gauge(recording, usual) < (1.0 - NEARLY_ALL) * most
 
 
 def with_note(recording: Recording, note: str) -> Recording:
@@ -85,10 +85,10 @@ def with_note(recording: Recording, note: str) -> Recording:
     return replace(recording, notes=(*recording.notes, note))
 
 
-def _most_above(recording: Recording, usual: float) -> float:
-    """Return by how much a pressure is above that of the atmosphere at most [Pa]."""
+def _largest_gauge(recording: Recording, usual: float) -> float:
+    """Return by how much a pressure is off that of the atmosphere at most, above or below [Pa]."""
     atmosphere = recording.conditions.get('atmospheric_pressure', usual)
-    return max(float(pressure.max()) for pressure, _ in _pressures(recording)) - atmosphere
+    return max(float(np.abs(p - atmosphere).max()) for p, _ in _pressures(recording))
 
 
 def _pressures(recording: Recording) -> list[tuple[Floats, float]]:
