@@ -63,10 +63,18 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     'valve_lag': {'time_constant': _by_size(0.01, 0.03, 0.1)},
     # the ports open 0.15 V from the centre; a slow stroke leaves 0.14 V of opening
     'spool_hysteresis': {'width': _by_size(0.01, 0.03, 0.08)},
-    'nonlinear_opening': {'exponent': _by_size(1.03, 1.1, 1.4)},
+    'nonlinear_opening': {
+        'intake_exponent': _by_size(1.03, 1.1, 1.4),
+        'exhaust_exponent': _by_size(1.03, 1.1, 1.4),
+    },
     # wider seals, steeper growth; 0.1 to 2 bar in the chambers
     'pressure_dependent_friction': {'slope': _about(2e-5, 4e-5, 8e-5)},
     'direction_dependent_friction': {'asymmetry': _by_size(0.04, 0.12, 0.35)},
+    # on the outstroke alone, at up to 0.1 m/s
+    'direction_dependent_viscous_friction': {
+        'asymmetry': _about(4.0, 15.0, 15.0),
+        'one_sidedness': _by_size(1.0, 1.0, 1.0),
+    },
     'position_dependent_friction': {'gradient': _by_size(0.1, 0.3, 0.8)},
     # the work of friction in one bag is some 2, 3 and 0.5 J
     'friction_warm_up': {

@@ -18,6 +18,7 @@ from pneu_rig_ros.records.description import git_revision
 
 from . import cases, places
 from .files import Files
+from .foreign_trials import SEVERAL_FORMS
 from .trials import Trial
 
 Answer = dict[str, Any]
@@ -86,6 +87,8 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'names': list(trial.names),
         'visibility': cases.visibility(trial),
     }
+    if trial.part in SEVERAL_FORMS:
+        line['least_visibility'] = cases.least_visibility(trial)
     ranking = ['+'.join(row['names']) for row in said.get('candidates', [])]
     gap, unknown = said.get('gap') or {}, said.get('unknown') or {}
     return line | {

@@ -67,11 +67,12 @@ def _hide(name: str, grade: float, model: Settings) -> Secret:
         return _wrong(name, grade, model)
     volume = model['cylinder']['cap_dead_volume'], model['cylinder']['rod_dead_volume']
     leak, heat = log_graded(grade, 300.0, 30.0), log_graded(grade, 20.0, 2.0)
+    bent = 1.0 + log_graded(grade, 0.03, 0.4)
     strengths = {
         'supply_droop': {'resistance': log_graded(grade, 2e8, 1.5e9)},
         'valve_lag': {'time_constant': log_graded(grade, 0.01, 0.1)},
         'spool_hysteresis': {'width': log_graded(grade, 0.01, 0.08)},
-        'nonlinear_opening': {'exponent': 1.0 + log_graded(grade, 0.03, 0.4)},
+        'nonlinear_opening': {'intake_exponent': bent, 'exhaust_exponent': bent},
         'valve_null_leak': {
             'intake_area': log_graded(grade, 1e-10, 1e-9),
             'exhaust_area': log_graded(grade, 2e-10, 2e-9),

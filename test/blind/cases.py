@@ -66,6 +66,13 @@ def visibility(trial: Trial) -> float:
     return rig.visibility(trial.cylinder, trial.secret, trial.noise, trial.circumstances)
 
 
+def least_visibility(trial: Trial) -> float:
+    """Return the change of a signal by the weakest of several effects, beside the others."""
+    secret, rest = trial.secret, trial.secret.effects
+    others = [{k: v for k, v in rest.items() if k != name} for name in trial.names]
+    return min(rig.visibility(trial.cylinder, secret, trial.noise, known=own) for own in others)
+
+
 def hidden_values(trial: Trial) -> dict[str, float]:
     """
     Return effect.parameter or section.name -> true value [SI] of what was hidden.

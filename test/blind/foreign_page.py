@@ -49,7 +49,7 @@ is hidden. Another mix of causes than that of these trials has other shares.
 ## Answers
 
 {answers}"""
-LAST_COUNTED = 67
+LAST_COUNTED = 76
 """Seeds up to this one gave the stated probabilities; on later ones these are judged."""
 RELIABILITY = """Each answer says how probable it is: the share of its verdict of seeds 60 to
 {last}, of systems with exact sensors or of those known to their class only, and of a name its

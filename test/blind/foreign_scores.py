@@ -34,8 +34,8 @@ MEANING = {
     'nuisance_cause': 'a strong cause among nuisances: it stands first',
     'nuisance_alarm': 'nuisances alone: something strong is said to be missing',
     'conditions_named': 'a wrong condition: named as such',
-    'foreign_pairs_both': 'two foreign forms: both mechanisms are named',
-    'triples_all': 'three foreign forms: all mechanisms are named',
+    'foreign_pairs_both': 'two foreign forms, each visible: both mechanisms are named',
+    'triples_all': 'three foreign forms, each visible: all mechanisms are named',
 }
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01
 """Ends of the ranges in which stated probabilities are compared with how many answers are true."""
@@ -94,9 +94,15 @@ def figures(answers: list[Answer]) -> dict[str, Figure]:
         'nuisance_cause': share(scores.seen(answers, 'nuisance'), right_mechanism),
         'nuisance_alarm': share(scores.seen(answers, 'nuisance_none'), alarm),
         'conditions_named': share(scores.seen(answers, 'conditions'), condition_named),
-        'foreign_pairs_both': share(scores.seen(answers, 'foreign_pairs'), all_mechanisms),
-        'triples_all': share(scores.seen(answers, 'triples'), all_mechanisms),
+        'foreign_pairs_both': share(all_seen(answers, 'foreign_pairs'), all_mechanisms),
+        'triples_all': share(all_seen(answers, 'triples'), all_mechanisms),
     }
+
+
+def all_seen(answers: list[Answer], part: str) -> list[Answer]:
+    """Return the trials of a part in which each of several forms is to be seen."""
+    seen = scores.seen(answers, part)
+    return [a for a in seen if a['least_visibility'] > scores.VISIBLE]
 
 
 def headline(answers: list[Answer]) -> str:

@@ -34,6 +34,8 @@ COUNTS = {
 }
 """Part -> trials of a seed."""
 FOREIGN_PARTS = tuple(COUNTS)
+SEVERAL_FORMS = 'foreign_pairs', 'triples'
+"""Parts in which several forms are hidden together."""
 FIRST_STREAM = 100
 """Of the random numbers; those of the parts of ``fresh`` are below."""
 WEAKEST = 3.0

@@ -35,6 +35,7 @@ ADDED = (
     'travel_dependent_friction',
     'time_dependent_friction',
     'bore_taper',
+    'direction_dependent_viscous_friction',
 )
 """Effects that the kept answers do not know: drawn apart, so that other draws stay the same."""
 SETTLED = tuple(name for name in EFFECTS if name not in ADDED)

@@ -37,7 +37,8 @@ from .constants import (
     M2,
     NULL_IN,
     NULL_OUT,
-    OPENING,
+    OPENING_IN,
+    OPENING_OUT,
     P1,
     P2,
     P_ATM,
@@ -93,9 +94,9 @@ def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
         return bent_openings(spool, c, e)
     if spool > c[U_M]:
         full = FULL_VOLTAGE - c[U_M]
-        return c[K_V1] * full * ((spool - c[U_M]) / full) ** e[OPENING], 0.0
+        return c[K_V1] * full * ((spool - c[U_M]) / full) ** e[OPENING_IN], 0.0
     if spool < c[U_N]:
-        bent = c[U_N] * (1.0 - spool / c[U_N]) ** e[OPENING]
+        bent = c[U_N] * (1.0 - spool / c[U_N]) ** e[OPENING_OUT]
         return 0.0, c[K_V2] * (c[U_0] - c[U_N] + bent)
     return 0.0, 0.0
 
@@ -106,9 +107,9 @@ def bent_openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, fl
     if spool > c[U_M]:
         full = FULL_VOLTAGE - c[U_M]
         share = foreign.bent((spool - c[U_M]) / full, True, e)
-        return foreign.narrowed(c[K_V1] * full * share ** e[OPENING], e), 0.0
+        return foreign.narrowed(c[K_V1] * full * share ** e[OPENING_IN], e), 0.0
     share = foreign.bent(1.0 - spool / c[U_N], False, e)
-    area = c[K_V2] * (c[U_0] - c[U_N] + c[U_N] * share ** e[OPENING])
+    area = c[K_V2] * (c[U_0] - c[U_N] + c[U_N] * share ** e[OPENING_OUT])
     return 0.0, foreign.narrowed(area, e)
 
 

@@ -27,6 +27,8 @@ from .constants import (
     CUSHION,
     CUSHION_D,
     CUSHION_K,
+    DRAG,
+    DRAG_ONE_SIDE,
     DROP,
     ELAPSED,
     F_C,
@@ -44,6 +46,7 @@ from .constants import (
     LOAD,
     LOAD_V,
     MASS,
+    ONE_SIDE,
     P1,
     P2,
     P_ATM,
@@ -130,7 +133,7 @@ def levels(
         side = 1.0 if y[V] > 0.0 else -1.0
         if memory[STICKING] == 1.0:
             side = max(-1.0, min(1.0, 2.0 * bristles / c[F_C]))
-        share += e[ASYMMETRY] * side
+        share += e[ASYMMETRY] * (side + e[ONE_SIDE])
     share += drifted(e[TRAVEL_RATE], e[TRAVEL_LIMIT], y[TRAVEL])
     share += drifted(e[TIME_RATE], e[TIME_LIMIT], y[ELAPSED])
     added = e[SLOPE] * max(y[P1] + y[P2] - 2.0 * c[P_ATM], 0.0)
@@ -236,6 +239,7 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     inner = cushion(e[CUSHION] - y[X], -y[V], e)
     outer = cushion(y[X] - c[STROKE] + e[CUSHION], y[V], e)
     total = weight + spring + inner - outer
+    total -= e[DRAG] * (abs(y[V]) + e[DRAG_ONE_SIDE] * y[V])
     # what the bore is wider than stated, both chambers press on
     total += e[TAPER] * c[A1] * (y[X] / c[STROKE] - 0.5) * (y[P1] - y[P2])
     if e.size > FOREIGN:

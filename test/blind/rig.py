@@ -4,6 +4,7 @@ import json
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -169,17 +170,23 @@ def _record(
 
 
 def visibility(
-    cylinder: str, secret: Secret, noise: float, circumstances: Circumstances = AS_STATED
+    cylinder: str,
+    secret: Secret,
+    noise: float,
+    circumstances: Circumstances = AS_STATED,
+    known: Mapping[str, dict[str, float]] = MappingProxyType({}),
 ) -> float:
     """
     Return the largest change of a signal by what is hidden, in multiples of its noise.
 
     Root mean square over all six bags, against the rig as the model describes it, without noise.
+
+    :param known: effects that are part of the description
     """
     true = truth_of(cylinder, secret)
     model = changed(settings(circumstances.model_of or cylinder), secret.model)
     atmosphere = true['gas']['atmospheric_pressure']
-    nothing, plan = Secret({}, {}, {}), (*FIT, *VERIFY)
+    described, plan = Secret(dict(known), {}, {}), (*FIT, *VERIFY)
     squares = np.zeros(3)
     for experiment in plan:
         motion = move(true, secret, cylinder, experiment, circumstances)
@@ -187,7 +194,7 @@ def visibility(
         if circumstances != AS_STATED:
             real = shown(real, circumstances, atmosphere)
             real = np.roll(real, round(circumstances.clock / INTERVAL), axis=1)
-        expected = distorted(move(model, nothing, cylinder, experiment), {})
+        expected = distorted(move(model, described, cylinder, experiment), flatten(known))
         squares += np.mean((real - expected) ** 2, axis=1) / len(plan)
     sensors = true['sensors']
     level = noise * np.array([sensors['position_noise'], *[sensors['pressure_noise']] * 2])

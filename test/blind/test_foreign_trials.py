@@ -168,12 +168,21 @@ ANSWERS = [
         ['tapered_tube', 'linear_seal_leak'],
         'effect',
         effects=['chamber_leak', 'position_dependent_friction'],
+        least_visibility=5.0,
+    ),
+    answer(
+        'foreign_pairs',
+        ['tapered_tube', 'linear_seal_leak'],
+        'effect',
+        effects=['chamber_leak'],
+        least_visibility=1.0,
     ),
     answer(
         'triples',
         ['tapered_tube', 'linear_seal_leak', 'small_tank'],
         'effect',
         effects=['chamber_leak', 'position_dependent_friction'],
+        least_visibility=5.0,
     ),
 ]
 EXPECTED = {
@@ -210,7 +219,7 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
     worth = foreign_scores.by_verdict(ANSWERS)
     for row in (
         '`conditions` | 1 of 1',
-        '`effect` | 4 of 7',
+        '`effect` | 5 of 8',
         '`parameter` | 1 of 2',
         '`uncalibrated` | 1 of 1',
         '`unknown` | 2 of 3',

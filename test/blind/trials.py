@@ -85,6 +85,7 @@ ALIKE = (
     ('chamber_leak', 'porous_leak'),
     ('wall_heat_transfer', 'natural_convection'),
     ('pressure_dependent_friction', 'pressure_power_friction'),
+    ('direction_dependent_friction', 'direction_dependent_viscous_friction'),
     ('friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'),
 )
 """Laws of one mechanism: a library that has one of them does not lack the mechanism."""

@@ -105,7 +105,7 @@ def wider(rig: RigConfiguration) -> RigConfiguration:
 
 
 def leaky(rig: RigConfiguration) -> RigConfiguration:
-    bent = library.load('nonlinear_opening').null._replace(exponent=1.3)
+    bent = library.load('nonlinear_opening').parameters(1.3, 1.3)
     leak = library.load('chamber_leak').null._replace(area_1=2e-9, area_2=4e-9)
     return replace(rig, effects={'nonlinear_opening': bent, 'chamber_leak': leak})
 
@@ -271,7 +271,8 @@ def test_second_cause_is_named_beside_one_that_is_many_times_stronger(tmp_path: 
     assert beside['effects'] == data['effects']
     found = {effect['name']: effect['parameters'] for effect in data['effects']}
     assert set(found) == {'nonlinear_opening', 'chamber_leak'}
-    assert found['nonlinear_opening']['exponent']['value'] == pytest.approx(1.3, abs=0.01)
+    for row in found['nonlinear_opening'].values():
+        assert row['value'] == pytest.approx(1.3, abs=0.01)
     assert found['chamber_leak']['area_1']['value'] == pytest.approx(2e-9, rel=0.3)
     assert found['chamber_leak']['area_2']['value'] == pytest.approx(4e-9, rel=0.3)
 

@@ -137,14 +137,15 @@ def test_nonlinear_opening_is_a_power_of_the_way() -> None:
     way = 0.25 * full
     bend, back, _ = contribute(
         'nonlinear_opening',
-        (2.0,),
+        (2.0, 3.0),
         voltage_1=VALVE.intake_voltage + way,
         voltage_2=0.5 * VALVE.exhaust_voltage,
     )
     assert way + bend == pytest.approx(full * 0.25**2)
-    assert back == pytest.approx(VALVE.exhaust_voltage * (0.5 - 0.5**2))
-    assert contribute('nonlinear_opening', (2.0,), voltage_1=5.0, voltage_2=0.0)[:2] == (0.0, 0.0)
-    assert contribute('nonlinear_opening', (0.5,))[:2] == (0.0, 0.0)
+    assert back == pytest.approx(VALVE.exhaust_voltage * (0.5 - 0.5**3))
+    full_open = contribute('nonlinear_opening', (2.0, 3.0), voltage_1=5.0, voltage_2=0.0)
+    assert full_open[:2] == (0.0, 0.0)
+    assert contribute('nonlinear_opening', (0.5, 0.5))[:2] == (0.0, 0.0)
 
 
 @pytest.mark.parametrize('exponent', [0.5, 1.0, 2.0])
@@ -153,7 +154,7 @@ def test_nonlinear_opening_keeps_the_exhaust_at_its_edge_and_fully_open(exponent
 
     def opening(voltage: float) -> float:
         """In volts, from the flow."""
-        bend = contribute('nonlinear_opening', (exponent,), voltage_1=voltage)[0]
+        bend = contribute('nonlinear_opening', (2.0, exponent), voltage_1=voltage)[0]
         assert (bend == 0.0) == (exponent == 1.0 or voltage in (0.0, edge))
         out = -valve.mass_flow(voltage + bend, 3e5, SUPPLY, counted, GAS)
         unit = counted.exhaust_coefficient * GAS.choked_coefficient * 3e5 * GAS.flow_scale
@@ -172,7 +173,7 @@ def test_nonlinear_opening_keeps_the_exhaust_at_its_edge_and_fully_open(exponent
     [
         ('valve_lag', (0.05,)),
         ('spool_hysteresis', (0.1,)),
-        ('nonlinear_opening', (1.5,)),
+        ('nonlinear_opening', (1.5, 1.5)),
         ('valve_null_leak', (1e-9, 1e-9)),
         ('line_lag', (0.03,)),
     ],
@@ -242,12 +243,14 @@ def test_line_lag_ends_with_the_gas_of_an_immediate_flow() -> None:
 
 
 def test_friction_differs_by_direction() -> None:
-    def level(velocity: float, bristles: float, sticking: bool) -> tuple[float, float]:
+    def level(
+        velocity: float, bristles: float, sticking: bool, one_sidedness: float = 0.0
+    ) -> tuple[float, float]:
         return cast(
             tuple[float, float],
             contribute(
                 'direction_dependent_friction',
-                (0.2,),
+                (0.2, one_sidedness),
                 velocity=velocity,
                 bristle_force=bristles,
                 sticking=sticking,
@@ -260,7 +263,25 @@ def test_friction_differs_by_direction() -> None:
     assert level(-0.01, -1.0, False) == pytest.approx(less)
     assert level(0.0, LAW.breakaway_force, True) == pytest.approx(more)
     assert level(0.0, -LAW.breakaway_force, True) == pytest.approx(less)
+    for side in (1.0, -1.0):  # both directions together differ by as much on one side alone
+        assert level(0.01 * side, side, False, side) == pytest.approx(
+            tuple(2.0 * side * value for value in more)
+        )
+        assert level(-0.01 * side, -side, False, side) == (0.0, 0.0)
     assert level(0.0, 0.0, True) == (0.0, 0.0)
+
+
+def test_viscous_friction_differs_by_direction() -> None:
+    def force(velocity: float, one_sidedness: float) -> float:
+        values = (30.0, one_sidedness)
+        pair = contribute('direction_dependent_viscous_friction', values, velocity=velocity)
+        return cast(float, pair[0])
+
+    assert force(0.1, 0.0) == force(-0.1, 0.0) == pytest.approx(-3.0)  # opposes, then helps
+    assert force(0.1, 1.0) == pytest.approx(-6.0)
+    assert force(-0.1, 1.0) == 0.0
+    assert force(0.1, -1.0) == 0.0
+    assert force(-0.1, -1.0) == pytest.approx(-6.0)
 
 
 def test_friction_changes_linearly_along_the_stroke() -> None:
@@ -361,7 +382,7 @@ def test_opening_is_bent_where_the_lagging_spool_stands() -> None:
     """With the spool halfway to its voltage the flow is that of the bent opening there."""
     chosen = {name: effects.load(name).null for name in effects.names()}
     chosen['valve_lag'] = effects.load('valve_lag').parameters(1.0)
-    chosen['nonlinear_opening'] = effects.load('nonlinear_opening').parameters(2.0)
+    chosen['nonlinear_opening'] = effects.load('nonlinear_opening').parameters(2.0, 2.0)
     at_rest = {'friction': {'breakaway_force': 1e4, 'coulomb_force': 1e4}}
     run = stroke(Plant(changed('cylinder_2', **at_rest), chosen), 1.0, 0.7)
     spool = 2.5 + 1.0 - math.exp(-run.time[-1])

@@ -20,7 +20,7 @@ from pneu_rig_ros.model.effect import (
     Signals,
 )
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
-from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.model.quantity import Quantity, specifications
 
 from .rigs import changed, stroke
@@ -28,6 +28,11 @@ from .rigs import changed, stroke
 MODEL = changed('cylinder_2')
 POSITION_NOISE, PRESSURE_NOISE = 29e-6, 165.0
 """Of the rig's sensors with their converter [m, Pa]."""
+
+
+def there_and_back(plant: Plant) -> Trajectory:
+    runs = [stroke(plant, u, 8.0) for u in (0.5, -0.5)]
+    return Trajectory(*(np.concatenate(columns) for columns in zip(*runs, strict=True)))
 
 
 def null_effects() -> dict[str, object]:
@@ -46,10 +51,10 @@ def test_null_values_reproduce_the_baseline_bit_for_bit() -> None:
 def test_effect_changes_the_run(name: str) -> None:
     effect = effects.load(name)
     model = model_that_lacks(name)
-    baseline = stroke(Plant(model, null_effects()), 0.5, 8.0)
+    baseline = there_and_back(Plant(model, null_effects()))
     on_sensor = effect.balance in READING_BALANCES
     for probe in effect.probes:
-        run = stroke(Plant(model, null_effects() | {name: probe}), 0.5, 8.0)
+        run = there_and_back(Plant(model, null_effects() | {name: probe}))
         assert (
             seen(baseline.position_reading - run.position_reading, POSITION_NOISE)
             or seen(baseline.pressure_1_reading - run.pressure_1_reading, PRESSURE_NOISE)

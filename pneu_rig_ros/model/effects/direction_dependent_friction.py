@@ -15,6 +15,10 @@ class Parameters(NamedTuple):
     asymmetry: Annotated[
         float, Quantity('-', -0.5, 0.5, 'share more on the outstroke and less on the instroke')
     ]
+    one_sidedness: Annotated[
+        float,
+        Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone'),
+    ] = 0.0
 
 
 @compiled
@@ -25,14 +29,15 @@ def contribution(
     Return what is added to F_c and to F_smax [N]: their share on the outstroke, less it else.
 
     At rest the direction is that in which the bristles are bent; it turns within half of F_c,
-    so that the level has no jump.
+    so that the level has no jump. Both directions together have twice the asymmetry, of which one
+    of them has all where the other has the level of the law.
     """
     law = model.friction
     if signals.seal.sticking:
         direction = min(max(2.0 * signals.seal.bristle_force / law.coulomb_force, -1.0), 1.0)
     else:
         direction = 1.0 if signals.motion.velocity > 0.0 else -1.0
-    share = parameters.asymmetry * direction
+    share = parameters.asymmetry * (direction + parameters.one_sidedness)
     return share * law.coulomb_force, share * law.breakaway_force
 
 
@@ -45,6 +50,11 @@ EFFECT = Effect(
     '(1994)',
     null=Parameters(0.0),
     contribution=contribution,
-    probes=(Parameters(-0.2), Parameters(-0.05), Parameters(0.05), Parameters(0.2)),
+    strengths=('asymmetry',),
+    probes=tuple(
+        Parameters(asymmetry, one_sidedness)
+        for asymmetry in (-0.2, -0.05, 0.05, 0.2)
+        for one_sidedness in (-1.0, 0.0, 1.0)
+    ),
     drivers=('position', 'speed', 'pressure_1', 'pressure_2'),
 )

@@ -12,15 +12,18 @@ from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
 
 class Parameters(NamedTuple):
-    """Shape of the opening, the same for all ports."""
+    """Shape of the opening: how the edges of the spool are cut."""
 
-    exponent: Annotated[
-        float, Quantity('-', 0.5, 3.0, 'opening grows with this power of the way of the spool')
+    intake_exponent: Annotated[
+        float, Quantity('-', 0.5, 3.0, 'the intake opens with this power of the way of the spool')
+    ]
+    exhaust_exponent: Annotated[
+        float, Quantity('-', 0.5, 3.0, 'the exhaust opens with this power of the way of the spool')
     ]
 
 
 @compiled
-def bend(voltage: float, exponent: float, model: CompiledModel) -> float:
+def bend(voltage: float, parameters: Parameters, model: CompiledModel) -> float:
     """
     Return the voltage [V] that a linear opening would need in addition.
 
@@ -31,10 +34,11 @@ def bend(voltage: float, exponent: float, model: CompiledModel) -> float:
     if voltage > valve.intake_voltage:
         way = voltage - valve.intake_voltage
         full = FULL_VOLTAGE - valve.intake_voltage
-        return way * (math.pow(way / full, exponent - 1.0) - 1.0)
+        return way * (math.pow(way / full, parameters.intake_exponent - 1.0) - 1.0)
     if voltage < valve.exhaust_voltage:
         way = valve.exhaust_voltage - voltage
-        return -way * (math.pow(way / valve.exhaust_voltage, exponent - 1.0) - 1.0)
+        share = way / valve.exhaust_voltage
+        return -way * (math.pow(share, parameters.exhaust_exponent - 1.0) - 1.0)
     return 0.0
 
 
@@ -43,8 +47,8 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the voltages [V] to add to u1 and u2, so that Eq. 3 gives the bent opening."""
-    bend_1 = bend(signals.ports.voltage_1, parameters.exponent, model)
-    bend_2 = bend(signals.ports.voltage_2, parameters.exponent, model)
+    bend_1 = bend(signals.ports.voltage_1, parameters, model)
+    bend_2 = bend(signals.ports.voltage_2, parameters, model)
     return bend_1, bend_2
 
 
@@ -54,9 +58,13 @@ EFFECT = Effect(
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law',
-    null=Parameters(1.0),
+    null=Parameters(1.0, 1.0),
     contribution=contribution,
-    probes=(Parameters(0.85), Parameters(0.95), Parameters(1.05), Parameters(1.2)),
+    probes=(
+        *(Parameters(exponent, exponent) for exponent in (0.85, 0.95, 1.05, 1.2)),
+        *(Parameters(1.0, exponent) for exponent in (0.9, 1.1)),
+        *(Parameters(exponent, 1.0) for exponent in (0.9, 1.1)),
+    ),
     stage=2,
     drivers=('opening', 'pressure'),
 )

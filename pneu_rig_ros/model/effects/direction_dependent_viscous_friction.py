@@ -1,0 +1,51 @@
+"""Viscous friction that differs between outstroke and instroke."""
+
+from typing import Annotated, NamedTuple
+
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.quantity import Quantity
+
+
+class Parameters(NamedTuple):
+    """Asymmetry of the viscous coefficient."""
+
+    asymmetry: Annotated[
+        float, Quantity('N s/m', -500.0, 500.0, 'more on the outstroke and less on the instroke')
+    ]
+    one_sidedness: Annotated[
+        float,
+        Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone'),
+    ] = 0.0
+
+
+@compiled
+def contribution(
+    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
+) -> tuple[float, float]:
+    """Return the force of the asymmetry along the outstroke [N] and no added mass."""
+    velocity = signals.motion.velocity
+    drag = parameters.asymmetry * (abs(velocity) + parameters.one_sidedness * velocity)
+    return -drag, 0.0
+
+
+EFFECT = Effect(
+    title='viscous friction differs between outstroke and instroke',
+    balance=Balance.FORCE,
+    regimes=(Regime.SLIDING,),
+    source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
+    'tools and compensation methods for the control of machines with friction, Automatica 30 '
+    '(1994)',
+    null=Parameters(0.0),
+    contribution=contribution,
+    strengths=('asymmetry',),
+    probes=tuple(
+        Parameters(asymmetry, one_sidedness)
+        for asymmetry in (-30.0, 30.0)
+        for one_sidedness in (-1.0, 0.0, 1.0)
+    ),
+    needs=(Need.FREE_MOTION,),
+    drivers=('speed',),
+)
