@@ -35,10 +35,10 @@ ADDED = (
     'travel_dependent_friction',
     'time_dependent_friction',
     'bore_taper',
-    'direction_dependent_viscous_friction',
 )
-"""Effects that the kept answers do not know: drawn apart, so that other draws stay the same."""
-SETTLED = tuple(name for name in EFFECTS if name not in ADDED)
+LATEST = ('direction_dependent_viscous_friction',)
+"""Effects that came later, and later still: drawn apart, so that earlier draws stay the same."""
+SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST))
 RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'triple', 'removed', 'uncalibrated')
 SYSTEM_PARTS = (*SYSTEMS, ONE_PRESSURE)
 FRESH_PARTS = (*RIG_PARTS, *SYSTEM_PARTS)
@@ -83,6 +83,7 @@ def drawn(seed: int = SEED) -> list[Trial]:
         _added,
         _noisy,
         _triple,
+        _latest,
     )
     return shuffled(
         [
@@ -133,9 +134,14 @@ def _added(seed: int, random: Generator) -> Iterator[Trial]:
     yield from _hiding(seed, 'single', groups, random)
 
 
+def _latest(seed: int, random: Generator) -> Iterator[Trial]:
+    yield from _hiding(seed, 'single', [(name,) for name in LATEST], random)
+
+
 def _noisy(seed: int, random: Generator) -> Iterator[Trial]:
+    names = [name for name in EFFECTS if name not in LATEST]
     for noise in NOISES[1:]:
-        groups: list[tuple[str, ...]] = [(name,) for name in some_of(EFFECTS, NOISY, random)]
+        groups: list[tuple[str, ...]] = [(name,) for name in some_of(names, NOISY, random)]
         for trial in _hiding(seed, f'single_{noise:g}', groups, random):
             yield trial._replace(part='single', noise=noise)
         for trial in _hiding(seed, f'none_{noise:g}', NOISY_NOTHING * [()], random):

@@ -235,7 +235,7 @@ def cushion(depth: float, speed: float, e: np.ndarray) -> float:
 def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] along the outstroke of weight, spring and cushions."""
     weight = -(c[MASS] + c[LOAD]) * GRAVITY * math.sin(e[ANGLE])
-    spring = -e[SPRING] * (y[X] + e[PRELOAD])
+    spring = -e[SPRING] * max(y[X] + e[PRELOAD], 0.0)
     inner = cushion(e[CUSHION] - y[X], -y[V], e)
     outer = cushion(y[X] - c[STROKE] + e[CUSHION], y[V], e)
     total = weight + spring + inner - outer

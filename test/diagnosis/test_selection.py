@@ -13,7 +13,14 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.search.fitting import Fit
-from pneu_rig_ros.diagnosis.search.scoring import MOST_LEFT, ScoredFit, improves, score
+from pneu_rig_ros.diagnosis.search.remainder import ANOTHER_CAUSE_LEAVES
+from pneu_rig_ros.diagnosis.search.scoring import (
+    MOST_LEFT,
+    ScoredFit,
+    improves,
+    remaining_share,
+    score,
+)
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
@@ -200,3 +207,30 @@ def test_residual_of_a_balance_on_which_no_cause_acts_is_evidence_however_small(
     search.best = score(found, given, training, held_out)
     assert search.left_of(training) < MOST_LEFT
     assert {residual.balance for residual in search.significant()} == {'gas_2'}
+
+
+def test_cause_has_to_close_the_gap_in_the_balances_on_which_it_acts(tmp_path: Path) -> None:
+    """A leak closes nothing of the gap that a wrong level of friction makes, and need not."""
+    system = system_of(tmp_path, configured('cylinder_1'))
+    rng, right = np.random.default_rng(0), system.hypothesis
+    coulomb = right.model.friction.coulomb_force
+    given = right.with_parameter('friction', 'coulomb_force', 3.0 * coulomb)
+    leak = library.load('chamber_leak').parameters(0.0, 3e-9)
+
+    def data(seed: int) -> Dataset:
+        rig = configured('cylinder_1', {'chamber_leak': leak}, seed=seed)
+        return Dataset.of(right, [Comparison(measured(system, str(seed), rig))], rng)
+
+    training, held_out = data(0), data(1)
+    runs = [each.comparisons[0].run for each in (training, held_out)]
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'chamber_leak')
+    search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
+
+    def closes(area: float) -> bool:
+        found = Fit(Explanation().with_part(cause, (0.0, area)))
+        return search.closes_the_gap(given, score(found, given, training, held_out))
+
+    leaking = cause.apply(given, (0.0, 3e-9))
+    assert remaining_share(held_out, given, leaking) > ANOTHER_CAUSE_LEAVES
+    assert closes(3e-9)
+    assert not closes(3e-10)

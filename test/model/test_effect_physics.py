@@ -331,6 +331,12 @@ def test_spring_is_balanced_by_pressure() -> None:
     assert gas == pytest.approx(stiffness * (state.position + compression), rel=1e-4)
 
 
+def test_spring_that_the_rod_has_not_met_does_not_push() -> None:
+    forces = [contribute('load_spring', (2e3, -0.05), position=x)[0] for x in (0.0, 0.05, 0.06)]
+    assert forces[:2] == [0.0, 0.0]
+    assert forces[2] == pytest.approx(-20.0)
+
+
 def test_cushion_never_pulls_and_gives_no_energy() -> None:
     values = (0.02, 1e4, 500.0)
 

@@ -13,7 +13,10 @@ class Parameters(NamedTuple):
     """Linear spring that pushes towards the cap end."""
 
     stiffness: Annotated[float, Quantity('N/m', 0.0, 1e4, 'stiffness of the spring')]
-    compression: Annotated[float, Quantity('m', 0.0, 0.2, 'compression of the spring at x = 0')]
+    compression: Annotated[
+        float,
+        Quantity('m', -0.2, 0.2, 'compression at x = 0, or less than 0: the way to the spring'),
+    ]
 
 
 @compiled
@@ -21,7 +24,8 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return the force of the spring along the outstroke [N] and no added mass."""
-    return -parameters.stiffness * (signals.motion.position + parameters.compression), 0.0
+    compression = max(signals.motion.position + parameters.compression, 0.0)
+    return -parameters.stiffness * compression, 0.0
 
 
 EFFECT = Effect(
@@ -31,6 +35,11 @@ EFFECT = Effect(
     source='R. Hooke, De Potentia Restitutiva 1678 (linear spring)',
     null=Parameters(0.0, 0.0),
     contribution=contribution,
-    probes=(Parameters(20.0, 0.0), Parameters(60.0, 0.02), Parameters(150.0, 0.05)),
+    probes=(
+        Parameters(20.0, 0.0),
+        Parameters(60.0, 0.02),
+        Parameters(150.0, 0.05),
+        *(Parameters(stiffness, -way) for stiffness in (10.0, 100.0) for way in (0.05, 0.1)),
+    ),
     drivers=('position',),
 )
