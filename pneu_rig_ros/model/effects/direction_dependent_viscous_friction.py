@@ -13,7 +13,7 @@ class Parameters(NamedTuple):
     """Asymmetry of the viscous coefficient."""
 
     asymmetry: Annotated[
-        float, Quantity('N s/m', -500.0, 500.0, 'more on the outstroke and less on the instroke')
+        float, Quantity('N*s/m', -500.0, 500.0, 'more on the outstroke and less on the instroke')
     ]
     one_sidedness: Annotated[
         float,

@@ -39,7 +39,7 @@ EFFECT = Effect(
         Parameters(20.0, 0.0),
         Parameters(60.0, 0.02),
         Parameters(150.0, 0.05),
-        *(Parameters(stiffness, -way) for stiffness in (10.0, 100.0) for way in (0.05, 0.1)),
+        *(Parameters(stiffness, -way) for stiffness in (10.0, 100.0) for way in (0.04, 0.08)),
     ),
     drivers=('position',),
 )
