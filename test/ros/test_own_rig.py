@@ -85,7 +85,10 @@ class Driver(Bystander):
             publisher.publish(FluidPressure(header=header, fluid_pressure=pressure))
 
     def work(self) -> bool:
-        """Publish what is due; return whether the run goes on."""
+        """Publish what is due, once the nodes are there; return whether the run goes on."""
+        publishers = self._joints, *self._pressures
+        if min(each.get_subscription_count() for each in publishers) < len(KINDS):
+            return True
         self._command.publish(Float64(data=U))
         for _ in range(AT_ONCE):
             self.publish_sample()
