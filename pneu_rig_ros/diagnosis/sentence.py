@@ -11,6 +11,7 @@ from pneu_rig_ros.diagnosis.answer.verdict import CONDITIONS, CONSISTENT, UNCALI
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS as CONDITIONS_PREFIX
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import TEMPERATURE_DRIFT
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
+from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.rig.repeatability import REPEATABILITY
 
@@ -96,7 +97,9 @@ def _causes(parameters: Rows, effects: Rows) -> list[str]:
 
 
 def _places(diagnosis: Diagnosis) -> str:
-    """Return the balances with significant residuals."""
+    """Return the balances with significant residuals, or that free runs alone are off."""
+    if any(residual.regime == FREE_RUN for residual in diagnosis.significant):
+        return 'free runs'
     return ' and '.join(dict.fromkeys(residual.balance for residual in diagnosis.significant))
 
 

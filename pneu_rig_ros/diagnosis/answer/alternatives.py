@@ -36,6 +36,7 @@ def ranking_rows(
             return None
         return min(excess(residuals, explanation.apply(search.given)) / before, 1.0)
 
+    compared = None if best is None else as_compared(search, best)
     ranking = sorted(search.ranking, key=lambda fit: fit.cost)
     fits = first_of_each(search, ranking if best is None else [best, *ranking])
     rows = {
@@ -43,13 +44,14 @@ def ranking_rows(
             'names': search.causes(fit.explanation),
             'chosen': fit is best and verdict != 'unknown',
             'probability': likely.get(names),
-            'stage': 'simulation' if fit.simulated else 'regression',
-            'score': -fit.cost,
-            'error': _error(fit, search.best),
+            'stage': 'simulation' if scored.simulated else 'regression',
+            'score': -scored.cost,
+            'error': 0.0 if compared is None else _error(scored, compared),
             'gap_left': gap_left(fit.explanation),
             'parameters': _values(fit.explanation),
         }
         for names, fit in list(fits.items())[:MOST_ROWS]
+        for scored in [compared if compared is not None and fit is best else fit]
     }
     for result in search.screened[: MOST_ROWS - len(rows)]:
         name, start = result.candidate.name, result.starts[0]
@@ -67,10 +69,15 @@ def ranking_rows(
     return list(rows.values())
 
 
-def _error(fit: ScoredFit, best: ScoredFit | None) -> float:
+def as_compared(search: Search, best: ScoredFit) -> ScoredFit:
+    """Return the best fit as it was compared with the others: since then its noise has changed."""
+    own = search.causes(best.explanation)
+    return next((fit for fit in search.ranking if search.causes(fit.explanation) == own), best)
+
+
+def _error(fit: ScoredFit, best: ScoredFit) -> float:
     """Return the standard error of the difference from the best fit, 0 on other data."""
-    comparable = best is not None and best.losses.size == fit.losses.size
-    return fit.difference(best)[1] if best is not None and comparable else 0.0
+    return fit.difference(best)[1] if best.losses.size == fit.losses.size else 0.0
 
 
 def _values(explanation: Explanation) -> dict[str, float]:
@@ -88,8 +95,7 @@ def indistinguishable(search: Search, best: ScoredFit | None) -> list[list[str]]
         return []
     size, own = len(best.explanation.parts), search.causes(best.explanation)
     equivalent = {frozenset(own): own}
-    # as it was compared with the others: since then the noise has been estimated again
-    best = next((fit for fit in search.ranking if search.causes(fit.explanation) == own), best)
+    best = as_compared(search, best)
     for fit in search.ranking:
         causes = search.causes(fit.explanation)
         same = len(fit.explanation.parts) == size and fit.losses.size == best.losses.size

@@ -60,7 +60,7 @@ def _replicate_error(
     runs = [replicate(hypothesis, comparison, rng) for comparison in dataset.comparisons]
     data = Dataset.of(hypothesis, runs, rng, dataset.inflation)
     if dataset.cycles is not None:
-        data = data.with_cycles(hypothesis, rng)
+        data = data.with_cycles(hypothesis, rng, dataset.cycles.free)
     error: Floats = fit(explanation, given, data, ROUNDS).explanation.theta - explanation.theta
     return error
 

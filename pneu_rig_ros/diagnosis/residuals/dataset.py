@@ -97,14 +97,23 @@ class Dataset:
         clocks = map_runs(partial(clock_column, hypothesis), runs)
         return cls(hypothesis, runs, biased, inflation, tuple(clocks))
 
-    def with_cycles(self, hypothesis: Hypothesis, rng: Generator) -> Dataset:
-        """Return the dataset with simulated cycles, spread as if the hypothesis were true."""
-        return replace(self, cycles=Cycles.of(hypothesis, self.comparisons, rng))
+    def with_cycles(self, hypothesis: Hypothesis, rng: Generator, free: bool = False) -> Dataset:
+        """
+        Return the dataset with simulated cycles, spread as if the hypothesis were true.
+
+        :param free: whether they are those of free runs
+        """
+        return replace(self, cycles=Cycles.of(hypothesis, self.comparisons, rng, free))
 
     @property
     def without_cycles(self) -> Dataset:
         """The dataset without simulation."""
         return replace(self, cycles=None)
+
+    @property
+    def runs_freely(self) -> bool:
+        """Whether its simulated cycles, if any, are those of free runs."""
+        return self.cycles is not None and self.cycles.free
 
     @property
     def single_runs(self) -> list[Dataset]:

@@ -2,7 +2,8 @@
 Simulation of a hypothesis along a run: restarted at each rest (multiple shooting), or freely.
 
 From rest to rest the model predicts one stick-slip cycle after the other. When the piston slips,
-and how far, the residuals of the weak form hardly show.
+and how far, the residuals of the weak form hardly show. Errors far below the noise add up from
+cycle to cycle in a free run, which begins with the readings of its first rest.
 
 As data, the gap of a cycle counts in multiples of its spread, which errors of the readings at the
 restart make. A cycle is one piece of data, however many samples it has: a slip at the wrong time
@@ -19,19 +20,17 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
-from scipy.stats import mannwhitneyu
 
+from pneu_rig_ros.analysis.motion import Rest
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.reading import positive_mean
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Trajectory
-from pneu_rig_ros.rig.repeatability import between_recordings
 
 SETTLING = 0.03
 """From the beginning of a rest to the readings for a restart [s]."""
@@ -53,19 +52,18 @@ CYCLE_WEIGHT = 10.0
 """Independent readings that a cycle is worth."""
 BROKEN_DOWN = 1e6
 """Gap of a simulation that fails [standard deviations]."""
-REPLICATES = 3
-"""Replicates of each run, at most, that show the loss of a true model's cycles."""
-FALSE_ALARMS = 0.01
-"""Share of true models whose cycles are called significantly different [-]."""
-LEAST_RATIO = 1.3
-"""Ratio of losses to those of replicates below which cycles agree, however many there are [-]."""
 
 
 @dataclass(frozen=True)
 class MultipleShooting:
-    """A run whose simulation is restarted from its readings."""
+    """
+    A run whose simulation is restarted from its readings.
+
+    :param free: whether that is done in its first rest alone
+    """
 
     comparison: Comparison
+    free: bool = False
 
     @property
     def run(self) -> Run:
@@ -77,6 +75,18 @@ class MultipleShooting:
         """Samples of the means that are compared."""
         return max(1, round(BLOCK / self.run.interval))
 
+    @cached_property
+    def places(self) -> list[tuple[Rest, slice, int]]:
+        """Rests from whose readings the run may be restarted, those readings, and the sample."""
+        places, interval = [], self.run.interval
+        for rest in self.run.rests:
+            first = rest.first + round(SETTLING / interval)
+            last = min(first + round(RESTART_WINDOW / interval), rest.end)
+            at = (first + last) // 2
+            if (rest.first or self.free) and 0 < at < self.run.size - 1 and last - first >= 2:
+                places.append((rest, slice(first, last), at))
+        return places
+
     def restarts(self, run: Run) -> tuple[NDArray[np.int64], Floats, Floats]:
         """
         Return the actions, the measured states and the starts of rest of ``Plant.run_imposed``.
@@ -86,20 +96,15 @@ class MultipleShooting:
         count, interval = run.size - 1, run.interval
         actions, begins = np.zeros(count, dtype=np.int64), np.zeros(count)
         states = np.zeros((count, 4))
-        for rest in self.run.rests:
-            first = rest.first + round(SETTLING / interval)
-            last = min(first + round(RESTART_WINDOW / interval), rest.end)
-            at = (first + last) // 2
-            if rest.first == 0 or not 0 < at < count or last - first < 2:
-                continue
+        for rest, window, at in self.places[:1] if self.free else self.places:
             held = Impose.STOP if self.run.sides[at] else 0
             actions[at], begins[at] = Impose.RESTART | held, rest.first * interval
-            window = slice(first, last)
             valid = self.run.position_valid[window].all()
             states[at, 0] = run.position[window].mean() if valid else run.stroke
             for i, noise in enumerate(run.noise.pressures):
-                slope, offset = np.polyfit(np.arange(last - first), run.pressures[window, i], 1)
-                pressure = offset + slope * (at - first)
+                readings = run.pressures[window, i]
+                slope, offset = np.polyfit(np.arange(readings.size), readings, 1)
+                pressure = offset + slope * (at - window.start)
                 known = pressure > run.span.low + NEAR_ZERO * noise
                 states[at, 2 + i] = pressure if known else np.nan
         return actions, states, begins
@@ -137,11 +142,24 @@ class MultipleShooting:
 
     @cached_property
     def segments(self) -> NDArray[np.intp]:
-        """Number of the restart before each block, shape (blocks,)."""
-        actions, _, _ = self.restarts(self.run)
-        counts = np.cumsum(actions != 0)
-        whole = counts.size // self.block * self.block
-        return counts[:whole].reshape(-1, self.block)[:, -1].astype(np.intp)
+        """Number of the cycle of each block, shape (blocks,)."""
+        begins = np.array([at for _, _, at in self.places])
+        ends = self.block * np.arange(1, (self.run.size - 1) // self.block + 1)
+        return np.searchsorted(begins, ends - 1, side='right').astype(np.intp)
+
+    @cached_property
+    def weights(self) -> Floats:
+        """
+        Independent readings that each block is worth, shape (blocks,).
+
+        In a free run that is as much for a short cycle as for a part of a long one: what is off
+        stays so.
+        """
+        cycles, inverse, sizes = np.unique(self.segments, return_inverse=True, return_counts=True)
+        if self.free:
+            return np.full(inverse.size, CYCLE_WEIGHT * cycles.size / max(inverse.size, 1))
+        weights: Floats = CYCLE_WEIGHT / sizes[inverse]
+        return weights
 
 
 def readings_of(states: Trajectory) -> Floats:
@@ -181,29 +199,39 @@ class Cycles:
 
     @classmethod
     def of(
-        cls, hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
+        cls,
+        hypothesis: Hypothesis,
+        comparisons: Sequence[Comparison],
+        rng: Generator,
+        free: bool = False,
     ) -> Cycles:
         """Return the runs with the spread that they have if the hypothesis is true."""
-        runs = tuple(MultipleShooting(comparison) for comparison in comparisons)
+        runs = tuple(MultipleShooting(comparison, free) for comparison in comparisons)
         spreads = map_runs(partial(spread_of_gap, hypothesis), runs, rng.spawn(len(runs)))
         return cls(runs, tuple(spreads))
 
+    @property
+    def free(self) -> bool:
+        """Whether the runs are restarted in their first rests alone."""
+        return self.runs[0].free
+
     def residual(self, hypothesis: Hypothesis) -> Floats:
         """Return the vector that a fit minimises: half its square is the sum of the losses."""
-        parts = []
-        for run, scaled in zip(self.runs, self._scaled(hypothesis), strict=True):
-            weights = np.sqrt(CYCLE_WEIGHT / np.bincount(run.segments)[run.segments] / 3.0)
-            parts.append((scaled * weights[:, np.newaxis]).ravel())
+        pairs = zip(self.runs, self._scaled(hypothesis), strict=True)
+        parts = [(gap * np.sqrt(run.weights / 3.0)[:, np.newaxis]).ravel() for run, gap in pairs]
         return np.concatenate(parts)
 
     def losses(self, hypothesis: Hypothesis) -> Floats:
         """Return the loss of each cycle [-], about 2 for a true hypothesis, shape (cycles,)."""
         parts = []
         for run, scaled in zip(self.runs, self._scaled(hypothesis), strict=True):
-            counts = np.bincount(run.segments)
-            sums = np.bincount(run.segments, np.mean(scaled**2, axis=1))
-            parts.append(0.5 * CYCLE_WEIGHT * sums[counts > 0] / counts[counts > 0])
+            each = 0.5 * run.weights * np.mean(scaled**2, axis=1)
+            parts.append(np.bincount(run.segments, each)[np.unique(run.segments)])
         return np.concatenate(parts)
+
+    def losses_by_run(self, hypothesis: Hypothesis) -> Floats:
+        """Return the mean loss of the blocks of each run [-], shape (runs,)."""
+        return np.array([0.5 * np.mean(scaled**2) for scaled in self._scaled(hypothesis)])
 
     def _scaled(self, hypothesis: Hypothesis) -> list[Floats]:
         """Return the scaled gap of each run, large values compressed by arsinh."""
@@ -238,51 +266,3 @@ def spread_of_gap(hypothesis: Hypothesis, shooting: MultipleShooting, rng: Gener
     numerical = np.array([stroke * run.stroke, pressure, pressure])
     total: Floats = np.sqrt(of_mean**2 + numerical**2 + spread**2)
     return total
-
-
-@dataclass(frozen=True)
-class CycleTest:
-    """Mean loss of cycles, that of replicates [-], and the p-value of the difference."""
-
-    loss: float
-    expected: float
-    p_value: float
-
-    @property
-    def significant(self) -> bool:
-        """Whether the cycles are farther off than those of a true model."""
-        return self.p_value < FALSE_ALARMS and self.loss > LEAST_RATIO * self.expected
-
-
-def simulate_worn(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
-    """Return a replicate of a run that differs as recordings may differ from each other."""
-    friction = hypothesis.model.friction
-    if run.level_error > 0.0:
-        factor = 1.0 + run.level_error / friction.coulomb_force * float(rng.standard_normal())
-        for name in ('coulomb_force', 'breakaway_force'):
-            level = factor * getattr(friction, name)
-            hypothesis = hypothesis.with_parameter('friction', name, level)
-    for name, spread in between_recordings(run.repeatability).items():
-        hypothesis = hypothesis.varied(name, spread * float(rng.standard_normal()))
-    return simulate_replicate(hypothesis, run, rng)
-
-
-def compare_cycles(
-    hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
-) -> CycleTest:
-    """
-    Return the test of simulated cycles against those of replicates (Mann-Whitney).
-
-    Replicates are added until the cycles are no farther off than theirs: then they agree.
-    """
-    losses, expected = Cycles.of(hypothesis, comparisons, rng).losses(hypothesis), np.empty(0)
-    runs = [comparison.run for comparison in comparisons]
-    simulate = partial(simulate_worn, hypothesis)
-    for _ in range(REPLICATES):
-        replicates = [Comparison(run) for run in map_runs(simulate, runs, rng.spawn(len(runs)))]
-        of_replicates = Cycles.of(hypothesis, replicates, rng).losses(hypothesis)
-        expected = np.append(expected, of_replicates)
-        if losses.mean() <= expected.mean():
-            break
-    p_value = float(mannwhitneyu(losses, expected, alternative='greater').pvalue)
-    return CycleTest(float(losses.mean()), float(expected.mean()), p_value)

@@ -13,20 +13,19 @@ import numpy as np
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family, families
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.dataset import by_balance, loss, rms
+from pneu_rig_ros.diagnosis.residuals.dataset import by_balance, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
 from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_hills, over_ridges
 from pneu_rig_ros.diagnosis.search.noise_gain import beyond_noise, under_own_noise
-from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance, worth_a_fit
+from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance
 from pneu_rig_ros.diagnosis.search.remainder import Remainder
 from pneu_rig_ros.diagnosis.search.scoring import (
     DECISIVE,
     LARGEST_CHANCE,
     ScoredFit,
     ambiguous,
-    any_improves,
     best_of_each,
     improves,
     preferred,
@@ -77,7 +76,7 @@ class Growth(Remainder):
         starts = [
             start
             for base in beam
-            for start in _starts(base, _of_names(self._screened(base, size), first, end))
+            for start in starts_of(base, of_names(self._screened(base, size), first, end))
         ]
         if not starts:  # no candidate acts on what disagrees
             return [], self._scored_so_far()
@@ -88,25 +87,6 @@ class Growth(Remainder):
             self.add_cycles()
             fits = self._fits([each.explanation for each in fits])
         return self._with_discrepancy(fits, self.best or Fit(self.base))
-
-    def pooled(self) -> list[ScoredFit]:
-        """
-        Return the fits of single causes if all windows together show one that no cell shows.
-
-        Of an uncalibrated system several weak effects are as likely as a faint one. What differs
-        from recording to recording, as on a bench, does not sum up.
-        """
-        differs = any(comparison.run.repeatability for comparison in self.training.comparisons)
-        if self.base.parts or differs or not self.can_simulate():
-            return []
-        residual = self.training.residual(self.given)
-        screened = worth_a_fit(self._screened(self.base, 1), loss(residual), residual.size)
-        starts = _starts(self.base, _of_names(screened, 0, MOST_FITTED))
-        if not starts:
-            return []
-        fits, before = self._fits(starts), self._scored_so_far()
-        found = any_improves(fits, before) and self.beyond_chance(preferred(fits), before)
-        return fits if found else []
 
     def beyond_chance(self, chosen: ScoredFit, before: ScoredFit) -> bool:
         """Return whether a fit gains decisively more than on replicates without its last cause."""
@@ -125,11 +105,15 @@ class Growth(Remainder):
         free = all(comparison.free for comparison in self.training.comparisons)
         return free and self.training.cycles is None and not self.weak
 
-    def add_cycles(self) -> None:
-        """Add simulated cycles to the data, and fit the best explanation to them."""
+    def add_cycles(self, free: bool = False) -> None:
+        """
+        Add simulated cycles to the data, and fit the best explanation to them.
+
+        :param free: whether they are those of free runs
+        """
         hypothesis = self.hypothesis
-        self.training = self.training.with_cycles(hypothesis, self.rng)
-        self.held_out = self.held_out.with_cycles(hypothesis, self.rng)
+        self.training = self.training.with_cycles(hypothesis, self.rng, free)
+        self.held_out = self.held_out.with_cycles(hypothesis, self.rng, free)
         if self.best is not None and self.best.explanation.parts:
             self.best = self.fit_thoroughly(self.best.explanation)
 
@@ -164,7 +148,8 @@ class Growth(Remainder):
         groups = {SENSOR, *(FORCE if name == 'force' else GAS for name in balances)}
         if self.training.cycles is not None:
             groups.add(FORCE)
-        elif not balances:  # what no cell shows may be in any
+        if self.training.runs_freely or not (balances or self.training.cycles):
+            # what no cell shows may be in any
             groups |= {FORCE, GAS}
         names = {part.name for part in base.parts}
         return [
@@ -174,7 +159,9 @@ class Growth(Remainder):
         ]
 
     def _forms_of(self, effect: Candidate) -> list[Family]:
-        """Return the other forms of an effect, over each variable that drives it."""
+        """Return the other forms of an effect, over each variable that drives it, if it is one."""
+        if not effect.is_effect:
+            return []
         runs = [comparison.run for comparison in self.training.comparisons]
         return list(families(effect, runs, self.given.model.gas.supply_temperature))
 
@@ -189,14 +176,18 @@ class Growth(Remainder):
         best = min(fits, key=lambda fit: fit.cost, default=before)
         last = best.explanation.parts[-1:]
         doubtful = before.cost - best.cost < LARGEST_CHANCE
-        if doubtful or not last or not last[0].is_effect or isinstance(last[0], Family):
+        if doubtful or not last:
             return list(fits), before
-        starts = [
-            best.explanation.with_part(form, values)
-            for form in self._forms_of(last[0])
+        return [*fits, *self._fits(self._with_other_forms([best.explanation]))], before
+
+    def _with_other_forms(self, explanations: Sequence[Explanation]) -> list[Explanation]:
+        """Return explanations with each other form of their last causes, from all its starts."""
+        return [
+            explanation.with_part(form, values)
+            for explanation in explanations
+            for form in self._forms_of(explanation.parts[-1])
             for values in form.starts
         ]
-        return [*fits, *self._fits(starts)], before
 
     def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
         """Return explanations fitted from several starts; thoroughly only the finalists."""
@@ -264,7 +255,8 @@ class Growth(Remainder):
         problem = self.given, self.training, self.executor
         best = multi_start(explanation, *problem)
         if self.training.cycles is not None:
-            if self._may_be_behind_a_hill(best):
+            # in free runs that were far off the residuals would show it
+            if not self.training.runs_freely and self._may_be_behind_a_hill(best):
                 best = over_hills(best, *problem)
         elif self._may_swing(best):
             best = over_ridges(best, *problem)
@@ -289,7 +281,7 @@ class Growth(Remainder):
         return swings and bool(localise(windows_of(self.training, improved)))
 
 
-def _starts(base: Explanation, screened: Sequence[Screened]) -> list[Explanation]:
+def starts_of(base: Explanation, screened: Sequence[Screened]) -> list[Explanation]:
     """Return an explanation with each candidate, from all its starts."""
     return [
         base.with_theta(base.theta + result.shift).with_part(result.candidate, values)
@@ -298,7 +290,7 @@ def _starts(base: Explanation, screened: Sequence[Screened]) -> list[Explanation
     ]
 
 
-def _of_names(screened: Sequence[Screened], first: int, end: int) -> list[Screened]:
+def of_names(screened: Sequence[Screened], first: int, end: int) -> list[Screened]:
     """Return the candidates of some names in their order, under every reading of their law."""
     names = list(dict.fromkeys(result.candidate.name for result in screened))[first:end]
     return [result for result in screened if result.candidate.name in names]

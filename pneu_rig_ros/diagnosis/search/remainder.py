@@ -9,14 +9,18 @@ from numpy.random import Generator
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Residuals
+from pneu_rig_ros.diagnosis.residuals.cycle_test import (
+    CycleTest,
+    compare_cycles,
+    compare_free_runs,
+)
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, by_balance, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import (
     NOISE_ERROR,
     SignificantResidual,
     localise,
 )
-from pneu_rig_ros.diagnosis.residuals.shooting import CycleTest, compare_cycles
-from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
+from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.scoring import (
     DECISIVE,
@@ -200,18 +204,15 @@ class Remainder:
         return test.significant and strong
 
     def cycle_test(self, hypothesis: Hypothesis) -> CycleTest:
-        """Return the test of the training data's simulated cycles against those of replicates."""
+        """Return the test of the cycles of the training data, or of the free runs of all."""
+        if self.training.runs_freely:
+            return self.free_run_test(hypothesis)
         return compare_cycles(hypothesis, self.training.comparisons, self.rng)
 
-    def cycle_residuals(self) -> list[SignificantResidual]:
-        """Return the difference of the given model's cycles from replicates', if significant."""
-        test = self.first_cycle_test
-        if test is None or not test.significant:
-            return []
-        names = tuple(comparison.run.name for comparison in self.training.comparisons)
-        place = 'force', BREAKAWAY, '', '-'
-        values = test.loss, test.expected, test.p_value
-        return [SignificantResidual(*place, *values, '', None, None, names, ())]
+    def free_run_test(self, hypothesis: Hypothesis) -> CycleTest:
+        """Return the test of the free runs of all recordings against those of replicates."""
+        recordings = [*self.training.comparisons, *self.held_out.comparisons]
+        return compare_free_runs(hypothesis, recordings, self.rng)
 
     def reproduced(self) -> bool:
         """Return whether a cause was found, or the held-out data disagree in the same balances."""
@@ -241,14 +242,17 @@ class Remainder:
         farther off than those of replicates.
         """
         left = excess(self.held_out, hypothesis)
-        return left if left > 0.0 and self._held_out_differ(hypothesis) else 0.0
+        if left == 0.0 or hypothesis == self.given:
+            return left
+        return left if self._held_out_differ(hypothesis) else 0.0
 
     def _held_out_differ(self, hypothesis: Hypothesis) -> bool:
         """Return whether held-out cycles, if simulated, are farther off than replicates'."""
         if self.held_out.cycles is None:
             return True
         if self.held_out_test is None or self.held_out_test[0] != hypothesis:
-            test = compare_cycles(hypothesis, self.held_out.comparisons, self.rng)
+            compare = compare_free_runs if self.held_out.runs_freely else compare_cycles
+            test = compare(hypothesis, self.held_out.comparisons, self.rng)
             self.held_out_test = hypothesis, test
         return self.held_out_test[1].significant
 

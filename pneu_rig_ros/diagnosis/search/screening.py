@@ -18,6 +18,10 @@ from pneu_rig_ros.diagnosis.search.scoring import LIKELY
 
 SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
 """Multiples of a candidate's change of the residuals that are screened [-]."""
+WEAK = 0.05
+"""Share of a start with which free runs change in proportion [-]: no slip fails to come."""
+MULTIPLES = np.geomspace(0.25, 1.0 / WEAK, 20)
+"""Multiples of that change that are screened [-]."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ def screen(
         with it, see :func:`changes`, shape (n, k)
     :param room: by how much these may fall and rise within their bounds, shape (k,) each
     """
+    if dataset.runs_freely:
+        return _screen_weak(candidate, given, dataset, residual, len(free.T))
     simulated = dataset.cycles is not None
     shares = np.ones(1) if simulated else SHARES
     starts = candidate.starts
@@ -74,6 +80,30 @@ def screen(
     count = 2 if simulated and len(candidate.coordinates) > 1 else 1
     least, _, shift = results[0]
     return Screened(candidate, tuple(values for _, values, _ in results[:count]), least, shift)
+
+
+def _screen_weak(
+    candidate: Candidate, given: Hypothesis, dataset: Dataset, residual: Floats, others: int
+) -> Screened:
+    """Return the loss that a weak cause leaves in free runs, while the others stay as they are."""
+    results = []
+    for start in _directions(candidate):
+        values = candidate.amplified(start, WEAK)
+        change = dataset.residual(candidate.apply(given, values)) - residual
+        losses = [loss(residual + multiple * change) for multiple in MULTIPLES]
+        best = int(np.argmin(losses))
+        results.append((losses[best], candidate.amplified(start, WEAK * MULTIPLES[best])))
+    _, values = min(results)
+    left = loss(dataset.residual(candidate.apply(given, values)))
+    return Screened(candidate, (values,), left, (0.0,) * others)
+
+
+def _directions(candidate: Candidate) -> list[tuple[float, ...]]:
+    """Return the starts, of a single value one on each side: weak ones differ by a factor."""
+    if len(candidate.coordinates) > 1:
+        return list(candidate.starts)
+    null = candidate.coordinates[0].null
+    return list({start[0] > null: start for start in candidate.starts}.values())
 
 
 def _shown_by_residuals(

@@ -6,7 +6,7 @@ and compared.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.search.faint_causes import FaintCauses
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED, Growth
+from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED
 from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
@@ -36,30 +37,36 @@ CYCLES_EXPLAINED = 0.1
 
 
 @dataclass(kw_only=True)
-class Search(Growth):
+class Search(FaintCauses):
     """
     The search for an explanation.
 
-    :ivar ranking: fitted explanations of accepted sizes
-    :ivar initial: the data with the noise under the given hypothesis
     :ivar residuals_significant: whether residuals of the given hypothesis are
     """
 
-    ranking: list[ScoredFit] = field(default_factory=list)
-    initial: tuple[Dataset, Dataset] | None = None
     residuals_significant: bool = False
 
     def run(self) -> ScoredFit | None:
         """Return the smallest explanation that leaves no significant residual, or the best."""
         self.initial = self.training, self.held_out
         self.residuals_significant = bool(self.significant())
-        if not (self.residuals_significant or self.cycles_differ()):
+        if self.residuals_significant or self.cycles_differ():
+            self._grow()
+        else:
             fits = self.pooled()
             if fits and self._accept(preferred(fits), fits, 1):
                 self.ranking += fits
             else:
                 self.screened = []  # none of them is a candidate where nothing is missing
-            return self.best
+        if self.best is not None and self.has_cause:
+            if (chosen := self.by_free_runs(self.best)) is not None:
+                self._renewed(chosen)
+        elif not self.reproduced() and self.free_runs_differ():
+            self._grow()
+        return self.best
+
+    def _grow(self) -> None:
+        """Find causes one by one until nothing is left, none improves, or there are enough."""
         if self.base.parts:
             self.best = self.calibrated = self.fit_thoroughly(self.base)
             self.base = self.best.explanation
@@ -81,7 +88,6 @@ class Search(Growth):
             if len(accepted.explanation.parts) > len(chosen.explanation.parts):
                 break
             beam = self._beam(accepted, fits)
-        return self.best
 
     def _grown_with_cycles(
         self, beam: Sequence[Explanation], size: int
@@ -119,16 +125,19 @@ class Search(Growth):
     def restart(self) -> None:
         """Return to the base and to the initial data."""
         simulated = self.training.cycles is not None and not self.residuals_significant
+        free = self.training.runs_freely
         assert self.initial is not None
         self.training, self.held_out = self.initial
         self.best = self.calibrated
         if simulated:
-            self.add_cycles()
+            self.add_cycles(free)
 
     def _needs_a_cause(self) -> bool:
         """Return whether significant residuals or cycles are left; adds cycles where needed."""
         self.progress('testing the residuals that are left')
         if self.strong() if self.has_cause else self.significant():
+            return True
+        if self.training.runs_freely and self.best is None:  # or they had not joined the data
             return True
         if self.training.cycles is None:
             if not self.cycles_differ():
@@ -215,4 +224,6 @@ class Search(Growth):
         """Return a dataset with the noise that it has if an explanation is true."""
         hypothesis = explanation.apply(self.given)
         data = Dataset.of(hypothesis, before.comparisons, self.rng)
-        return data if before.cycles is None else data.with_cycles(hypothesis, self.rng)
+        if before.cycles is None:
+            return data
+        return data.with_cycles(hypothesis, self.rng, before.runs_freely)

@@ -1,0 +1,131 @@
+"""Free runs show what no window and no cycle does, and which of two causes it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.cycle_test import compare_cycles, compare_free_runs
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.shooting import MultipleShooting
+from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, score
+from pneu_rig_ros.diagnosis.search.selection import Search
+from pneu_rig_ros.model import effects as library
+
+from .runs import Timeline, configured, measured, system_of
+
+CREEPS: Timeline = ((0.34, 6.0), (0.0, 0.5), (-0.34, 5.0))
+"""Many slips, out and back."""
+VOLTAGE, LEAK = 'valve.intake_voltage', 'valve_null_leak'
+CANDIDATES = (VOLTAGE, LEAK, 'friction.coulomb_force')
+SHIFT = 4e-4
+"""Of the intake voltage, a fifth of what is significant in the residuals of these runs [V]."""
+WEAK_LEAK = {'intake_area': 2e-10, 'exhaust_area': 0.0}
+
+
+@pytest.fixture(scope='module')
+def system(tmp_path_factory: pytest.TempPathFactory) -> System:
+    return system_of(tmp_path_factory.mktemp('faint'), configured('cylinder_2'))
+
+
+@pytest.fixture(scope='module')
+def comparisons(system: System) -> list[Comparison]:
+    """Return three runs of the true model."""
+    rigs = [configured('cylinder_2', seed=seed) for seed in range(3)]
+    return [Comparison(measured(system, str(r.seed), r, CREEPS)) for r in rigs]
+
+
+def shifted(system: System) -> Hypothesis:
+    """Return the true model with another intake voltage."""
+    voltage = system.hypothesis.model.valve.intake_voltage
+    return system.hypothesis.with_parameter('valve', 'intake_voltage', voltage + SHIFT)
+
+
+def test_free_run_is_started_in_its_first_rest_alone(comparisons: list[Comparison]) -> None:
+    for comparison in comparisons:
+        free, cycles = MultipleShooting(comparison, free=True), MultipleShooting(comparison)
+        counts = [np.count_nonzero(each.restarts(each.run)[0]) for each in (free, cycles)]
+        assert counts[0] == 1 < counts[1]
+        assert free.weights.sum() == pytest.approx(10.0 * np.unique(free.segments).size)
+        assert np.ptp(free.weights) == 0.0
+        assert cycles.weights.sum() == pytest.approx(10.0 * np.unique(cycles.segments).size)
+
+
+def test_free_runs_show_what_neither_windows_nor_cycles_do(
+    system: System, comparisons: list[Comparison]
+) -> None:
+    wrong = shifted(system)
+    for hypothesis, differs in ((system.hypothesis, False), (wrong, True)):
+        free = compare_free_runs(hypothesis, comparisons, np.random.default_rng(0))
+        assert free.significant is differs
+        assert (free.p_value < 1e-6) if differs else (free.p_value > 0.03)
+    assert not compare_cycles(wrong, comparisons, np.random.default_rng(0)).significant
+    assert not search_of(system, wrong, comparisons).significant()
+
+
+def test_cause_that_free_runs_alone_show_is_named(
+    system: System, comparisons: list[Comparison]
+) -> None:
+    search = search_of(system, shifted(system), comparisons)
+    best = search.run()
+    assert best is not None
+    assert best.explanation.name == VOLTAGE
+    ((value,),) = best.explanation.values
+    true = system.hypothesis.model.valve.intake_voltage
+    assert value - true == pytest.approx(0.0, abs=0.5 * SHIFT)
+    assert {row.regime for row in search.cycle_residuals()} == {FREE_RUN}
+
+
+def test_nothing_is_found_in_free_runs_of_a_true_model(
+    system: System, comparisons: list[Comparison]
+) -> None:
+    search = search_of(system, system.hypothesis, comparisons)
+    assert search.run() is None
+    assert not search.cycle_residuals()
+    assert search.training.cycles is None
+
+
+def test_free_runs_choose_among_causes_that_leave_nothing(system: System) -> None:
+    """A leak at the valve's centre, of which another intake voltage leaves no residual."""
+    leak = library.load(LEAK).parameters(**WEAK_LEAK)
+    rigs = [configured('cylinder_2', {LEAK: leak}, seed=seed) for seed in range(3)]
+    leaking = [Comparison(measured(system, str(rig.seed), rig, CREEPS)) for rig in rigs]
+    search = search_of(system, system.hypothesis, leaking)
+    search.initial = data = search.training, search.held_out
+    for name in (VOLTAGE, LEAK):
+        (cause,) = (each for each in search.pool if each.name == name)
+        fits = [
+            fit(Explanation().with_part(cause, start), search.given, data[0], ROUNDS)
+            for start in cause.starts
+        ]
+        best = min(fits, key=lambda each: each.loss)
+        search.ranking.append(score(best, search.given, *data))
+    wrong, right = search.ranking
+    search.best = wrong
+    assert not search.significant()
+    assert wrong.cost - right.cost < DECISIVE
+    chosen = search.by_free_runs(wrong)
+    assert chosen is not None
+    assert chosen.explanation.parts[0].name == LEAK
+    search.best = right
+    assert search.by_free_runs(right) is None
+
+
+def search_of(system: System, given: Hypothesis, comparisons: list[Comparison]) -> Search:
+    """Return the search of one of some causes in two of three runs."""
+    rng, runs = np.random.default_rng(0), [comparison.run for comparison in comparisons]
+    training, held_out = (
+        Dataset.of(given, part, rng) for part in (comparisons[:2], comparisons[2:])
+    )
+    own = replace(system, hypothesis=given)
+    candidates = [each for each in pool(own, runs, ())[0] if each.name in CANDIDATES]
+    return Search(given=given, training=training, held_out=held_out, rng=rng, pool=candidates)
