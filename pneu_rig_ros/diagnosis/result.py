@@ -307,6 +307,8 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the excess and the RMSE on held-out data, before and after."""
     given, improved, held_out = diagnosis.given, diagnosis.improved, diagnosis.search.held_out
     before, after = excess(held_out, given), diagnosis.search.excess_beyond_noise(improved)
+    if improved == given:  # what remains is not noise: something is missing, and was not found
+        after = before
     if diagnosis.restated is not None:
         before = diagnosis.restated.excess
     return {

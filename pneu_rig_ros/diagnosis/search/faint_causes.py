@@ -88,7 +88,7 @@ class FaintCauses(Growth):
         """
         Return another explanation than the best one if free runs prefer it.
 
-        They tell causes apart of which the residuals show no difference. Where something is
+        They distinguish causes that leave the same residuals. Where something is
         significant beside the best one, its free runs are off whether it is right or not.
         """
         if not self.is_exact() or self.training.runs_freely or self.strong():

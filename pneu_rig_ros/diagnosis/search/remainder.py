@@ -242,9 +242,7 @@ class Remainder:
         farther off than those of replicates.
         """
         left = excess(self.held_out, hypothesis)
-        if left == 0.0 or hypothesis == self.given:
-            return left
-        return left if self._held_out_differ(hypothesis) else 0.0
+        return left if left > 0.0 and self._held_out_differ(hypothesis) else 0.0
 
     def _held_out_differ(self, hypothesis: Hypothesis) -> bool:
         """Return whether held-out cycles, if simulated, are farther off than replicates'."""
