@@ -95,12 +95,11 @@ def compare_free_runs(
     logarithms of the losses are compared by Student's t, and the p-values of the runs combined
     (R. A. Fisher, Statistical Methods for Research Workers, 1932, 21.1).
     """
-    losses = Cycles.of(hypothesis, comparisons, rng, free=True).losses_by_run(hypothesis)
-    rows: list[Floats] = []
+    measured = Cycles.of(hypothesis, comparisons, rng, free=True)
+    losses, rows = measured.losses_by_run(hypothesis), list[Floats]()
     for _ in range(FREE_REPLICATES):
-        replicates = replicates_of(hypothesis, comparisons, rng)
-        free = Cycles.of(hypothesis, replicates, rng, free=True)
-        rows.append(free.losses_by_run(hypothesis))
+        replicates = measured.with_runs(replicates_of(hypothesis, comparisons, rng))
+        rows.append(replicates.losses_by_run(hypothesis))
     expected, logarithms = np.array(rows), np.log(rows)
     deviation = logarithms.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / FREE_REPLICATES)
     distance = (np.log(losses) - logarithms.mean(axis=0)) / deviation

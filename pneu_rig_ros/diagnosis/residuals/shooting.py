@@ -210,6 +210,11 @@ class Cycles:
         spreads = map_runs(partial(spread_of_gap, hypothesis), runs, rng.spawn(len(runs)))
         return cls(runs, tuple(spreads))
 
+    def with_runs(self, comparisons: Sequence[Comparison]) -> Cycles:
+        """Return other readings of the same runs, whose spread is the same."""
+        runs = tuple(MultipleShooting(comparison, self.free) for comparison in comparisons)
+        return Cycles(runs, self.spreads)
+
     @property
     def free(self) -> bool:
         """Whether the runs are restarted in their first rests alone."""
