@@ -108,7 +108,7 @@ def foreign_seen(answers: list[Answer]) -> list[Answer]:
     return [
         answer
         for answer in scores.seen(answers, 'foreign')
-        if int(answer['key'].split('/')[1]) < MATCHED_FROM or answer['names'][0] not in MATCHED
+        if answer['names'][0] not in MATCHED or int(answer['key'].split('/')[1]) < MATCHED_FROM
     ]
 
 

@@ -208,6 +208,13 @@ def test_figures_are_those_of_the_answers() -> None:
     assert foreign_scores.figures([])['unknown_least_cut']['value'] is None
 
 
+def test_form_that_the_library_has_since_is_not_foreign_any_more() -> None:
+    seeds = foreign_scores.MATCHED_FROM - 1, foreign_scores.MATCHED_FROM
+    one = answer('foreign', ['spring_behind_gap'], 'effect', cut=1.0, ranking=['load_spring'])
+    before, after = ({**one, 'key': f'fresh/{seed}/foreign/-'} for seed in seeds)
+    assert foreign_scores.foreign_seen([before, after]) == [before]
+
+
 def test_tables_have_a_row_for_each_figure_and_form() -> None:
     text = foreign_scores.headline(ANSWERS)
     assert text.count('\n| `') == len(foreign_scores.WANTED)
