@@ -28,7 +28,7 @@ CREEPS: Timeline = ((0.34, 6.0), (0.0, 0.5), (-0.34, 5.0))
 VOLTAGE, LEAK = 'valve.intake_voltage', 'valve_null_leak'
 CANDIDATES = (VOLTAGE, LEAK, 'friction.coulomb_force')
 SHIFT = 4e-4
-"""Of the intake voltage, a fifth of what is significant in the residuals of these runs [V]."""
+"""Of the intake voltage, half of what is significant in the residuals of these runs [V]."""
 WEAK_LEAK = {'intake_area': 2e-10, 'exhaust_area': 0.0}
 
 

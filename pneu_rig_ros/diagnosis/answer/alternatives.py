@@ -39,8 +39,10 @@ def ranking_rows(
     compared = None if best is None else as_compared(search, best)
     ranking = sorted(search.ranking, key=lambda fit: fit.cost)
     fits = first_of_each(search, ranking if best is None else [best, *ranking])
-    rows = {
-        names: {
+    rows: dict[frozenset[str], dict[str, Any]] = {}
+    for names, fit in list(fits.items())[:MOST_ROWS]:
+        scored = compared if compared is not None and fit is best else fit
+        rows[names] = {
             'names': search.causes(fit.explanation),
             'chosen': fit is best and verdict != 'unknown',
             'probability': likely.get(names),
@@ -50,9 +52,6 @@ def ranking_rows(
             'gap_left': gap_left(fit.explanation),
             'parameters': _values(fit.explanation),
         }
-        for names, fit in list(fits.items())[:MOST_ROWS]
-        for scored in [compared if compared is not None and fit is best else fit]
-    }
     for result in search.screened[: MOST_ROWS - len(rows)]:
         name, start = result.candidate.name, result.starts[0]
         if frozenset({name}) not in rows:

@@ -1,6 +1,4 @@
-"""
-Tests of simulated cycles and free runs against those of replicates of the same runs.
-"""
+"""Tests of simulated cycles and free runs against those of replicates of the same runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

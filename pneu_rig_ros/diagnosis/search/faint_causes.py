@@ -64,16 +64,18 @@ class FaintCauses(Growth):
         return fits if found else []
 
     def is_exact(self) -> bool:
-        """
-        Return whether free pistons have exact sensors and supply, and do not differ by recording.
-        """
+        """Return whether pistons are free, sensors and supply exact, and all recordings alike."""
         runs = [comparison.run for comparison in self.training.comparisons]
         free = all(comparison.free for comparison in self.training.comparisons)
         return free and not self.base.parts and not any(run.repeatability for run in runs)
 
     def free_runs_differ(self) -> bool:
-        """Return whether free runs of the given model are off; then they join the initial data."""
-        if not self.is_exact():
+        """
+        Return whether free runs of the given model are off where nothing else was found.
+
+        Then they join the initial data.
+        """
+        if not self.is_exact() or self.reproduced():
             return False
         assert self.initial is not None
         self.progress('comparing free runs')
@@ -88,8 +90,8 @@ class FaintCauses(Growth):
         """
         Return another explanation than the best one if free runs prefer it.
 
-        They distinguish causes that leave the same residuals. Where something is
-        significant beside the best one, its free runs are off whether it is right or not.
+        They distinguish causes that leave the same residuals. Where something is significant
+        beside the best one, its free runs are off whether it is right or not.
         """
         if not self.is_exact() or self.training.runs_freely or self.strong():
             return None

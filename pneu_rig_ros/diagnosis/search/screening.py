@@ -19,7 +19,7 @@ from pneu_rig_ros.diagnosis.search.scoring import LIKELY
 SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
 """Multiples of a candidate's change of the residuals that are screened [-]."""
 WEAK = 0.05
-"""Share of a start with which free runs change in proportion [-]: no slip fails to come."""
+"""Share of a start that is simulated freely [-]: slips come a little earlier or later."""
 MULTIPLES = np.geomspace(0.25, 1.0 / WEAK, 20)
 """Multiples of that change that are screened [-]."""
 

@@ -61,7 +61,7 @@ class Search(FaintCauses):
         if self.best is not None and self.has_cause:
             if (chosen := self.by_free_runs(self.best)) is not None:
                 self._renewed(chosen)
-        elif not self.reproduced() and self.free_runs_differ():
+        elif self.free_runs_differ():
             self._grow()
         return self.best
 
