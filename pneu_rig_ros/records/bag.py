@@ -13,11 +13,9 @@ from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr_decoding import unpack_string
-from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.description import METADATA, bag_metadata, read_metadata
 from pneu_rig_ros.records.mcap_chunks import scan_records
 from pneu_rig_ros.records.mcap_file import McapFile
-from pneu_rig_ros.records.rosbag2_metadata import FILE_NAME as METADATA
-from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import DERIVED, STRING
 
 if TYPE_CHECKING:

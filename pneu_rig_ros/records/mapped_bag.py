@@ -30,11 +30,11 @@ from pneu_rig_ros.records.bag import (
     unreadable,
 )
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, typestore
+from pneu_rig_ros.records.description import read_metadata
 from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.mapping import Source, TableMapping, in_si, unit_of
 from pneu_rig_ros.records.mcap_chunks import decompress
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Stamps
-from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.topics import JOINT
 
 USUAL_FIELDS = {

@@ -24,9 +24,8 @@ from pneu_rig_ros.records.bag import (
     storage_files,
 )
 from pneu_rig_ros.records.cdr_decoding import unpack_string
-from pneu_rig_ros.records.description import bag_metadata
+from pneu_rig_ros.records.description import METADATA, bag_metadata, read_metadata
 from pneu_rig_ros.records.mcap_chunks import chunk_content, chunk_messages, scan_records
-from pneu_rig_ros.records.rosbag2_metadata import read_metadata
 from pneu_rig_ros.records.writer import BagWriter
 
 CUT_SUFFIX = '.cut'
@@ -82,7 +81,7 @@ def repair(path: Path | str) -> RepairReport:
 
 def _healthy(directory: Path) -> RepairReport:
     """Read every message; RigError without metadata, or if index and content do not agree."""
-    if not (directory / 'metadata.yaml').exists():
+    if not (directory / METADATA).exists():
         raise RigError(f'{directory} has no metadata.yaml')
     with open_bag(directory) as reader:
         count = sum(1 for _ in reader.messages())
@@ -170,7 +169,7 @@ def _swap(new: Path, directory: Path, file: Path) -> Path:
     either the cut or the whole file under the bag's name, so that repair can be run again.
     """
     (fresh,) = storage_files(new)
-    for part in (fresh, new / 'metadata.yaml'):
+    for part in (fresh, new / METADATA):
         with part.open('rb') as written:
             os.fsync(written.fileno())
     numbers = ('', *range(2, 10_000))
@@ -181,5 +180,5 @@ def _swap(new: Path, directory: Path, file: Path) -> Path:
     except OSError:  # a file system without links
         shutil.copy2(file, cut_file)
     fresh.replace(file)
-    (new / 'metadata.yaml').replace(directory / 'metadata.yaml')
+    (new / METADATA).replace(directory / METADATA)
     return cut_file

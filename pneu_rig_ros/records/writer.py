@@ -30,14 +30,14 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.cdr_encoding import typestore
-from pneu_rig_ros.records.mcap_chunks import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
-from pneu_rig_ros.records.recording import Stamps
-from pneu_rig_ros.records.rosbag2_metadata import (
+from pneu_rig_ros.records.description import (
     TYPE_HASH,
     format_metadata,
     offered_qos,
     write_metadata,
 )
+from pneu_rig_ros.records.mcap_chunks import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
+from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.whole_files import GrowingFile, deferred_interrupts
 
 FLUSH_PERIOD = 0.4

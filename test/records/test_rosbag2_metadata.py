@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 from mcap.records import Statistics
 from mcap.summary import Summary
 
-from pneu_rig_ros.records.rosbag2_metadata import distribution_of_wheels, format_metadata
+from pneu_rig_ros.records.description import distribution_of_wheels, format_metadata
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
