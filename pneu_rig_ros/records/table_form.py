@@ -1,9 +1,11 @@
 """
-Detects the form of a text table, as far as the mapping omits it.
+The form of a text table, detected as far as the mapping omits it, and the numbers in its cells.
 
-Encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), header, separator
-and decimal sign.
+The form is encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), header,
+separator and decimal sign. Points or commas between thousands are ignored.
 """
+
+from __future__ import annotations
 
 import codecs
 import csv
@@ -12,11 +14,17 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Union
 
+import numpy as np
+
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.mapping import Layout
 from pneu_rig_ros.records.units import as_number
+
+if TYPE_CHECKING:
+    from pyarrow import ChunkedArray
 
 DETECTION_LINES = 50
 """Lines of data from which the separator is detected."""
@@ -31,6 +39,9 @@ _CANDIDATES = ('\t', ';', ',', ' ')
 
 Line = tuple[int, str]
 """A line of the file that is not blank, and its number counted from 1."""
+
+Column = Union[Sequence[str], 'ChunkedArray']
+"""The texts of a column."""
 
 
 class Form(NamedTuple):
@@ -157,3 +168,63 @@ def split(text: str, separator: str) -> list[str]:
         return next(csv.reader([text], delimiter=separator))
     except csv.Error as error:
         raise RigError(f'{error}, in a row that begins with {text[:40]!r}') from None
+
+
+def without_thousands(texts: Sequence[str]) -> Sequence[str]:
+    """
+    Return the cells of a column without the sign that separates thousands, if it has one.
+
+    That is a point or comma that a number has more than once, or before the other sign, if it
+    stands before three digits in every cell: in 1.075.000 and in 1.075,5.
+    """
+    several = next((text for text in texts if sum(map(text.count, '.,')) > 1), '')
+    if not several:
+        return texts
+    sign = next(character for character in several if character in '.,')
+    other = ',' if sign == '.' else '.'
+    grouped = re.compile(rf'\s*[-+]?\d{{1,3}}(\{sign}\d{{3}})*(\{other}\d*)?\s*')
+    if not all(map(grouped.fullmatch, texts)):
+        return texts
+    return [text.replace(sign, '') for text in texts]
+
+
+def read_texts(data: bytes, start: int, separator: str, width: int) -> list[Column] | None:
+    """
+    Return the columns of a table, None if it is not regular or pyarrow is not installed.
+
+    :param data: UTF-8
+    :param start: of the first row of data [byte]
+    :param width: cells of a row
+    """
+    try:
+        import pyarrow
+        from pyarrow import csv as arrow
+    except ImportError:
+        return None
+    names = [str(index) for index in range(width)]
+    kinds = dict.fromkeys(names, pyarrow.string())
+    try:
+        table = arrow.read_csv(
+            pyarrow.BufferReader(pyarrow.py_buffer(data)[start:]),
+            arrow.ReadOptions(column_names=names),
+            arrow.ParseOptions(delimiter=separator),
+            arrow.ConvertOptions(column_types=kinds, strings_can_be_null=False),
+        )
+    except pyarrow.ArrowInvalid:
+        return None
+    return list(table.columns)
+
+
+def as_numbers(column: ChunkedArray, decimal: str) -> Floats | None:
+    """Return the numbers of a column, shape (n,); None if a cell is not a plain number."""
+    import pyarrow
+    from pyarrow import compute
+
+    texts = compute.utf8_trim_whitespace(column)
+    if decimal == ',':
+        texts = compute.replace_substring(texts, '.', '#')
+        texts = compute.replace_substring(texts, ',', '.')
+    try:
+        return np.asarray(compute.cast(texts, pyarrow.float64()), dtype=np.float64)
+    except pyarrow.ArrowInvalid:
+        return None

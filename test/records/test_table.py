@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import Recording, cells, read_recording
+from pneu_rig_ros.records import Recording, read_recording, text_table
 from pneu_rig_ros.records.mapping import Layout
 
 COUNT = 200
@@ -41,7 +41,7 @@ Writer = Callable[..., Path]
 def _way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Read tables that are longer than a few kB as those are that are longer than some 100 kB."""
     if request.param == 'by columns':
-        monkeypatch.setattr(cells, 'HEAD', 2500)
+        monkeypatch.setattr(text_table, 'HEAD', 2500)
 
 
 @pytest.fixture
@@ -316,7 +316,7 @@ def test_signal_that_is_not_there(write: Writer) -> None:
 def test_signs_between_thousands_are_left_out(
     write: Writer, texts: list[str], decimal: str, values: list[float]
 ) -> None:
-    table = cells.read_cells(
+    table = text_table.read_cells(
         write([['x'], *([text] for text in texts)], ';'), Layout(separator=';', decimal=decimal)
     )
     np.testing.assert_allclose(table.values(0), values)
@@ -324,7 +324,7 @@ def test_signs_between_thousands_are_left_out(
 
 @pytest.mark.parametrize('texts', [['1.2.3', '4'], ['1.000.000', '12.34'], ['1.00.000', '1']])
 def test_other_signs_in_a_number_are_refused(write: Writer, texts: list[str]) -> None:
-    table = cells.read_cells(
+    table = text_table.read_cells(
         write([['x'], *([text] for text in texts)], ';'), Layout(separator=';', decimal='.')
     )
     with pytest.raises(RigError, match='is not a finite number'):
@@ -349,7 +349,9 @@ def test_other_signs_in_a_number_are_refused(write: Writer, texts: list[str]) ->
     ],
 )
 def test_decimal_sign_is_detected(write: Writer, rows: list[str], values: list[float]) -> None:
-    table = cells.read_cells(write([['x', 'y'], *(row.split(';') for row in rows)], ';'), Layout())
+    table = text_table.read_cells(
+        write([['x', 'y'], *(row.split(';') for row in rows)], ';'), Layout()
+    )
     np.testing.assert_allclose(table.values(0), values)
 
 
@@ -413,8 +415,8 @@ def test_a_long_regular_table_is_read_by_columns(
     path.write_text(long_table(rows))
     both = []
     for head in (2500, 10**9):
-        monkeypatch.setattr(cells, 'HEAD', head)
-        table = cells.read_cells(path, Layout())
+        monkeypatch.setattr(text_table, 'HEAD', head)
+        table = text_table.read_cells(path, Layout())
         assert isinstance(table.columns[0], Sequence) == (head > 2500 or not by_columns)
         both.append([table.values(index) for index in range(2)])
     np.testing.assert_array_equal(*both)
@@ -436,7 +438,7 @@ def test_an_error_far_down_a_long_table_has_its_row(
     path = tmp_path / 'long.csv'
     path.write_text(long_table(rows))
     with pytest.raises(RigError, match=message):
-        cells.read_cells(path, Layout()).values(1)
+        text_table.read_cells(path, Layout()).values(1)
 
 
 def test_without_pyarrow_a_long_table_is_read_row_by_row(
@@ -445,4 +447,4 @@ def test_without_pyarrow_a_long_table_is_read_row_by_row(
     monkeypatch.setitem(sys.modules, 'pyarrow', None)
     path = tmp_path / 'long.csv'
     path.write_text(long_table(['1;2']))
-    assert cells.read_cells(path, Layout()).values(1)[-1] == 2.0
+    assert text_table.read_cells(path, Layout()).values(1)[-1] == 2.0
