@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.records.noise import noise_of, reading_noise, smallest_step
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.sensors import sensor_noise
+from pneu_rig_ros.rig.sensors import noise_of, reading_noise, sensor_noise, smallest_step
 
 
 @pytest.mark.parametrize('motion', [0.0, 0.02])
