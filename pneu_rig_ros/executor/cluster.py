@@ -12,17 +12,19 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from distributed import Client, KilledWorker
 from distributed.comm.core import CommClosedError
 from distributed.comm.core import connect as open_connection
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.executor.tasks import POLL_INTERVAL, Result
 
+Result = TypeVar('Result')
 CONNECT_TIMEOUT = 5.0
 """For the scheduler to answer and to have a worker [s]."""
+POLL_INTERVAL = 1.0
+"""Between two questions to the scheduler for the number of workers [s]."""
 MOST_POLLS = 120
 """A cluster that has no worker in so many polls in succession is given up."""
 PACKAGES = ('numpy', 'scipy', 'numba')
