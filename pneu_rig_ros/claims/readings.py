@@ -21,8 +21,8 @@ from pneu_rig_ros.model.quantity import (
     specifications,
 )
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import configuration_from_yaml, locate
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
+from pneu_rig_ros.rig.configuration import configuration_from_yaml
+from pneu_rig_ros.rig.yaml_file import locate, parse_yaml, read_text
 
 DEFAULT = 'default'
 """The reading of the shipped cylinder files, and its name."""

@@ -16,8 +16,7 @@ from pneu_rig_ros.model.quantity import (
     specifications,
     unknown,
 )
-from pneu_rig_ros.rig.configuration import locate
-from pneu_rig_ros.rig.yaml_file import read_yaml
+from pneu_rig_ros.rig.yaml_file import locate, read_yaml
 
 LEVEL = Quantity('V', -2.5, 2.5, 'level')
 """What a level is in the shapes below; ``excitation`` puts metres in its place for positions."""

@@ -13,7 +13,7 @@ from pneu_rig_ros.diagnosis.inputs.prepare_runs import TEMPERATURE_DRIFT
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
 from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
-from pneu_rig_ros.rig.repeatability import REPEATABILITY
+from pneu_rig_ros.rig.configuration import REPEATABILITY
 
 Rows = Sequence[Mapping[str, Any]]
 

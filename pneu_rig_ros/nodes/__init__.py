@@ -56,7 +56,7 @@ def _exit_on_signals() -> None:
 
 def _set_profiles() -> None:
     """Make Fast DDS read its profiles, unless the environment names others."""
-    from pneu_rig_ros.rig.configuration import configuration_folder
+    from pneu_rig_ros.rig.yaml_file import configuration_folder
 
     if not any(name in os.environ for name in PROFILES):
         name = tuple(PROFILES)[int(version('rclpy').partition('.')[0]) >= KILTED]

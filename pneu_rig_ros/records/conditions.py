@@ -7,7 +7,6 @@ configuration that the bag holds. The model keeps its own values for all others.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -24,9 +23,8 @@ from pneu_rig_ros.rig.configuration import (
     RigConfiguration,
     load_configuration,
     override,
-    shipped,
 )
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
+from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, shipped, to_yaml
 
 FILE_NAME = 'conditions.yaml'
 """In the bag's directory."""
@@ -105,12 +103,10 @@ def apply_conditions(
     """
     known = mapping_of(dict(conditions), CONDITIONS, 'conditions')
     checked = {n: CONDITIONS[n].check(value, f'conditions: {n}') for n, value in known.items()}
-    model = configuration.model
-    gas = model.gas
     if _ATMOSPHERE in checked:
-        gas = gas._replace(atmospheric_pressure=checked.pop(_ATMOSPHERE))
-    changed = replace(configuration, model=model._replace(gas=gas))
-    return override(changed, checked)
+        surroundings = checked.pop(_ATMOSPHERE)
+        configuration = configuration.with_parameter('gas', _ATMOSPHERE, surroundings)
+    return override(configuration, checked)
 
 
 def read_conditions(path: Path | str) -> dict[str, float]:

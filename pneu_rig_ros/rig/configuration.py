@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, cast
@@ -20,9 +20,8 @@ from pneu_rig_ros.model.quantity import (
     write_section,
 )
 from pneu_rig_ros.model.shape import read_effect, without_shape, write_effect
-from pneu_rig_ros.rig.repeatability import read_repeatability, write_repeatability
 from pneu_rig_ros.rig.sensors import Sensors
-from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text, to_yaml
+from pneu_rig_ros.rig.yaml_file import configuration_folder, locate, parse_yaml, read_text, to_yaml
 
 
 class Sampling(NamedTuple):
@@ -43,6 +42,26 @@ AREA_AGREEMENT = 0.05
 
 LONGEST_NAME = 100
 """Of a rig [character]."""
+
+FRICTION_LEVEL = 'friction_level'
+REPEATABILITY = {
+    'gas_1': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 1'),
+    'gas_2': Quantity('kg/s', 0.0, 1.0, 'of the gas source of chamber 2'),
+    'force': Quantity('N', 0.0, 1e4, 'of the force while sliding'),
+    FRICTION_LEVEL: Quantity('-', 0.0, 1.0, 'of F_c and F_smax from recording to recording'),
+    'breakaway_force': Quantity('-', 0.0, 1.0, 'of F_smax from recording to recording'),
+    'viscous_coefficient': Quantity('-', 0.0, 1.0, 'of sigma_2 from recording to recording'),
+    'supply_pressure': Quantity('-', 0.0, 1.0, 'from recording to recording'),
+    'load_mass': Quantity('-', 0.0, 1.0, 'from recording to recording'),
+    'position_zero': Quantity('m', 0.0, 1.0, 'from recording to recording'),
+    'clock_offset': Quantity('s', 0.0, 1.0, 'of sensors and commands between recordings'),
+}
+"""
+By how much recordings of a system differ from its model, as its file states it.
+
+Standard deviations: of balances, then of quantities between recordings, '-' of their ratio.
+"""
+_BALANCES = 'gas_1', 'gas_2', 'force'
 
 _ALL_SECTIONS = {**SECTIONS, 'sensors': Sensors, 'sampling': Sampling}
 
@@ -77,8 +96,7 @@ class RigConfiguration:
             sections[key] = write_section(getattr(self.model, key))
         sections['effects'] = {name: write_effect(own) for name, own in self.effects.items()}
         sections['sensors'] = write_section(self.sensors)
-        sampling = Sampling(self.interval_ns, self.seed)
-        sections['sampling'] = write_section(sampling)
+        sections['sampling'] = write_section(Sampling(self.interval_ns, self.seed))
         if self.repeatability:
             sections['repeatability'] = write_repeatability(self.repeatability)
         return to_yaml(sections)
@@ -100,28 +118,6 @@ class RigConfiguration:
             'intake_voltage': model.valve.intake_voltage,
             'exhaust_voltage': model.valve.exhaust_voltage,
         }
-
-
-def configuration_folder() -> Path:
-    """
-    Return the folder with the shipped configuration files.
-
-    Beside the package in a source tree, else ``share/pneu_rig_ros/config`` of the prefix that the
-    package is installed in.
-    """
-    package = Path(__file__).resolve().parents[1]
-    if (package.parent / 'config' / 'rig.yaml').exists():
-        return package.parent / 'config'
-    for prefix in package.parents:
-        folder = prefix / 'share' / 'pneu_rig_ros' / 'config'
-        if folder.is_dir():
-            return folder
-    raise RigError(f'config: no share/pneu_rig_ros/config above {package}, reinstall the package')
-
-
-def shipped(pattern: str) -> dict[str, Path]:
-    """Return name -> path of the shipped files of a pattern below the configuration folder."""
-    return {path.stem: path for path in sorted(configuration_folder().glob(pattern))}
 
 
 def load_configuration(source: str | Path, **overrides: object) -> RigConfiguration:
@@ -171,15 +167,13 @@ def _mapping(text: str, origin: str) -> dict[str, Any]:
 
 def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> RigConfiguration:
     """Return the configuration with the changes of :func:`load_configuration` applied."""
-    model = configuration.model
-    allowed = [*OVERRIDES, 'seed', 'sensors', 'friction']
     for key, value in changes.items():
         if key in OVERRIDES:
-            allowed_range = OVERRIDES[key]
+            quantity = OVERRIDES[key]
             if key == 'initial_position':
-                allowed_range = replace(allowed_range, high=model.cylinder.stroke)
-            number = allowed_range.check(_real(value, key), key)
-            model = model._replace(operation=model.operation._replace(**{key: number}))
+                quantity = replace(quantity, high=configuration.model.cylinder.stroke)
+            number = quantity.check(_real(value, key), key)
+            configuration = configuration.with_parameter('operation', key, number)
         elif key == 'seed':
             seed = cast(Quantity, specifications(Sampling)['seed']).check(_real(value, key), key)
             configuration = replace(configuration, seed=int(seed))
@@ -190,27 +184,11 @@ def override(configuration: RigConfiguration, changes: Mapping[str, object]) -> 
         elif key == 'friction':
             law = cast(Choice, specifications(Friction)['model']).parse(value, key)
             _check_friction_law(configuration.effects, law, key)
-            model = model._replace(friction=model.friction._replace(model=law))
+            configuration = configuration.with_parameter('friction', 'model', law)
         else:
+            allowed = [*OVERRIDES, 'seed', 'sensors', 'friction']
             raise RigError(f'override: {unknown(key, allowed)}')
-    return _consistent(replace(configuration, model=model), configuration.name)
-
-
-def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()) -> Path:
-    """
-    Return the path of a YAML file, or of a shipped one by its name.
-
-    :param kind: what it is called in an error
-    :param pattern: of the shipped files, below the configuration folder
-    :param more: names that an error lists too
-    :raises RigError: for a name that is not known
-    """
-    path, known = Path(source), shipped(pattern)
-    if str(source) in known and not path.is_file():  # but maybe a folder
-        return known[str(source)]
-    if path.suffix in ('.yaml', '.yml') or path.exists():
-        return path
-    raise RigError(f'{kind}: {unknown(str(source), [*more, *known])}, or a YAML file')
+    return _consistent(configuration, configuration.name)
 
 
 @functools.cache
@@ -237,6 +215,27 @@ def read_effects(data: object, origin: str) -> dict[str, Any]:
         effect = library.load(str(name), f'{origin}: effects')
         chosen[str(name)] = read_effect(effect, values, f'{origin}: effects.{name}')
     return chosen
+
+
+def between_recordings(values: Mapping[str, float]) -> dict[str, float]:
+    """Return those of some standard deviations that are of quantities, and not of balances."""
+    return {name: value for name, value in values.items() if name not in _BALANCES}
+
+
+def read_repeatability(data: object, origin: str) -> dict[str, float]:
+    """
+    Return name -> standard deviation [SI] of a file.
+
+    :raises RigError: for another name, a wrong unit or a value out of range
+    """
+    where = f'{origin}: repeatability'
+    given = mapping_of({} if data is None else data, REPEATABILITY, where).items()
+    return {str(key): REPEATABILITY[key].parse(text, f'{where}.{key}') for key, text in given}
+
+
+def write_repeatability(values: Mapping[str, float]) -> dict[str, str]:
+    """Return the mapping that :func:`read_repeatability` reads back."""
+    return {name: REPEATABILITY[name].format(value) for name, value in values.items()}
 
 
 def _check_friction_law(effects: Mapping[str, Any], law: int, origin: str) -> None:

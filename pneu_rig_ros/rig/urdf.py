@@ -4,7 +4,8 @@ import math
 from string import Template
 from xml.sax.saxutils import escape
 
-from pneu_rig_ros.rig.configuration import RigConfiguration, configuration_folder
+from pneu_rig_ros.rig.configuration import RigConfiguration
+from pneu_rig_ros.rig.yaml_file import configuration_folder
 
 WALL = 0.003
 """Thickness of the tube, for the picture [m]."""

@@ -1,18 +1,19 @@
 """
-YAML from anywhere: read without executing, expanding or guessing.
+YAML files, shipped or from anywhere: read without executing, expanding or guessing.
 
 Besides invalid YAML, this refuses what a hand-written file of this project never needs and a
 hostile or mistaken one may have: aliases, which can stand for terabytes; tags; the same key
 twice, of which one would silently win; nesting and texts without an end.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.quantity import unknown
 
 LARGEST_FILE, LONGEST_TEXT, DEEPEST = 1_000_000, 1000, 20
 """Limits of a file [character], of one text in it [character], and of its nesting [level]."""
@@ -36,6 +37,45 @@ class _Loader(_Base):
                 )
             found.add(name)
         return super().construct_mapping(node, deep)
+
+
+def configuration_folder() -> Path:
+    """
+    Return the folder with the shipped configuration files.
+
+    Beside the package in a source tree, else ``share/pneu_rig_ros/config`` of the prefix that the
+    package is installed in.
+    """
+    package = Path(__file__).resolve().parents[1]
+    if (package.parent / 'config' / 'rig.yaml').exists():
+        return package.parent / 'config'
+    for prefix in package.parents:
+        folder = prefix / 'share' / 'pneu_rig_ros' / 'config'
+        if folder.is_dir():
+            return folder
+    raise RigError(f'config: no share/pneu_rig_ros/config above {package}, reinstall the package')
+
+
+def shipped(pattern: str) -> dict[str, Path]:
+    """Return name -> path of the shipped files of a pattern below the configuration folder."""
+    return {path.stem: path for path in sorted(configuration_folder().glob(pattern))}
+
+
+def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()) -> Path:
+    """
+    Return the path of a YAML file, or of a shipped one by its name.
+
+    :param kind: what it is called in an error
+    :param pattern: of the shipped files, below the configuration folder
+    :param more: names that an error lists too
+    :raises RigError: for a name that is not known
+    """
+    path, known = Path(source), shipped(pattern)
+    if str(source) in known and not path.is_file():  # but maybe a folder
+        return known[str(source)]
+    if path.suffix in ('.yaml', '.yml') or path.exists():
+        return path
+    raise RigError(f'{kind}: {unknown(str(source), [*more, *known])}, or a YAML file')
 
 
 def read_yaml(path: Path | str) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from pneu_rig_ros.claims.readings import (
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import FOLLOWS_CLOCK
-from pneu_rig_ros.rig.configuration import shipped
+from pneu_rig_ros.rig.yaml_file import shipped
 
 GOOD = """
 friction:

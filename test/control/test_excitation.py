@@ -6,7 +6,7 @@ import pytest
 
 from pneu_rig_ros.control.excitation import SHAPES, load_excitation
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.rig.configuration import shipped
+from pneu_rig_ros.rig.yaml_file import shipped
 
 
 @pytest.mark.parametrize('name', shipped('excitations/*.yaml'))

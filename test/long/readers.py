@@ -30,7 +30,7 @@ from pneu_rig_ros.records.mapping import read_mapping
 from pneu_rig_ros.records.playback import Playback
 from pneu_rig_ros.records.units import convert
 from pneu_rig_ros.rig import configuration_from_yaml
-from pneu_rig_ros.rig.configuration import configuration_folder
+from pneu_rig_ros.rig.yaml_file import configuration_folder
 
 from . import seeds
 

@@ -11,7 +11,8 @@ from pneu_rig_ros.model.effect import Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
+from pneu_rig_ros.rig.configuration import configuration_from_yaml
+from pneu_rig_ros.rig.yaml_file import configuration_folder
 
 from .rigs import SHUT, changed, drive
 from .test_effect_physics import COMPILED, GAS, STROKE, at_rest, contribute, plant_with, settle

@@ -11,7 +11,8 @@ from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.effect import READING_BALANCES, Balance
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.model.shape import DRIVERS, Shape, Shaped, factors, rows, with_values
-from pneu_rig_ros.rig.configuration import configuration_folder, configuration_from_yaml
+from pneu_rig_ros.rig.configuration import configuration_from_yaml
+from pneu_rig_ros.rig.yaml_file import configuration_folder
 
 from .rigs import changed, drive, stroke
 from .test_effect_physics import AT_REST, COMPILED, at_rest

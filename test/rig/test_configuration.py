@@ -8,11 +8,10 @@ import yaml
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.rig.configuration import (
     RigConfiguration,
-    configuration_folder,
     configuration_from_yaml,
     load_configuration,
-    shipped,
 )
+from pneu_rig_ros.rig.yaml_file import configuration_folder, shipped
 
 CYLINDERS = ['cylinder_1', 'cylinder_2', 'cylinder_3']
 

@@ -15,8 +15,8 @@ from yourdfpy import URDF
 
 from pneu_rig_ros.records.topics import PISTON, TOPICS
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import shipped
 from pneu_rig_ros.rig.urdf import controlled_description
+from pneu_rig_ros.rig.yaml_file import shipped
 
 ROOT = Path(__file__).resolve().parents[2]
 CONTROLLERS = yaml.safe_load((ROOT / 'config' / 'ros2_control.yaml').read_text())

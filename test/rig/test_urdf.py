@@ -9,8 +9,8 @@ from yourdfpy import URDF
 
 from pneu_rig_ros.records.topics import PISTON
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.configuration import shipped
 from pneu_rig_ros.rig.urdf import robot_description
+from pneu_rig_ros.rig.yaml_file import shipped
 
 
 def read(text: str) -> URDF:

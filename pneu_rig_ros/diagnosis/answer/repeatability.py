@@ -25,7 +25,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
-from pneu_rig_ros.rig.repeatability import REPEATABILITY
+from pneu_rig_ros.rig.configuration import REPEATABILITY
 
 
 class Variation(NamedTuple):

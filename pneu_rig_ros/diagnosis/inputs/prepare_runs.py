@@ -23,7 +23,7 @@ from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
 from pneu_rig_ros.records.recording import PRESSURES, Recording
-from pneu_rig_ros.rig.repeatability import FRICTION_LEVEL
+from pneu_rig_ros.rig.configuration import FRICTION_LEVEL
 from pneu_rig_ros.rig.sensors import Sensors, reading_noise, sensor_noise
 
 SATURATED = 0.5

@@ -20,7 +20,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.noise import white_variances
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import PRESSURES, Recording
-from pneu_rig_ros.rig.configuration import shipped
+from pneu_rig_ros.rig.yaml_file import shipped
 
 MUCH_SMALLER = 0.3
 """

@@ -39,9 +39,9 @@ from pneu_rig_ros.model.quantity import (
 )
 from pneu_rig_ros.model.shape import write_effect
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
-from pneu_rig_ros.rig.configuration import read_effects
-from pneu_rig_ros.rig.repeatability import (
+from pneu_rig_ros.rig.configuration import (
     between_recordings,
+    read_effects,
     read_repeatability,
     write_repeatability,
 )

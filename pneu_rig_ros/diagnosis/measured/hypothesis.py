@@ -14,7 +14,7 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import Model, Operation
 from pneu_rig_ros.model.plant import TOLERANCE, Plant
-from pneu_rig_ros.rig.repeatability import REPEATABILITY
+from pneu_rig_ros.rig.configuration import REPEATABILITY
 
 Gains = tuple[float, float, float]
 CALIBRATED: Gains = (1.0, 1.0, 1.0)

@@ -16,7 +16,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
-from pneu_rig_ros.rig.repeatability import between_recordings
+from pneu_rig_ros.rig.configuration import between_recordings
 
 REPLICATES = 3
 """Replicates of each run, at most, that show the loss of a true model's cycles."""

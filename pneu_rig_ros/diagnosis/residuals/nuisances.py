@@ -29,7 +29,7 @@ from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, unknown
-from pneu_rig_ros.rig.repeatability import between_recordings
+from pneu_rig_ros.rig.configuration import between_recordings
 
 FORCE_OFFSET = 'force_offset'
 CLOCK_OFFSET = 'clock_offset'
