@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import psutil
 from rosbags.rosbag2 import Reader
 
-from pneu_rig_ros.demo import NodeProcess, Value
+from pneu_rig_ros.demo import NodeProcess, Value, check_all
 from pneu_rig_ros.nodes.embedding import await_first_sample, hold_command
 from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
 from pneu_rig_ros.records.cdr_decoding import unpack_stamp
@@ -123,7 +123,7 @@ def measure(nodes: Sequence[str], seconds: float, priority: int = 0, interval_ns
         }
         started = [NodeProcess(name, parameters, Path(folder, name)) for name in nodes]
         try:
-            await_first_sample(partial(_check, started))
+            await_first_sample(partial(check_all, started))
             time.sleep(WARM_UP_SECONDS)
             cpu = _drive(started, seconds)
         finally:
@@ -132,11 +132,6 @@ def measure(nodes: Sequence[str], seconds: float, priority: int = 0, interval_ns
         if failed:
             raise RuntimeError(f'nodes ended with an error: {failed}')
         return _evaluate(Path(folder, 'bag'), cpu)
-
-
-def _check(nodes: Sequence[NodeProcess]) -> None:
-    for node in nodes:
-        node.check()
 
 
 def _drive(nodes: Sequence[NodeProcess], seconds: float) -> dict[str, float]:

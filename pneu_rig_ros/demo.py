@@ -15,7 +15,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from pneu_rig_ros.errors import RigError
@@ -24,9 +24,6 @@ from pneu_rig_ros.records import repair
 from pneu_rig_ros.rig import Rig, RigConfiguration
 
 Value = str | float | int | bool
-
-STOPPING_ORDER = ('plant', 'valve_command', 'friction_estimator', 'recorder')
-"""Publishers before those that subscribe to them."""
 
 STOPPING_TIME = 20.0
 """Time after which a node that does not stop by itself is killed [s]."""
@@ -93,7 +90,7 @@ class NodeProcess:
 
     def revive(self) -> bool:
         """Start the node again if it was killed; RigError if it has ended by itself."""
-        if self._process.poll() is None:
+        if not self.ended():
             return False
         if self._process.returncode >= 0:
             self.check()
@@ -102,7 +99,7 @@ class NodeProcess:
 
     def check(self) -> None:
         """Raise RigError if the node has ended."""
-        code = self._process.poll()
+        code = self.code
         if code is None:
             return
         if code < 0:
@@ -122,7 +119,7 @@ class NodeProcess:
 
     def stop(self) -> bool:
         """Stop the node; return whether it ended well and by itself."""
-        if self._process.poll() is None:
+        if not self.ended():
             self._process.send_signal(signal.SIGINT)
         try:
             return self._process.wait(STOPPING_TIME) == 0
@@ -132,87 +129,70 @@ class NodeProcess:
             return False
 
 
-class LiveRig:
+@contextlib.contextmanager
+def recorded_rig(
+    bag: Path,
+    configuration: RigConfiguration,
+    plant: Mapping[str, Value],
+    report: Callable[[str], None],
+) -> Iterator[list[NodeProcess]]:
     """
-    Plant, valve command, friction estimator and recorder over DDS; a context manager.
+    Run plant, valve command, friction estimator and recorder for the block; yield these nodes.
 
-    :param bag: directory to record to
+    :param bag: directory to record to; repaired if the recorder had to be killed
     :param configuration: of the rig
     :param plant: parameters of the plant that give this configuration
     :param report: callback(stage), in a few words
     """
+    from pneu_rig_ros.nodes.embedding import PLANT_SUBSCRIBERS, await_first_sample
 
-    def __init__(
-        self,
-        bag: Path,
-        configuration: RigConfiguration,
-        plant: Mapping[str, Value],
-        report: Callable[[str], None],
-    ) -> None:
-        self._bag = bag.resolve()
-        self._configuration = configuration
-        self._plant = plant
-        self._report = report
-        self._nodes: list[NodeProcess] = []
-        self._logs = contextlib.ExitStack()
-
-    def __enter__(self) -> LiveRig:
+    Rig(configuration).warm_up()  # nodes do not wait for each other that long
+    report('starting plant, valve_command, friction_estimator, recorder')
+    bag, waiting = bag.resolve(), 'wait_for_subscribers'
+    # publishers before those that subscribe to them: they stop in this order, too
+    parameters: dict[str, Mapping[str, Value]] = {
+        'plant': {**plant, waiting: PLANT_SUBSCRIBERS},
+        'valve_command': {waiting: 2},
+        'friction_estimator': {waiting: 1},
+        'recorder': {'output': str(bag)},
+    }
+    nodes: list[NodeProcess] = []
+    with tempfile.TemporaryDirectory(prefix='pneu_rig_') as folder:
         try:
-            self._start()
-        except BaseException:
-            self._stop()
-            raise
-        return self
+            for name, own in parameters.items():
+                nodes.append(NodeProcess(name, own, Path(folder, f'{name}.log')))
+            await_first_sample(lambda: check_all(nodes))
+            yield nodes
+        finally:
+            with uninterrupted():
+                report('stopping')
+                ended = {node.name: node.stop() for node in nodes}
+                if not ended.get('recorder', True) and any(bag.glob('*.mcap')):
+                    report('repairing the bag')
+                    repair(bag)
 
-    def __exit__(self, *_: object) -> None:
-        self._stop()
 
-    def _start(self) -> None:
-        from pneu_rig_ros.nodes.embedding import PLANT_SUBSCRIBERS, await_first_sample
+def check_all(nodes: Iterable[NodeProcess]) -> None:
+    """Raise RigError if a node has stopped."""
+    for node in nodes:
+        node.check()
 
-        Rig(self._configuration).warm_up()  # nodes do not wait for each other that long
-        self._report('starting plant, valve_command, friction_estimator, recorder')
-        folder = self._logs.enter_context(tempfile.TemporaryDirectory(prefix='pneu_rig_'))
-        waiting = 'wait_for_subscribers'
-        self._launch('plant', {**self._plant, waiting: PLANT_SUBSCRIBERS}, folder)
-        self._launch('valve_command', {waiting: 2}, folder)
-        self._launch('friction_estimator', {waiting: 1}, folder)
-        self._launch('recorder', {'output': str(self._bag)}, folder)
-        await_first_sample(self.check)
 
-    def _launch(self, name: str, parameters: Mapping[str, Value], folder: str) -> None:
-        self._nodes.append(NodeProcess(name, parameters, Path(folder, f'{name}.log')))
+def drive(
+    nodes: Iterable[NodeProcess], u: float, duration: float, progress: Callable[[float], None]
+) -> None:
+    """
+    Hold the command u [V] for a duration [s]; RigError if a node stops meanwhile.
 
-    def check(self) -> None:
-        """Raise RigError if a node has stopped."""
-        for node in self._nodes:
-            node.check()
+    :param progress: callback(time since the start [s])
+    """
+    from pneu_rig_ros.nodes.embedding import hold_command
 
-    def drive(self, u: float, duration: float, progress: Callable[[float], None]) -> None:
-        """
-        Hold the command u [V] for a duration [s]; RigError if a node stops meanwhile.
+    def checked(elapsed: float) -> None:
+        check_all(nodes)
+        progress(elapsed)
 
-        :param progress: callback(time since the start [s])
-        """
-        from pneu_rig_ros.nodes.embedding import hold_command
-
-        def checked(elapsed: float) -> None:
-            self.check()
-            progress(elapsed)
-
-        hold_command(u, duration, checked)
-
-    def _stop(self) -> None:
-        """Stop the nodes, sources first; repair the bag if the recorder had to be killed."""
-        with uninterrupted():
-            self._report('stopping')
-            nodes = sorted(self._nodes, key=lambda node: STOPPING_ORDER.index(node.name))
-            ended = {node.name: node.stop() for node in nodes}
-            self._nodes.clear()
-            self._logs.close()
-            if not ended.get('recorder', True) and any(self._bag.glob('*.mcap')):
-                self._report('repairing the bag')
-                repair(self._bag)
+    hold_command(u, duration, checked)
 
 
 @contextlib.contextmanager

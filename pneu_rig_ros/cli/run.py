@@ -44,7 +44,7 @@ def demo(
     Starts plant, valve_command, friction_estimator and recorder in processes of their own and
     holds the command u. The result is a bag, a summary and a picture.
     """
-    from pneu_rig_ros.demo import LiveRig, absolute, prepare_environment
+    from pneu_rig_ros.demo import absolute, drive, prepare_environment, recorded_rig
 
     configuration = options.load(cylinder, settings)
     prepare_environment()
@@ -58,12 +58,12 @@ def demo(
         with (
             options.directory(path.parent),
             terminal.status('compiling the plant') as status,
-            LiveRig(path, configuration, parameters, status.update) as rig,
+            recorded_rig(path, configuration, parameters, status.update) as nodes,
         ):
             status.stop()
             title = f'{configuration.name} at u = {u:g} V'
             with output.progress_bar(title, duration, 's', quiet) as progress:
-                rig.drive(u, duration, progress)
+                drive(nodes, u, duration, progress)
             status.start()
     except KeyboardInterrupt:
         if (path / 'metadata.yaml').exists():
