@@ -1,11 +1,11 @@
 """
 Decodes the rig's messages from raw CDR, one by one or many of one topic at once.
 
-Most messages of a topic differ in nothing but their stamp and their numbers. Where these are is
-seen in the first message; all that are like it in every other byte are read as columns of an
-array.
+Most messages of a topic differ in nothing but their stamp and their numbers: all that are like the
+first one in every other byte are read as columns of an array.
 """
 
+import itertools
 import math
 import struct
 from collections.abc import Callable, Sequence
@@ -27,8 +27,6 @@ from pneu_rig_ros.records.topics import PISTON
 
 _Value = TypeVar('_Value')
 _MOST_PADDING = 3
-NUMBER = 8
-"""Bytes of a float."""
 
 
 class JointReading(NamedTuple):
@@ -197,22 +195,8 @@ def unpack_string(reader: Reader) -> str:
     return text
 
 
-Decoder = Callable[[Reader], Any]
+Decoder = Callable[[bytes | Reader], Any]
 """One of those above."""
-
-
-class Layout(NamedTuple):
-    """
-    Where a message has what a decoder returns.
-
-    :param stamp: offset, None without one
-    :param values: offset of each value, None for one that the message lacks
-    :param fixed: whether a byte is neither of a stamp nor of a number, shape (size,)
-    """
-
-    stamp: int | None
-    values: list[int | None]
-    fixed: NDArray[np.bool_]
 
 
 def decode_all(
@@ -225,80 +209,64 @@ def decode_all(
     """
     if not messages:
         return np.empty(0, dtype=np.int64), np.empty((0, 0))
-    layout = layout_of(decoder, messages[0])
-    alike = np.array([len(message) == layout.fixed.size for message in messages])
-    joined = b''.join(message for message, same in zip(messages, alike, strict=True) if same)
-    content = np.frombuffer(joined, dtype=np.uint8).reshape(-1, layout.fixed.size)
-    stamps, right = _stamps(content, layout.stamp)
-    right &= (content[:, layout.fixed] == content[0, layout.fixed]).all(axis=1)
-    columns = [_column(content, at, '<f8') for at in layout.values]
+    count = len(_decoded(decoder, messages[0], 1)) - 1
+    size = len(messages[0])
+    alike = np.array([len(message) == size for message in messages])
+    joined = b''.join(itertools.compress(messages, alike))
+    rows = _Rows(np.frombuffer(joined, dtype=np.uint8).reshape(-1, size))
+    parts = _decoded(decoder, rows, 1)
+    right = rows.like_the_first()
+    columns = [np.broadcast_to(part, right.shape) for part in parts]
     alike[alike] = right
-    all_stamps = np.zeros(len(messages), dtype=np.int64)
-    all_values = np.zeros((len(messages), len(columns)))
-    all_stamps[alike] = stamps[right]
-    all_values[alike] = np.column_stack(columns)[right]
+    stamps, values = np.zeros(len(messages), dtype=np.int64), np.zeros((len(messages), count))
+    stamps[alike] = columns[0][right]
+    values[alike] = np.column_stack(columns[1:])[right]
     for index in np.flatnonzero(~alike).tolist():
-        _, (all_stamps[index], *all_values[index]) = _decoded(decoder, messages[index], index + 1)
-    return all_stamps, all_values
+        stamps[index], *values[index] = _decoded(decoder, messages[index], index + 1)
+    return stamps, values
 
 
-def layout_of(decoder: Decoder, message: bytes) -> Layout:
-    """Return where a message has its stamp and values; RigError where it cannot be decoded."""
-    reader, _ = _decoded(decoder, message, 1)
-    fixed, marked = np.ones(len(message), dtype=np.bool_), bytearray(message)
-    if reader.stamp_at is not None:
-        fixed[reader.stamp_at : reader.stamp_at + TIME.size] = False
-    for at in reader.numbers_at:
-        fixed[at : at + NUMBER] = False
-        # a number that says where it is: the decoder then says which it takes
-        struct.pack_into('<d', marked, at, float(at))
-    _, (_, *marks) = _decoded(decoder, bytes(marked), 1)
-    return Layout(reader.stamp_at, [None if math.isnan(m) else int(m) for m in marks], fixed)
+class _Rows(Reader):
+    """
+    Walks through many messages of one size at once: stamps and floats are those of all of them.
+
+    :param rows: their bytes, shape (n, size); what is no stamp and no float is read in the first
+    """
+
+    def __init__(self, rows: NDArray[np.uint8]) -> None:
+        super().__init__(rows[0].tobytes())
+        self._rows = rows
+        self._fixed = np.ones(self.size, dtype=np.bool_)
+        self._valid = np.ones(len(rows), dtype=np.bool_)
+
+    def stamp(self) -> Any:
+        super().stamp()
+        seconds, nanoseconds = self._column('<i4', 8), self._column('<u4', 4)
+        self._valid &= nanoseconds < NANOSECONDS
+        return seconds.astype(np.int64) * NANOSECONDS + nanoseconds
+
+    def doubles(self, count: int) -> tuple[Any, ...]:
+        super().doubles(count)
+        return tuple(self._column('<f8', 8 * left) for left in range(count, 0, -1))
+
+    def _column(self, kind: str, back: int) -> NDArray[Any]:
+        """Return the values that lie some bytes before the present place, shape (n,)."""
+        part = slice(self._at - back, self._at - back + np.dtype(kind).itemsize)
+        self._fixed[part] = False
+        return self._rows[:, part].copy().view(kind)[:, 0]
+
+    def like_the_first(self) -> NDArray[np.bool_]:
+        """Return which differ from the first in nothing but stamp and floats, shape (n,)."""
+        fixed = self._rows[:, self._fixed]
+        alike: NDArray[np.bool_] = self._valid & (fixed == fixed[0]).all(axis=1)
+        return alike
 
 
-class _Locating(Reader):
-    """A reader that notes the offsets of the stamp and of all floats."""
-
-    def __init__(self, cdr: bytes) -> None:
-        super().__init__(cdr)
-        self.stamp_at: int | None = None
-        self.numbers_at: list[int] = []
-
-    def stamp(self) -> int:
-        self.stamp_at = self._at
-        return super().stamp()
-
-    def doubles(self, count: int) -> tuple[float, ...]:
-        values = super().doubles(count)
-        self.numbers_at += range(self._at - NUMBER * count, self._at, NUMBER)
-        return values
-
-
-def _decoded(decoder: Decoder, message: bytes, number: int) -> tuple[_Locating, tuple[Any, ...]]:
-    """Return the reader of one message, with its stamp [ns], 0 without one, and its values."""
+def _decoded(decoder: Decoder, message: bytes | Reader, number: int) -> tuple[Any, ...]:
+    """Return the stamp [ns] of a message, 0 without one, and its values."""
     try:
-        reader = _Locating(message)
-        value = decoder(reader)
+        value = decoder(message)
     except RigError as error:
         raise RigError(f'message {number}: {error}') from error
     values = value if isinstance(value, tuple) else (value,)
-    return reader, values if reader.stamp_at is not None else (0, *values)
-
-
-def _stamps(
-    content: NDArray[np.uint8], at: int | None
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the stamps [ns] of messages, and whether each is one, shape (n,)."""
-    if at is None:
-        return np.zeros(len(content), dtype=np.int64), np.ones(len(content), dtype=np.bool_)
-    seconds = _column(content, at, '<i4').astype(np.int64)
-    nanoseconds = _column(content, at + 4, '<u4').astype(np.int64)
-    return seconds * NANOSECONDS + nanoseconds, nanoseconds < NANOSECONDS
-
-
-def _column(content: NDArray[np.uint8], at: int | None, kind: str) -> NDArray[Any]:
-    """Return the values at an offset of all messages, NaN without one, shape (n,)."""
-    if at is None:
-        return np.full(len(content), np.nan)
-    size = np.dtype(kind).itemsize
-    return content[:, at : at + size].copy().view(kind)[:, 0]
+    return values if hasattr(value, 'stamp_ns') else (0, *values)
