@@ -37,7 +37,7 @@ def simulate(
     u: float,
     duration: float,
     path: Path | str,
-    progress: Progress | None = None,
+    progress: Progress = lambda _: None,
 ) -> Path:
     """
     Run the rig with a constant command and record it.
@@ -56,7 +56,7 @@ def simulate(
     with BagWriter(path) as writer:
         recording = _Recording(writer, rig)
         try:
-            recording.run(u, samples, progress or (lambda _: None))
+            recording.run(u, samples, progress)
         finally:
             # A run that is stopped half way still leaves a complete bag.
             writer.close(bag_metadata(recording.description))

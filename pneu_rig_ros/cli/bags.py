@@ -232,8 +232,8 @@ def import_(
     out = options.bag_path(out, 'measured')
 
     from pneu_rig_ros.records import conditions as known_conditions
+    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.records.conversion import write_bag
-    from pneu_rig_ros.records.reader import read_recording
     from pneu_rig_ros.records.recording import WHOLE
 
     read_conditions = known_conditions.read_conditions

@@ -44,7 +44,7 @@ def compare(
     in its unit and in multiples of the sensor noise, and the stick-slip cycles of both.
     """
     from pneu_rig_ros.analysis.comparison import compare_with_bag, compare_with_model
-    from pneu_rig_ros.records.reader import is_bag
+    from pneu_rig_ros.records import is_bag
 
     if is_bag(Path(model)):
         comparison = compare_with_bag(measured, model, shift)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, fill_rows, pack_string, template
 from pneu_rig_ros.records.conditions import (
     FILE_NAME,
@@ -26,7 +27,6 @@ from pneu_rig_ros.records.conditions import (
     with_zero,
 )
 from pneu_rig_ros.records.description import bag_metadata, describe, git_revision, package_version
-from pneu_rig_ros.records.reader import read_recording
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
 from pneu_rig_ros.records.topics import STRING, TOPICS
 from pneu_rig_ros.records.whole_files import atomic_write
@@ -76,9 +76,9 @@ NUMBERS = {
 def write_bag(
     recording: Recording,
     out: Path | str,
-    conditions: Mapping[str, float] | None = None,
+    conditions: Mapping[str, float] = {},
     configuration: RigConfiguration | None = None,
-    progress: Progress | None = None,
+    progress: Progress = lambda _: None,
 ) -> None:
     """
     Write a recording as a bag.
@@ -96,9 +96,7 @@ def write_bag(
     out, source = Path(out), recording.metadata.get('source', recording.name)
     if out.exists():
         raise RigError(f'{out} exists; name a bag that does not, or remove it')
-    known = with_zero(
-        {**recording.conditions, **(conditions or {})}, recording.atmospheric_pressure
-    )
+    known = with_zero({**recording.conditions, **conditions}, recording.atmospheric_pressure)
     if configuration is not None:
         configuration = apply_conditions(configuration, known)
         check_plausible(source, recording.signals, configuration)
@@ -114,7 +112,7 @@ def write_bag(
         # On the same file system, so that the bag can be moved in one step.
         with tempfile.TemporaryDirectory(prefix=f'.{out.name}.', dir=out.parent) as folder:
             bag = Path(folder, out.name)  # under its final name, which is in the metadata
-            _write(bag, recording, configuration, progress or (lambda _: None))
+            _write(bag, recording, configuration, progress)
             if known:
                 (bag / FILE_NAME).write_text(format_conditions(known), encoding='utf-8')
             bag.replace(out)

@@ -14,8 +14,8 @@ from pneu_rig_ros.diagnosis.inputs.vessels import changes_until, from_shutting, 
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
+from pneu_rig_ros.records import is_bag, read_recording
 from pneu_rig_ros.records.conditions import CONDITIONS
-from pneu_rig_ros.records.reader import is_bag, read_recording
 from pneu_rig_ros.records.recording import PRESSURES, Recording
 
 HELD_OUT = 3
