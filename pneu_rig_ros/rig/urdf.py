@@ -7,14 +7,11 @@ from xml.sax.saxutils import escape
 from pneu_rig_ros.rig.configuration import RigConfiguration
 from pneu_rig_ros.rig.yaml_file import configuration_folder
 
-WALL = 0.003
-"""Thickness of the tube, for the picture [m]."""
-CAP_LENGTH = 0.012
-"""Length of the end caps, for the picture [m]."""
-PISTON_LENGTH = 0.02
-"""Length of the piston, for the picture [m]."""
-ROD_BEYOND = 0.06
-"""Length of rod outside the cylinder when the piston is in, for the picture [m]."""
+WALL, CAP_LENGTH, PISTON_LENGTH, ROD_BEYOND = 0.003, 0.012, 0.02, 0.06
+"""
+For the picture [m]: thickness of the tube; lengths of the end caps, of the piston, and of the rod
+outside the cylinder when the piston is in.
+"""
 DENSITY = 7850.0
 """Of the load, steel, for its size [kg/m^3]."""
 FASTEST = 3.0
