@@ -6,7 +6,7 @@ same stamps from 0 ns on, arrival times equal to the simulated time at which the
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
@@ -52,14 +52,14 @@ def simulate(
     if not math.isfinite(u):
         raise RigError(f'u = {u} V, must be a finite number of volts')
     samples = sample_count(configuration, duration)
-    rig = Rig(configuration)
+    rig, description, names = Rig(configuration), describe(configuration), absolute_names('')
     with BagWriter(path) as writer:
-        recording = _Recording(writer, rig)
         try:
-            recording.run(u, samples, progress)
+            for topic, now_ns, cdr in _messages(rig, description, u, samples, progress):
+                writer.write(names[topic], TOPICS[topic].type, now_ns, cdr)
         finally:
             # A run that is stopped half way still leaves a complete bag.
-            writer.close(bag_metadata(recording.description))
+            writer.close(bag_metadata(description))
     return Path(path)
 
 
@@ -71,44 +71,29 @@ def sample_count(configuration: RigConfiguration, duration: float) -> int:
     return int((duration * 1e9 + 0.5) // configuration.interval_ns) + 1
 
 
-class _Recording:
-    """A rig and the bag that its messages go to."""
-
-    def __init__(self, writer: BagWriter, rig: Rig) -> None:
-        self._write = writer.write
-        self._rig = rig
-        self._names = absolute_names('')
-        self._interval_ns = rig.configuration.interval_ns
-        self._estimator = CausalFriction(ForceBalance.of(rig.configuration), rig.interval)
-        self._messages = PlantMessages(rig.pressure_variance, clock=True)
-        self._friction = template('friction')
-        self.description = describe(rig.configuration)
-
-    def run(self, u: float, samples: int, progress: Progress) -> None:
-        """Record the samples 0 ... samples - 1 under a constant command [V]."""
-        voltages = valve_voltages(u)
-        command = pack_valve_voltages(*voltages)
-        self._put('rig_description', 0, pack_string(self.description))
-        self._put('robot_description', 0, pack_string(robot_description(self._rig.configuration)))
-        self._put('u', 0, pack_float64(u))
-        self._rig.reset()
-        for index in range(samples):
-            self._tick(index * self._interval_ns)
-            if index + 1 < samples:
-                self._put('valve_voltages', index * self._interval_ns, command)
-                self._rig.step(*voltages)
-            if index % REPORT_EVERY == 0 or index + 1 == samples:
-                progress(index * self._interval_ns * 1e-9)
-
-    def _tick(self, now_ns: int) -> None:
-        """Put the messages of one sampling instant."""
-        sample = self._rig.sample
-        for topic, cdr in self._messages.pack(sample, now_ns).items():
-            self._put(topic, now_ns, cdr)
-        force = self._estimator.push(sample.position, sample.pressure_1, sample.pressure_2)
+def _messages(
+    rig: Rig, description: str, u: float, samples: int, progress: Progress
+) -> Iterator[tuple[str, int, bytes]]:
+    """Yield topic, log time [ns] and bytes of all messages under a constant command [V]."""
+    configuration, interval_ns = rig.configuration, rig.configuration.interval_ns
+    estimator = CausalFriction(ForceBalance.of(configuration), rig.interval)
+    plant, friction = PlantMessages(rig.pressure_variance, clock=True), template('friction')
+    voltages = valve_voltages(u)
+    command = pack_valve_voltages(*voltages)
+    yield 'rig_description', 0, pack_string(description)
+    yield 'robot_description', 0, pack_string(robot_description(configuration))
+    yield 'u', 0, pack_float64(u)
+    for now_ns in range(0, samples * interval_ns, interval_ns):
+        sample = rig.sample
+        for topic, cdr in plant.pack(sample, now_ns).items():
+            yield topic, now_ns, cdr
+        force = estimator.push(sample.position, sample.pressure_1, sample.pressure_2)
         if force is not None:
-            stamp_ns = now_ns - self._estimator.delay_samples * self._interval_ns
-            self._put('friction', stamp_ns, self._friction.at(stamp_ns, force))
-
-    def _put(self, topic: str, now_ns: int, cdr: bytes) -> None:
-        self._write(self._names[topic], TOPICS[topic].type, now_ns, cdr)
+            stamp_ns = now_ns - estimator.delay_samples * interval_ns
+            yield 'friction', stamp_ns, friction.at(stamp_ns, force)
+        last = sample.index + 1 == samples
+        if not last:
+            yield 'valve_voltages', now_ns, command
+            rig.step(*voltages)
+        if sample.index % REPORT_EVERY == 0 or last:
+            progress(now_ns * 1e-9)
