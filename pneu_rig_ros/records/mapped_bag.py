@@ -40,10 +40,7 @@ from pneu_rig_ros.records.topics import JOINT
 USUAL_FIELDS = {
     'std_msgs/msg/Float64': 'data',
     'std_msgs/msg/Float32': 'data',
-    'std_msgs/msg/Int32': 'data',
-    'std_msgs/msg/Int16': 'data',
     'sensor_msgs/msg/FluidPressure': 'fluid_pressure',
-    'sensor_msgs/msg/Range': 'range',
 }
 """Message type -> field that holds its number."""
 

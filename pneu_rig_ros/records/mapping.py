@@ -19,11 +19,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import mapping_of, unknown
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
-from pneu_rig_ros.records.units import Unit, convert, parse_unit, scaled
+from pneu_rig_ros.records.units import Unit, convert, parse_unit
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
 
 SEPARATORS = {sign: sign for sign in ',;\t '}
@@ -228,7 +230,7 @@ def _layout(data: dict[str, Any], origin: str) -> Layout:
 
     if 'separator' in given:
         names = "allowed: ',', ';', tab, blank"
-        check('separator', given['separator'] in SEPARATORS, names)
+        check('separator', given['separator'] in list(SEPARATORS), names)
         given['separator'] = SEPARATORS[given['separator']]
     check('decimal', given.get('decimal', '.') in ('.', ','), "allowed: '.', ','")
     if given.get('decimal') == ',' and given.get('separator') == ',':
@@ -267,7 +269,8 @@ def in_si(
     :param unit: of the values before scaling
     :param zero: pressure of the surroundings [Pa]
     """
-    converted = scaled(values, unit)
+    with np.errstate(over='ignore'):  # the recording reports values that are not finite
+        converted = values * unit.factor
     if source.scale is not None and not isinstance(source.scale, str):
         converted = converted * source.scale
     if None not in (unit.gauge, source.gauge) and unit.gauge != source.gauge:

@@ -31,7 +31,7 @@ from pneu_rig_ros.records.table_form import (
     split,
     without_thousands,
 )
-from pneu_rig_ros.records.units import as_number, parse_unit, scaled
+from pneu_rig_ros.records.units import as_number, parse_unit
 
 LIKELY_GAUGE = 5e4
 """An absolute pressure below this is probably a gauge pressure [Pa]."""
@@ -260,7 +260,7 @@ def _time(cells: Cells, mapping: TableMapping) -> tuple[Floats, int]:
         unit = parse_unit(source.unit or _unit_in_header(cells, index, where, 's'), 's', where)
         # Rounded as the factor of a unit such as ms is no binary fraction.
         with np.errstate(over='ignore'):  # the grid reports times that are too large
-            time, epoch_ns = np.round(scaled(cells.values(index), unit), 12), 0
+            time, epoch_ns = np.round(cells.values(index) * unit.factor, 12), 0
     steps = np.diff(time)
     if (steps <= 0).any():
         k = int((steps <= 0).argmax()) + 1

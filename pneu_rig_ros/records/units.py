@@ -7,9 +7,6 @@ import math
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
@@ -43,15 +40,13 @@ _PRESSURES = ('bar', 'mbar', 'Pa', 'hPa', 'kPa', 'MPa', 'psi', 'ksi')
 
 class Unit(NamedTuple):
     """
-    A unit as it was written: value in SI units = number * factor + offset.
+    A unit as it was written.
 
     :param factor: SI units in one of it
-    :param offset: of its zero, for temperatures [SI unit]
     :param gauge: True or False if the text contains gauge or absolute, else None
     """
 
     factor: float
-    offset: float
     gauge: bool | None
 
 
@@ -71,18 +66,15 @@ def parse_unit(text: str, si_unit: str, where: str) -> Unit:
         )
     name, gauge = _reference(text.strip()) if si_unit == 'Pa' else (text.strip(), None)
     if name == si_unit:
-        return Unit(1.0, 0.0, gauge)
+        return Unit(1.0, gauge)
     aliases = ALIASES | MASS_ALIASES if si_unit == 'kg' else ALIASES
     registry, target = _registry(), ALIASES.get(si_unit, si_unit)
     try:
-        zero, one = (
-            float(registry.Quantity(number, aliases.get(name, name)).to(target).m)
-            for number in (0.0, 1.0)
-        )
+        factor = float(registry.Quantity(1.0, aliases.get(name, name)).to(target).m)
     except Exception as error:
         # pint has a dozen errors of its own, and passes on those of its parsers
         raise RigError(f'{where}: {_complaint(text, si_unit, error)}') from None
-    return Unit(one - zero, zero, gauge)
+    return Unit(factor, gauge)
 
 
 def convert(text: object, si_unit: str, where: str, atmosphere: float | None = None) -> float:
@@ -99,7 +91,7 @@ def convert(text: object, si_unit: str, where: str, atmosphere: float | None = N
     number = as_number(match['number'])
     if not math.isfinite(number):
         raise RigError(f'{where}: {match["number"]!r} is not a finite number')
-    value = number * unit.factor + unit.offset
+    value = number * unit.factor
     if not unit.gauge:
         return value
     if atmosphere is None:
@@ -113,12 +105,6 @@ def as_number(text: str) -> float:
         return float(text)
     except ValueError:
         return math.nan
-
-
-def scaled(values: NDArray[np.float64], unit: Unit) -> NDArray[np.float64]:
-    """Return values of a unit in SI units, same shape; gauge pressures stay gauge."""
-    with np.errstate(over='ignore'):  # the table reports values that are not finite
-        return np.asarray(values * unit.factor + unit.offset)
 
 
 def _reference(text: str) -> tuple[str, bool | None]:

@@ -273,6 +273,7 @@ def test_files_that_are_no_tables(tmp_path: Path) -> None:
         ({'time': {'column': 1, 'rate': '1 Hz'}}, 'time: give one of column, rate, interval'),
         ({'time': {'rate': '-1 Hz'}}, 'must be positive'),
         ({'separator': '|'}, "separator '|', allowed"),
+        ({'separator': [';']}, r"separator \[';'\], allowed"),
         ({'separator': ',', 'decimal': ','}, 'a comma cannot be both'),
         ({'header': 'maybe'}, "header 'maybe', allowed: true, false, auto"),
         ({'skip_rows': -1}, 'skip_rows -1, must be a number of lines'),
