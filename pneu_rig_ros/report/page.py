@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.report.figure import STYLE
-from pneu_rig_ros.web.page import environment
+from pneu_rig_ros.web import environment
 
 _TEMPLATES = environment(jinja2.PackageLoader('pneu_rig_ros', 'report'))
 

@@ -17,7 +17,7 @@ from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.description import git_revision
 from pneu_rig_ros.records.whole_files import atomic_write
-from pneu_rig_ros.web.page import render
+from pneu_rig_ros.web import render
 
 MOST_POINTS = 110_000
 """Points of one signal on a page: 127 s at 862 Hz, and 4.7 MB of eight signals."""

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from aiohttp import WSMsgType, web
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.web.page import render
+from pneu_rig_ros.web import render
 
 HOST = '127.0.0.1'
 """Never another: any client that reaches the page can move the rig."""

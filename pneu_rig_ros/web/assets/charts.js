@@ -6,11 +6,13 @@ const AXIS_WIDTH = 58;
 const PAD = 0.1; // of the span of the y axis
 const ZOOM_STEP = 1.25;
 const LEAST_SPAN = 0.01; // s
+const BLUE = '#1f5a94';
+const ORANGE = '#b65408';
 
 class ChartStack {
   /**
    * @param root     element to fill
-   * @param panels   [{ title, least, series: [{ label, colour, width, digits }] }]; `least` is the
+   * @param panels   [{ title, least, lines: [[name, label, colour, scale, digits]] }]; `least` is the
    *                 smallest span of the y axis, so that noise alone does not fill a chart
    * @param options  onCursor(time [s]), onZoom(from, to [s]), onGrab(), onReset(), beneath(chart, index),
    *                 above(chart, index): drawn before and after the curves
@@ -82,12 +84,12 @@ class ChartStack {
       },
       series: [
         {},
-        ...panel.series.map((one) => ({
-          label: one.label,
-          stroke: one.colour,
-          width: one.width ?? 1.25,
+        ...panel.lines.map(([, label, stroke, , digits]) => ({
+          label,
+          stroke,
+          width: 1.25,
           points: { show: false },
-          value: (_, value) => (value == null ? '–' : value.toFixed(one.digits)),
+          value: (_, value) => (value == null ? '–' : value.toFixed(digits)),
         })),
       ],
       axes: [
@@ -109,7 +111,7 @@ class ChartStack {
         draw: [(chart) => this.options.above?.(chart, index)],
       },
     };
-    const empty = [[], ...panel.series.map(() => [])];
+    const empty = [[], ...panel.lines.map(() => [])];
     const chart = new uPlot(options, empty, box);
     chart.over.addEventListener('mousedown', () => this.options.onGrab?.());
     chart.over.addEventListener('mousemove', (event) => this.cursorTo(chart.posToVal(event.offsetX, 'x')));

@@ -2,8 +2,6 @@
 'use strict';
 
 const KEPT = 60; // s
-const BLUE = '#1f5a94';
-const ORANGE = '#b65408';
 const PANELS = [
   { stream: 'samples', title: 'position [mm]', least: 2, lines: [['position', 'x [mm]', BLUE, 1e3, 2]] },
   { stream: 'samples', title: 'velocity [mm/s]', least: 20, lines: [['velocity', 'v of the rig [mm/s]', BLUE, 1e3, 1]] },
@@ -56,13 +54,9 @@ function forget() {
 // --- charts ---
 
 let frozen = false;
-const stack = new ChartStack(
-  element('charts'),
-  PANELS.map(({ title, least, lines }) => ({
-    title, least, series: lines.map(([, label, colour, , digits]) => ({ label, colour, digits })),
-  })),
-  { onZoom: () => freeze(true), onGrab: () => freeze(true), onReset: () => freeze(false) },
-);
+const stack = new ChartStack(element('charts'), PANELS, {
+  onZoom: () => freeze(true), onGrab: () => freeze(true), onReset: () => freeze(false),
+});
 
 /** Hold the charts still, or let them run on. What is held still is a copy: more comes all the while. */
 function freeze(wanted) {

@@ -19,8 +19,6 @@ function indexAt(t) {
 
 // --- charts ---
 
-const BLUE = '#1f5a94';
-const ORANGE = '#b65408';
 const PANELS = [
   { title: 'position [mm]', least: 1, lines: [['position', 'x [mm]', BLUE, 1e3, 2]] },
   { title: 'velocity [mm/s]', least: 4, lines: [
@@ -33,13 +31,9 @@ const PANELS = [
 ].map((panel) => ({ ...panel, lines: panel.lines.filter(([name]) => name in signals) }))
   .filter((panel) => panel.lines.length);
 
-const stack = new ChartStack(
-  document.getElementById('charts'),
-  PANELS.map(({ title, least, lines }) => ({
-    title, least, series: lines.map(([, label, colour, , digits]) => ({ label, colour, digits })),
-  })),
-  { onCursor: showAt, onZoom: told, beneath: drawModes, above: drawBreakaways },
-);
+const stack = new ChartStack(document.getElementById('charts'), PANELS, {
+  onCursor: showAt, onZoom: told, beneath: drawModes, above: drawBreakaways,
+});
 
 function told(from, to) {
   document.getElementById('range').textContent = `${from.toFixed(2)} to ${to.toFixed(2)} s`;
