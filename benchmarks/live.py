@@ -23,7 +23,7 @@ from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.demo import NodeProcess, Value, check_all
 from pneu_rig_ros.nodes.embedding import await_first_sample, hold_command
-from pneu_rig_ros.nodes.loop_timer import claim_realtime_priority
+from pneu_rig_ros.nodes.timing import claim_realtime_priority
 from pneu_rig_ros.records.cdr_decoding import unpack_stamp
 from pneu_rig_ros.records.cdr_encoding import typestore
 

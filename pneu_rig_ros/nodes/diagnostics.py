@@ -12,8 +12,6 @@ from rclpy.node import Node
 from pneu_rig_ros.nodes.topics import create_publisher
 from pneu_rig_ros.records.topics import DIAGNOSTICS
 
-PERIOD_NS = 1_000_000_000
-
 PROCESS_KEY = 'process'
 """Key on `/diagnostics` under which a node states its process."""
 
@@ -50,19 +48,12 @@ class NodeStatus(NamedTuple):
 
 
 class DiagnosticsPublisher:
-    """Publishes the status of one node once a second."""
+    """Publishes the status of one node."""
 
     def __init__(self, node: Node, status: Callable[[], NodeStatus]) -> None:
         self._node = node
         self._status = status
         self._publisher = create_publisher(node, DIAGNOSTICS)
-        self._due = 0
-
-    def publish_if_due(self, now_ns: int) -> None:
-        """Publish the status unless the last one is younger than a second."""
-        if now_ns >= self._due:
-            self._due = now_ns + PERIOD_NS
-            self.publish()
 
     def publish(self) -> None:
         """Publish the status now."""

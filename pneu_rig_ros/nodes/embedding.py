@@ -13,9 +13,9 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes.loop_timer import PeriodicTimer
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.timing import PeriodicTimer
 from pneu_rig_ros.nodes.topics import PolledSubscription, create_publisher
 from pneu_rig_ros.records.cdr_encoding import pack_float64
 

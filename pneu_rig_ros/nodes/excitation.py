@@ -6,9 +6,9 @@ from rclpy.context import Context
 
 from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.clock import SampleClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.samples import SampleClock
 from pneu_rig_ros.records.cdr_decoding import unpack_stamp
 from pneu_rig_ros.records.cdr_encoding import pack_float64
 

@@ -8,7 +8,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
-from pneu_rig_ros.nodes.sync import SampleSubscription
+from pneu_rig_ros.nodes.samples import SampleSubscription
 from pneu_rig_ros.records.cdr_encoding import template
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.embedding import COMMAND_PERIOD_NS
 from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
-from pneu_rig_ros.nodes.sync import SampleSubscription
+from pneu_rig_ros.nodes.samples import SampleSubscription
 from pneu_rig_ros.records.cdr_decoding import (
     unpack_float64,
     unpack_joint_state,

@@ -14,11 +14,16 @@ from std_srvs.srv import SetBool, Trigger
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.clock import WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer, TickErrors
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
+from pneu_rig_ros.nodes.timing import (
+    LoopTimer,
+    MessageWaitSet,
+    PeriodicTimer,
+    TickErrors,
+    WallClock,
+)
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.records.description import describe
@@ -251,15 +256,12 @@ class PlantNode(ManagedNode):
 
     def _on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
         """Apply changed parameters to the running rig and publish its new description."""
-        if not self.configured:
-            return SetParametersResult(successful=True)
-        try:
-            for change in changes:
-                if change.name in RUNTIME:
-                    self._rig.change_operation(**{change.name: change.value})
-        except RigError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        if any(change.name in RUNTIME for change in changes):
+        operation = {one.name: one.value for one in changes if one.name in RUNTIME}
+        if self.configured and operation:
+            try:
+                self._rig.change_operation(**operation)
+            except RigError as error:
+                return SetParametersResult(successful=False, reason=str(error))
             self._describe()
         return SetParametersResult(successful=True)
 

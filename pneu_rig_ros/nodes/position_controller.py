@@ -21,7 +21,7 @@ from pneu_rig_ros.control.excitation import REFERENCE, Excitation, load_excitati
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.clock import SampleClock
+from pneu_rig_ros.nodes.samples import SampleClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
 from pneu_rig_ros.records.cdr_decoding import JointReading, unpack_float64, unpack_joint_state

@@ -9,10 +9,11 @@ from pathlib import Path
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.clock import SimulatedTime, WallClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
+from pneu_rig_ros.nodes.samples import SimulatedTime
+from pneu_rig_ros.nodes.timing import WallClock
 from pneu_rig_ros.nodes.topics import SHARED_TOPICS, ReceivedMessage
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.bag import storage_files

@@ -11,8 +11,8 @@ from std_srvs.srv import SetBool
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.loop_timer import LoopTimer
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.timing import LoopTimer
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS
 from pneu_rig_ros.records.playback import Message, Playback
 from pneu_rig_ros.records.topics import CLOCK

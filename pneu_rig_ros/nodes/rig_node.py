@@ -24,8 +24,8 @@ from rclpy.publisher import Publisher
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
-from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet, PeriodicTimer
 from pneu_rig_ros.nodes.qos import QosMonitor
+from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet, PeriodicTimer
 from pneu_rig_ros.nodes.topics import SHARED_TOPICS, PolledSubscription, create_publisher
 from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.topics import TOPICS
@@ -282,20 +282,17 @@ class RigNode(Node):
         status = self.status() if self.active else NodeStatus('inactive', {})
         name = self.get_fully_qualified_name()
         duplicate = f'another {name} is running: give one rig a namespace'
+        conflicts = (
+            f'{one.name} comes from several publishers'
+            for one in self.polled_subscriptions
+            if one.topic.name not in SHARED_TOPICS and one.sequence.alternating
+        )
         return NodeStatus(
             status.state,
             {'rate [Hz]': f'{rate:.2f}', **status.values, 'refused messages': self.refused},
-            (*status.warnings, *self._qos_monitor.warnings(), *self._conflicts()),
+            (*status.warnings, *self._qos_monitor.warnings(), *conflicts),
             (*status.errors, duplicate if self.has_duplicate else None),
         )
-
-    def _conflicts(self) -> list[str]:
-        """Return a warning for each topic whose publishers disturb each other."""
-        return [
-            f'{subscription.name} comes from several publishers'
-            for subscription in self.polled_subscriptions
-            if subscription.topic.name not in SHARED_TOPICS and subscription.sequence.alternating
-        ]
 
     def close(self) -> None:
         """Finish while ROS is still up: take the waiting messages, write what is unwritten."""

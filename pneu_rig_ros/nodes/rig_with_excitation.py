@@ -5,9 +5,9 @@ from functools import partial
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
-from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.recorder import RecorderNode
+from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 
 

@@ -20,11 +20,13 @@ from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import DiagnosticsPublisher
 from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
-from pneu_rig_ros.nodes.loop_timer import PeriodicTimer, claim_realtime_priority
 from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.timing import PeriodicTimer, claim_realtime_priority
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
+
+DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 
 IDLE_PERIOD_NS = 20_000_000
 """Between two cycles of the loop while the first node is not active."""
@@ -47,7 +49,7 @@ class Runner:
         self.duplicates = DuplicateNameGuard(nodes)
         self._diagnostics = [DiagnosticsPublisher(node, node.full_status) for node in nodes]
         self._due = [0] * len(nodes)
-        self._service_due = 0
+        self._service_due = self._diagnostics_due = 0
         self._choose_timer()
 
     def _choose_timer(self) -> None:
@@ -84,8 +86,10 @@ class Runner:
         if self.nodes[0].active is not self._first_active:
             self._choose_timer()
         self.duplicates.update()
-        for diagnostics in self._diagnostics:
-            diagnostics.publish_if_due(now)
+        if now >= self._diagnostics_due:
+            self._diagnostics_due = now + DIAGNOSTICS_PERIOD_NS
+            for diagnostics in self._diagnostics:
+                diagnostics.publish()
 
     def close(self, own_process: bool = False) -> None:
         """

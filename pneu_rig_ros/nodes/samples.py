@@ -1,5 +1,6 @@
-"""Synchronisation of the position and the pressures of a sample, which are separate messages."""
+"""Whole samples of a rig, whose parts are separate messages, and time by their stamps."""
 
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -106,3 +107,65 @@ def _plausible(value: float, name: str) -> float:
     if not abs(value) <= LARGEST_VALUE:
         raise RigError(f'{name} {value:g}, allowed are numbers up to {LARGEST_VALUE:g}')
     return value
+
+
+class SampleClock:
+    """
+    Time by the stamps of samples, which starts again where they jump back.
+
+    So they do when a simulation is restarted or a bag is played again.
+    """
+
+    def __init__(self) -> None:
+        self._start_ns: int | None = None
+        self._last_ns = 0
+        self.elapsed = 0.0
+        """Time since the start [s]."""
+        self.interval = 0.0
+        """Time since the sample before, 0 at the start [s]."""
+
+    @property
+    def started(self) -> bool:
+        """Whether there was a sample."""
+        return self._start_ns is not None
+
+    def update(self, stamp_ns: int) -> None:
+        """Set the times to those of the next sample."""
+        if self._start_ns is None or stamp_ns < self._last_ns:
+            self._start_ns = self._last_ns = stamp_ns
+        self.elapsed = (stamp_ns - self._start_ns) * 1e-9
+        self.interval = (stamp_ns - self._last_ns) * 1e-9
+        self._last_ns = stamp_ns
+
+
+class SimulatedTime:
+    """
+    Maps source times of messages to simulated time.
+
+    The stamp of a sample holds from the moment when the sample was sent until the next one is
+    sent. This depends on the order of cause and effect only, so that two runs in lock step agree,
+    however late the messages were read.
+    """
+
+    def __init__(self) -> None:
+        self._sent: list[int] = []
+        self._stamps: list[int] = []
+
+    def add_sample(self, sent_ns: int, stamp_ns: int) -> None:
+        """Add the sample of `stamp_ns`, sent at `sent_ns` and after all samples added before."""
+        self._sent.append(sent_ns)
+        self._stamps.append(stamp_ns)
+
+    def is_known(self, sent_ns: int) -> bool:
+        """Return whether a later sample is known, so that the time asked for is final."""
+        return bool(self._sent) and sent_ns <= self._sent[-1]
+
+    def at(self, sent_ns: int) -> int:
+        """Return the stamp of the newest sample sent before [ns]; 0 before the first one."""
+        index = bisect_right(self._sent, sent_ns)
+        return self._stamps[index - 1] if index else 0
+
+    def discard_before(self, sent_ns: int) -> None:
+        """Discard the samples that no message sent after `sent_ns` needs."""
+        keep = max(bisect_right(self._sent, sent_ns) - 1, 0)
+        del self._sent[:keep], self._stamps[:keep]

@@ -16,7 +16,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
-from pneu_rig_ros.nodes.sync import Sample, SampleSubscription
+from pneu_rig_ros.nodes.samples import Sample, SampleSubscription
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import template
 from pneu_rig_ros.records.topics import DERIVED, SAMPLE_TOPICS

@@ -1,4 +1,4 @@
-"""Timers of the loop: absolute deadlines, or the arrival of a message."""
+"""Timers of the loop: absolute deadlines, or the arrival of a message; the wall clock."""
 
 import os
 import time
@@ -10,6 +10,12 @@ from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from pneu_rig_ros.nodes.topics import PolledSubscription
+
+SMALLEST_STEP_NS = 5_000_000
+"""A smaller step cannot be distinguished from an interruption between two clock readings [ns]."""
+
+LONGEST_AGE_NS = 1_000_000_000
+"""An older message may carry the stamp of a clock that was set since the last update [ns]."""
 
 
 class LoopTimer(Protocol):
@@ -127,3 +133,51 @@ def claim_realtime_priority(priority: int) -> str | None:
     except (OSError, AttributeError) as error:
         return f'real-time priority {priority} is not permitted here ({error})'
     return None
+
+
+class WallClock:
+    """
+    The wall clock without the steps made since this object was created.
+
+    NTP slews the wall clock and the monotonic clock alike; their difference changes only when
+    the wall clock is set, or when the computer is suspended.
+    """
+
+    def __init__(self) -> None:
+        self._offset_ns = _wall_minus_monotonic_ns()
+        self._previous_step_ns = 0
+        self.step_ns = 0
+        """Sum of the steps [ns]."""
+
+    def update(self) -> None:
+        """Detect whether the clock has been set since the last update."""
+        self._previous_step_ns = self.step_ns
+        step_ns = _wall_minus_monotonic_ns() - self._offset_ns
+        if abs(step_ns - self.step_ns) > SMALLEST_STEP_NS:
+            self.step_ns = step_ns
+
+    def without_steps(self, wall_ns: int) -> int:
+        """Return a wall time read before the last update [ns] without the steps before it."""
+        corrected, now = wall_ns - self.step_ns, time.monotonic_ns() + self._offset_ns
+        if self._previous_step_ns == self.step_ns and abs(corrected - now) < LONGEST_AGE_NS:
+            return corrected
+        # Read before or after a step: of the possible corrections take the one closest to now,
+        # including that of a step since the last update.
+        newest_step_ns = _wall_minus_monotonic_ns() - self._offset_ns
+        steps = self._previous_step_ns, self.step_ns, newest_step_ns
+        return min((wall_ns - step for step in steps), key=lambda candidate: abs(candidate - now))
+
+    def warning(self, unaffected: str) -> str | None:
+        """Return a warning of a clock that was set, None if it was not."""
+        if not self.step_ns:
+            return None
+        return f'wall clock set by {self.step_ns * 1e-9:+.3f} s, {unaffected} are not affected'
+
+
+def _wall_minus_monotonic_ns() -> int:
+    """Return wall less monotonic time [ns], from the readings taken closest together."""
+    readings = []
+    for _ in range(3):
+        before, wall, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
+        readings.append((after - before, wall - (before + after) // 2))
+    return min(readings)[1]

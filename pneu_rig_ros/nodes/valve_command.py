@@ -5,9 +5,9 @@ from functools import partial
 
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
-from pneu_rig_ros.nodes.loop_timer import LoopTimer, MessageWaitSet
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
+from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_stamp
 from pneu_rig_ros.records.cdr_encoding import pack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages

@@ -6,11 +6,12 @@ import pytest
 from rclpy.context import Context
 
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.nodes import clock as clock_module
-from pneu_rig_ros.nodes.clock import SampleClock, WallClock
+from pneu_rig_ros.nodes import timing
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.runner import Runner
+from pneu_rig_ros.nodes.samples import SampleClock
+from pneu_rig_ros.nodes.timing import WallClock
 from pneu_rig_ros.records.cdr_decoding import unpack_float64
 from pneu_rig_ros.records.cdr_encoding import template
 
@@ -36,7 +37,7 @@ class Clocks:
 @pytest.fixture
 def clocks(monkeypatch: pytest.MonkeyPatch) -> Clocks:
     made = Clocks()
-    monkeypatch.setattr(clock_module, 'time', made)
+    monkeypatch.setattr(timing, 'time', made)
     return made
 
 

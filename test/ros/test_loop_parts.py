@@ -5,9 +5,8 @@ import time
 
 import pytest
 
-from pneu_rig_ros.nodes.clock import SimulatedTime
-from pneu_rig_ros.nodes.loop_timer import PeriodicTimer, TickErrors
-from pneu_rig_ros.nodes.sync import TimeSynchronizer
+from pneu_rig_ros.nodes.samples import SimulatedTime, TimeSynchronizer
+from pneu_rig_ros.nodes.timing import PeriodicTimer, TickErrors
 from pneu_rig_ros.nodes.topics import SequenceNumbers
 
 
