@@ -13,8 +13,8 @@ from typing import Annotated, NamedTuple
 from pneu_rig_ros.model.quantity import Quantity
 
 
-class PidGains(NamedTuple):
-    """Gains of :class:`Pid`."""
+class Pid(NamedTuple):
+    """u = K_p e + K_i int(e) dt + K_d de/dt."""
 
     proportional_gain: Annotated[float, Quantity('V/m', 0.0, 1e5, 'u per error')] = 400.0
     integral_gain: Annotated[
@@ -24,31 +24,23 @@ class PidGains(NamedTuple):
         float, Quantity('V*s/m', 0.0, 1e4, 'u per rate of the error; law pid')
     ] = 30.0
 
-
-class Pid:
-    """u = K_p e + K_i int(e) dt + K_d de/dt."""
-
-    def __init__(self, gains: PidGains) -> None:
-        self._gains = gains
-        self._integral = 0.0
-
-    def command(self, error: float, error_rate: float, reference_rate: float) -> float:
-        """Return the raw command [V]."""
-        gains = self._gains
-        proportional = gains.proportional_gain * error
-        return proportional + self._integral + gains.derivative_gain * error_rate
-
-    def learn(self, error: float, interval: float) -> None:
-        """Integrate."""
-        self._integral += self._gains.integral_gain * error * interval
-
-    def clear(self) -> None:
-        """Empty the integral."""
-        self._integral = 0.0
+    def command(
+        self, error: float, error_rate: float, reference_rate: float, integral: float
+    ) -> tuple[float, float]:
+        """Return the raw command [V], and the rate of the integral of K_i e [V/s]."""
+        raw = self.proportional_gain * error + integral + self.derivative_gain * error_rate
+        return raw, self.integral_gain * error
 
 
-class SlidingGains(NamedTuple):
-    """Gains of :class:`SlidingMode`."""
+class SlidingMode(NamedTuple):
+    """
+    u = K sat(s / phi) + K_f dr/dt on the surface s = de/dt + 2 lambda e + lambda^2 int(e) dt.
+
+    On the surface the error decays with time constant 1/lambda whatever the friction; the boundary
+    layer phi replaces switching, which valves and air would answer by chatter, and the integral
+    takes away the offset that friction would leave in it.
+    Reference: J.-J. Slotine, W. Li, Applied Nonlinear Control (1991), chapter 7.
+    """
 
     surface_slope: Annotated[
         float, Quantity('1/s', 0.1, 1e3, 'decay of the error on the surface; law sliding_mode')
@@ -63,42 +55,23 @@ class SlidingGains(NamedTuple):
         float, Quantity('V*s/m', 0.0, 1e3, 'u per speed of the reference; law sliding_mode')
     ] = 3.0
 
+    def command(
+        self, error: float, error_rate: float, reference_rate: float, integral: float
+    ) -> tuple[float, float]:
+        """
+        Return the raw command [V], and the rate of the integral of e [m].
 
-class SlidingMode:
-    """
-    u = K sat(s / phi) + K_f dr/dt on the surface s = de/dt + 2 lambda e + lambda^2 int(e) dt.
-
-    On the surface the error decays with time constant 1/lambda whatever the friction; the boundary
-    layer phi replaces switching, which valves and air would answer by chatter, and the integral
-    takes away the offset that friction would leave in it.
-    Reference: J.-J. Slotine, W. Li, Applied Nonlinear Control (1991), chapter 7.
-    """
-
-    def __init__(self, gains: SlidingGains) -> None:
-        self._gains = gains
-        self._integral = 0.0
-        self._inside = True
-
-    def command(self, error: float, error_rate: float, reference_rate: float) -> float:
-        """Return the raw command [V]."""
-        gains, slope = self._gains, self._gains.surface_slope
-        surface = error_rate + 2.0 * slope * error + slope**2 * self._integral
-        distance = surface / gains.boundary_layer
-        self._inside = abs(distance) < 1.0
-        switching = gains.switching_gain * min(max(distance, -1.0), 1.0)
-        return switching + gains.feedforward * reference_rate
-
-    def learn(self, error: float, interval: float) -> None:
-        """Integrate, but only within the boundary layer: outside, the integral would wind up."""
-        self._integral += error * interval if self._inside else 0.0
-
-    def clear(self) -> None:
-        """Empty the integral."""
-        self._integral = 0.0
+        It grows within the boundary layer only: outside, it would wind up.
+        """
+        slope = self.surface_slope
+        surface = error_rate + 2.0 * slope * error + slope**2 * integral
+        distance = surface / self.boundary_layer
+        switching = self.switching_gain * min(max(distance, -1.0), 1.0)
+        raw = switching + self.feedforward * reference_rate
+        return raw, error if abs(distance) < 1.0 else 0.0
 
 
 Law = Pid | SlidingMode
-"""From error to raw command; `learn` updates its memory, `clear` empties it."""
 
 STILL = 1e-4
 """A reference slower than this stands still [m/s]."""
@@ -147,6 +120,7 @@ class PositionController:
         self._compensation = compensation
         self._limit = limit
         self._reference = math.nan
+        self._integral = 0.0
 
     def update(self, interval: float, reference: float, position: float, velocity: float) -> float:
         """
@@ -160,14 +134,14 @@ class PositionController:
         rate = self._rate(reference, interval)
         error = reference - position
         if abs(error) < self._compensation.tolerance and abs(rate) < STILL:
-            self._law.clear()
+            self._integral = 0.0
             return 0.0
-        raw = self._law.command(error, rate - velocity, rate)
+        raw, growth = self._law.command(error, rate - velocity, rate, self._integral)
         wanted = self._compensation.jump(raw)
         command = min(max(wanted, -self._limit), self._limit)
         # Anti-windup: a saturated command only lets the integral unwind.
         if command == wanted or (wanted - command) * error < 0.0:
-            self._law.learn(error, interval)
+            self._integral += growth * interval
         return command
 
     def _rate(self, reference: float, interval: float) -> float:

@@ -12,22 +12,20 @@ from pneu_rig_ros.control.controller import (
     Compensation,
     Law,
     Pid,
-    PidGains,
     PositionController,
-    SlidingGains,
     SlidingMode,
 )
 from pneu_rig_ros.control.excitation import REFERENCE, Excitation, load_excitation
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.nodes import runner
-from pneu_rig_ros.nodes.samples import SampleClock
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.samples import SampleClock
 from pneu_rig_ros.records.cdr_decoding import JointReading, unpack_float64, unpack_joint_state
 from pneu_rig_ros.records.cdr_encoding import pack_float64
 
-PID, SLIDING_MODE = 'pid', 'sliding_mode'
+LAWS: dict[str, type[Law]] = {'pid': Pid, 'sliding_mode': SlidingMode}
 
 
 def _section_parameters(section: Any) -> Iterator[Parameter]:
@@ -47,23 +45,21 @@ class PositionControllerNode(RigNode):
 
     NAME = 'position_controller'
     PARAMETERS = (
-        Parameter('law', PID, 'control law', choices=(PID, SLIDING_MODE)),
+        Parameter('law', 'pid', 'control law', choices=tuple(LAWS)),
         Parameter('compensation', True, 'whether friction and valve overlap are compensated'),
         Parameter('profile', '', 'position reference over time; empty: subscribe to reference'),
         Parameter('setpoint', 0.1, 'initial reference', 'm', 0.0, 10.0, read_only=False),
         Parameter('command_limit', 2.5, 'largest command', 'V', 0.0, 2.5),
-        *_section_parameters(PidGains),
-        *_section_parameters(SlidingGains),
+        *_section_parameters(Pid),
+        *_section_parameters(SlidingMode),
         *_section_parameters(Compensation),
     )
 
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         super().__init__(context, overrides)
-        compensation = NONE
-        if self.flag('compensation'):
-            compensation = Compensation(**self._section(Compensation))
-        limit = self.number('command_limit')
-        self._controller = PositionController(self._law(), compensation, limit)
+        law = self._section(LAWS[self.text('law')])
+        compensation = self._section(Compensation) if self.flag('compensation') else NONE
+        self._controller = PositionController(law, compensation, self.number('command_limit'))
         self._profile = self._load_profile()
         self._command = self.add_publisher('u').publish
         self._publish_reference = self.add_publisher(REFERENCE).publish if self._profile else None
@@ -73,13 +69,9 @@ class PositionControllerNode(RigNode):
         self._sample_clock = SampleClock()
         self._errors: list[float] = []
 
-    def _section(self, section: Any) -> dict[str, float]:
-        return {name: self.number(name) for name in section._fields}
-
-    def _law(self) -> Law:
-        if self.text('law') == PID:
-            return Pid(PidGains(**self._section(PidGains)))
-        return SlidingMode(SlidingGains(**self._section(SlidingGains)))
+    def _section(self, section: Any) -> Any:
+        """Return a section with the values of its parameters."""
+        return section(*map(self.number, section._fields))
 
     def _load_profile(self) -> Excitation | None:
         if not self.text('profile'):

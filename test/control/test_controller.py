@@ -12,9 +12,7 @@ from pneu_rig_ros.control.controller import (
     Compensation,
     Law,
     Pid,
-    PidGains,
     PositionController,
-    SlidingGains,
     SlidingMode,
 )
 from pneu_rig_ros.control.excitation import load_excitation
@@ -25,7 +23,7 @@ CYLINDERS = ['cylinder_1', 'cylinder_2', 'cylinder_3']
 STEPS = load_excitation('reference_steps')
 SETTLED = ((12.0, 16.0), (20.0, 24.0), (28.0, 32.0))
 """The second half of each step but the first, on which the rig starts [s]."""
-LOW_GAINS = PidGains(60.0, 60.0, 2.0)
+LOW_GAINS = Pid(60.0, 60.0, 2.0)
 """A rate so little fed back that its noise does not carry the valves across their overlap."""
 SETPOINT = 0.1
 """Reference of the command in docs/controllers.md [m]."""
@@ -34,7 +32,7 @@ SETPOINT = 0.1
 @functools.cache
 def controlled(
     cylinder: str,
-    gains: PidGains | SlidingGains,
+    law: Law,
     profile: str,
     compensated=True,
     fluid_time_constant: float | None = None,
@@ -43,19 +41,18 @@ def controlled(
     excitation = load_excitation(profile)
     configuration = load_configuration(cylinder, initial_position=excitation.level(0.0))
     if fluid_time_constant is not None:
-        law = configuration.model.friction._replace(fluid_time_constant=fluid_time_constant)
-        model = configuration.model._replace(friction=law)
+        friction = configuration.model.friction._replace(fluid_time_constant=fluid_time_constant)
+        model = configuration.model._replace(friction=friction)
         configuration = dataclasses.replace(configuration, model=model)
     rig = Rig(configuration)
     samples = round(min(excitation.duration, 32.0) / rig.interval)
     reference = np.array([excitation.level(k * rig.interval) for k in range(samples)])
-    return rig.interval, reference, closed_loop(rig, gains, reference, compensated)
+    return rig.interval, reference, closed_loop(rig, law, reference, compensated)
 
 
-def closed_loop(rig: Rig, gains: PidGains | SlidingGains, reference, compensated: bool):
+def closed_loop(rig: Rig, law: Law, reference, compensated: bool):
     """Return the measured positions [m] of a rig that is to follow the reference [m]."""
-    chosen: Law = Pid(gains) if isinstance(gains, PidGains) else SlidingMode(gains)
-    controller = PositionController(chosen, Compensation() if compensated else NONE)
+    controller = PositionController(law, Compensation() if compensated else NONE)
     samples = len(reference)
     position = np.empty(samples)
     for k in range(samples):
@@ -107,7 +104,7 @@ def test_inertia_of_the_fluid_asks_for_a_rate_fed_back() -> None:
     Then sigma_2 alone damps it too little, and so does the rate that is enough for the cylinder
     as it is shipped, T = 0.022 s.
     """
-    loops = (PidGains(), PidGains(derivative_gain=100.0))
+    loops = (Pid(), Pid(derivative_gain=100.0))
     swinging, damped = (
         settled(controlled('cylinder_2', gains, 'reference_steps', fluid_time_constant=0.34))
         for gains in loops
@@ -116,17 +113,15 @@ def test_inertia_of_the_fluid_asks_for_a_rate_fed_back() -> None:
     assert max(figures.wander for figures in damped) < 1e-3
 
 
-@pytest.mark.parametrize('gains', [PidGains(), SlidingGains()], ids=['pid', 'sliding_mode'])
+@pytest.mark.parametrize('law', [Pid(), SlidingMode()], ids=['pid', 'sliding_mode'])
 @pytest.mark.parametrize('cylinder', CYLINDERS)
-def test_both_laws_come_to_rest_within_their_tolerance(
-    cylinder: str, gains: PidGains | SlidingGains
-) -> None:
-    figures = settled(controlled(cylinder, gains, 'reference_steps'))
+def test_both_laws_come_to_rest_within_their_tolerance(cylinder: str, law: Law) -> None:
+    figures = settled(controlled(cylinder, law, 'reference_steps'))
     assert max(part.rms_error for part in figures) < 5e-4
     assert sum(part.slips for part in figures) == 0
 
 
-@pytest.mark.parametrize('gains', [PidGains(), SlidingGains()], ids=['pid', 'sliding_mode'])
+@pytest.mark.parametrize('law', [Pid(), SlidingMode()], ids=['pid', 'sliding_mode'])
 @pytest.mark.parametrize(
     'cylinder',
     [
@@ -134,33 +129,38 @@ def test_both_laws_come_to_rest_within_their_tolerance(
         for name in CYLINDERS
     ],
 )
-def test_both_laws_follow_a_ramp(cylinder: str, gains: PidGains | SlidingGains) -> None:
-    interval, reference, position = controlled(cylinder, gains, 'reference_ramp')
+def test_both_laws_follow_a_ramp(cylinder: str, law: Law) -> None:
+    interval, reference, position = controlled(cylinder, law, 'reference_ramp')
     moving = slice(round(2.0 / interval), None)
     assert tracking(reference[moving], position[moving], interval).rms_error < 2e-3
 
 
 def test_outside_the_boundary_layer_nothing_is_integrated() -> None:
-    law = SlidingMode(SlidingGains())
-    far = law.command(0.1, 0.0, 0.0)
-    law.learn(0.1, 10.0)
-    assert law.command(0.1, 0.0, 0.0) == far == SlidingGains().switching_gain
-    near = law.command(1e-3, 0.0, 0.0)
-    law.learn(1e-3, 1.0)
-    assert 0.0 < near < law.command(1e-3, 0.0, 0.0)
-    law.clear()
-    assert law.command(1e-3, 0.0, 0.0) == near
+    law = SlidingMode()
+    assert law.command(0.1, 0.0, 0.0, 0.0) == (law.switching_gain, 0.0)
+    near, growth = law.command(1e-3, 0.0, 0.0, 0.0)
+    assert growth == 1e-3
+    assert 0.0 < near < law.command(1e-3, 0.0, 0.0, 1e-3)[0]
+
+
+def test_an_error_within_the_tolerance_empties_the_integral() -> None:
+    controller = PositionController(SlidingMode(), Compensation())
+    near = controller.update(0.0, 0.101, 0.1, 0.0)
+    controller.update(1.0, 0.101, 0.1, 0.0)
+    assert controller.update(1.0, 0.101, 0.1, 0.0) > near
+    assert controller.update(1.0, 0.101, 0.101, 0.0) == 0.0
+    assert controller.update(1.0, 0.101, 0.1, 0.0) == near
 
 
 def test_a_saturated_command_does_not_wind_the_integral_up() -> None:
-    controller = PositionController(Pid(PidGains()), NONE, limit=1.0)
+    controller = PositionController(Pid(), NONE, limit=1.0)
     for _ in range(5000):
         assert controller.update(1e-3, 0.3, 0.0, 0.0) == 1.0
     assert controller.update(1e-3, 0.3, 0.31, 0.0) < 0.0
 
 
 def test_a_jump_of_the_reference_is_no_speed() -> None:
-    controller = PositionController(SlidingMode(SlidingGains()), NONE)
+    controller = PositionController(SlidingMode(), NONE)
     controller.update(1e-3, 0.1, 0.1, 0.0)
     after = controller.update(1e-3, 0.1005, 0.1, 0.0)
     jumped = controller.update(1e-3, 0.2005, 0.2, 0.0)

@@ -8,7 +8,6 @@ from pneu_rig_ros.control.controller import (
     NONE,
     Compensation,
     Pid,
-    PidGains,
     PositionController,
 )
 from pneu_rig_ros.control.excitation import load_excitation
@@ -89,7 +88,7 @@ def test_loop_over_dds_is_the_loop_without_it_to_the_last_bit(
     )
     excitation = load_excitation(step)
     rig = Rig(load_configuration('cylinder_1', initial_position=0.02))
-    law = Pid(PidGains(*gains.values()) if gains else PidGains())
+    law = Pid(*gains.values())
     controller = PositionController(law, Compensation() if compensation else NONE)
     for k in range(len(time)):
         sample = rig.sample
