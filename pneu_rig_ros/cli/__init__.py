@@ -8,14 +8,11 @@ from collections.abc import Sequence
 
 import click
 
-from pneu_rig_ros.cli import bags, run
+from pneu_rig_ros.cli import bags, exchange, models, run
 from pneu_rig_ros.cli.claims import claims
-from pneu_rig_ros.cli.compare import compare
 from pneu_rig_ros.cli.diagnose import diagnose
-from pneu_rig_ros.cli.effects import effects
 from pneu_rig_ros.cli.gap import gap
 from pneu_rig_ros.cli.options import examples
-from pneu_rig_ros.cli.sweep import sweep
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 
 UNEXPECTED, ERROR, INTERRUPTED = 1, 2, 130
@@ -78,7 +75,7 @@ def completion(context: click.Context, shell: str) -> None:
 for _subcommand in (
     run.demo,
     run.simulate,
-    sweep,
+    models.sweep,
     run.replay,
     bags.info,
     bags.view,
@@ -86,10 +83,10 @@ for _subcommand in (
     bags.friction,
     bags.repair,
     claims,
-    effects,
-    bags.import_,
-    bags.export,
-    compare,
+    models.effects,
+    exchange.import_,
+    exchange.export,
+    bags.compare,
     diagnose,
     gap,
     completion,

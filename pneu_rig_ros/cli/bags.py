@@ -1,15 +1,18 @@
-"""Commands on bags: info, view, friction, repair, import and export."""
+"""Commands on bags: info, view, friction, repair and compare."""
+
+from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.errors import RigError
 
-READING = 0.4
-"""Share of an import that the reading of a table takes [-]."""
+if TYPE_CHECKING:
+    from pneu_rig_ros.analysis.comparison import Comparison
 
 
 @click.command(
@@ -28,25 +31,21 @@ def info(bag: Path, as_json: bool) -> None:
 
     recording = read_recording(bag)
     summary = summarise(recording)
-    keys = ('package_version', 'git_revision')
-    version, revision = origin = [recording.metadata.get(key, 'unknown') for key in keys]
+    version = recording.metadata.get('package_version', 'unknown')
+    revision = recording.metadata.get('git_revision', 'unknown')
     if as_json:
+        origin = {'bag': bag, 'package_version': version, 'git_revision': revision}
         data = {'messages': dict(recording.counts), 'checksums': recording.protected}
-        origins = dict(zip(keys, origin, strict=True))
-        output.print_json({'bag': bag, **origins, **data, **summary.to_dict()})
+        output.print_json({**origin, **data, **summary.to_dict()})
         return
     output.print_summary(summary, {'bag': bag})
     checksums = 'of every message' if recording.protected else 'none: damage would go unnoticed'
     written_by = f'pneu_rig_ros {version}, revision {revision}'
     output.print_values({'written by': written_by, 'checksums': checksums})
     output.console().print()
+    lost = summary.timing.lost
     rows = [
-        (
-            topic,
-            TOPICS[topic].type,
-            str(count),
-            str(summary.timing.lost.get(topic, output.UNKNOWN)),
-        )
+        (topic, TOPICS[topic].type, str(count), str(lost.get(topic, output.UNKNOWN)))
         for topic, count in recording.counts.items()
     ]
     output.print_table(('topic', 'type', '>messages', '>lost'), rows)
@@ -183,143 +182,76 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
 
 
 @click.command(
-    'import',
     epilog=options.examples(
-        'pneu-rig import daq.csv --map map.yaml --conditions cond.yaml --out runs/measured',
-        'pneu-rig import other_bag --map topics.yaml --cylinder cylinder_2 --out runs/measured',
-    )
-    + '\b\nA mapping names the columns (or their numbers, from 1) and their units:\n'
-    '  time: {column: "t [ms]", unit: ms}\n'
-    '  position: {column: 5, unit: mm}\n'
-    '  pressure_1: {column: p_cap, unit: bar, gauge: true}\n'
-    '  u: {column: u, unit: V}\n'
-    'for a bag, the topics:\n'
-    '  topics: {position: {topic: /axis/joint_states}, pressure_1: /cap/pressure}\n'
-    '\b\nConditions are what the signals do not contain:\n'
-    '  supply_pressure: 4 bar gauge\n'
-    '  load_mass: 0.2 kg\n',
-)
-@click.argument('source', metavar='FILE|BAG', type=options.PATH)
-@options.map_option(required=True, help='which column or topic is which signal, and its unit')
-@click.option(
-    '--conditions',
-    type=options.PATH,
-    metavar='YAML',
-    help='supply_pressure, load_mass, atmospheric_pressure, rest_time, with units',
-)
-@click.option(
-    '--cylinder',
-    metavar='NAME|FILE',
-    help='the rig, if known: stored in the bag, so that friction can be estimated',
-)
-@options.out_directory(required=True, help='bag to create; must not exist')
-@options.output_options
-def import_(
-    source: Path,
-    mapping: Path,
-    conditions: Path | None,
-    cylinder: str | None,
-    out: Path,
-    as_json: bool,
-    quiet: bool,
-) -> None:
-    """
-    Convert measured data (CSV, bags of other rigs) into a bag.
-
-    FILE is a text table with any column names, units, separator and decimal sign; BAG has any
-    topics and message types. Everything is converted to SI units and absolute pressures.
-    """
-    out = options.bag_path(out, 'measured')
-
-    from pneu_rig_ros.records import conditions as known_conditions
-    from pneu_rig_ros.records import read_recording
-    from pneu_rig_ros.records.conversion import write_bag
-    from pneu_rig_ros.records.recording import WHOLE
-
-    read_conditions = known_conditions.read_conditions
-    known = read_conditions(conditions) if conditions else {}
-    configuration = options.load(cylinder, {}) if cylinder else None
-    with options.directory(out.parent), output.stage_bar(quiet) as progress:
-        progress('reading', 0.0)
-        recording = read_recording(source, mapping, known.get('atmospheric_pressure'))
-        writing, size = f'writing {recording.size} samples', recording.size
-        write_bag(
-            recording,
-            out,
-            known,
-            configuration,
-            lambda done: progress(writing, READING + (1.0 - READING) * done / size),
-        )
-    missing = max((stamps.size for stamps in recording.missing.values()), default=0)
-    samples = recording.size - missing
-    written = out / known_conditions.FILE_NAME
-    values = read_conditions(written) if written.exists() else {}
-    if as_json:
-        output.print_json(
-            {
-                'bag': out,
-                'source': recording.metadata['source'],
-                'signals': list(recording.signals),
-                'samples': samples,
-                'missing': missing,
-                'interval': recording.interval,
-                'duration': recording.duration,
-                'conditions': values,
-                'notes': list(recording.notes),
-            }
-        )
-    if as_json or quiet:
-        return
-    texts = [f'{k} {v:g} {known_conditions.CONDITIONS[k].unit}' for k, v in values.items()]
-    rows = {
-        'signals': ', '.join(recording.signals),
-        'samples': f'{samples} every {recording.interval * 1e3:g} ms, {recording.duration:.2f} s',
-        'conditions': ', '.join(texts) or 'not given; those of the model will be used',
-    }
-    if absent := [name for name in WHOLE if name not in recording.signals]:
-        rows['part of a rig'] = f'no {", ".join(absent)}; only export and diagnose accept it'
-    if recording.notes:
-        rows['notes'] = '\n'.join(recording.notes)
-    output.print_values({**rows, 'bag': out})
-
-
-@click.command(
-    epilog=options.examples(
-        'pneu-rig export runs/BAG --csv',
-        'pneu-rig export runs/BAG --parquet --out stroke.parquet',
+        'pneu-rig compare runs/measured --model cylinder_2',
+        'pneu-rig compare runs/measured --model improved.yaml --out comparison.html',
+        'pneu-rig compare runs/monday --model runs/tuesday --json | jq .signals.position',
     ),
 )
-@options.bag_argument
-@click.option('--csv', is_flag=True, help='write a CSV file')
-@click.option('--parquet', is_flag=True, help='write a Parquet file')
-@options.out_file(help='file to write; must not exist  [default: BAG.csv or BAG.parquet]')
+@click.argument('measured', type=options.PATH)
+@click.option(
+    '--model',
+    required=True,
+    metavar='NAME|FILE|BAG',
+    help='a cylinder, a YAML file of your own, or another bag',
+)
+@options.seconds_option(
+    '--shift', help='delay of the second bag [s]  [default: aligned by the onset of the command]'
+)
+@options.out_file(help='write an HTML page')
 @options.output_options
-def export(
-    bag: Path, csv: bool, parquet: bool, out: Path | None, as_json: bool, quiet: bool
+def compare(
+    measured: Path, model: str, shift: float | None, out: Path | None, as_json: bool, quiet: bool
 ) -> None:
     """
-    Write all signals of a bag as CSV or Parquet.
+    Compare a measured bag with a model or another bag.
 
-    There is one row per sample, in SI units. The name of each column ends with its unit, e.g.
-    pressure_1_Pa; pressures are absolute.
+    The model starts at the state where the bag starts and gets its conditions and recorded
+    voltages; two bags are aligned by the onset of the command. Prints the error of each signal,
+    in its unit and in multiples of the sensor noise, and the stick-slip cycles of both.
     """
-    if csv == parquet:
-        raise RigError('choose one: --csv or --parquet')
-    suffix = '.csv' if csv else '.parquet'
+    from pneu_rig_ros.analysis.comparison import compare_with_bag, compare_with_model
+    from pneu_rig_ros.records import is_bag
 
-    from pneu_rig_ros.records import conversion
-    from pneu_rig_ros.records.bag import bag_directory
+    if is_bag(Path(model)):
+        comparison = compare_with_bag(measured, model, shift)
+    elif shift is not None:
+        raise RigError('--shift is for two bags; a model starts with the bag')
+    else:
+        comparison = compare_with_model(measured, options.load(model, {}), model)
+    files = {'page': out} if out else {}
+    if out:
+        from pneu_rig_ros.report.comparison_page import FIGURES, write_page
 
-    directory = bag_directory(bag)
-    if out is not None and out.suffix in {'.csv', '.parquet'} - {suffix}:
-        raise RigError(f'--out {out}: not a name for --{suffix[1:]}')
-    file = out or options.new_file(directory.with_name(directory.name + suffix), '--out')
-    signals = conversion.read_signals(bag)
-    write = conversion.write_csv if csv else conversion.write_parquet
-    write(signals, file)
-    columns = [column.title for column in signals.columns]
-    samples = int(signals.columns[0].values.size)
+        with output.progress_bar('figures', FIGURES, quiet=quiet) as progress:
+            write_page(out, comparison, progress)
     if as_json:
-        output.print_json({'bag': bag, 'file': file, 'samples': samples, 'columns': columns})
+        output.print_json({**comparison.to_dict(), **files})
     elif not quiet:
-        output.print_values({'columns': ', '.join(columns), 'samples': samples, 'file': file})
+        _print_comparison(comparison, files)
+
+
+def _print_comparison(comparison: Comparison, files: dict[str, Path]) -> None:
+    from pneu_rig_ros.report.comparison_page import (
+        SIGNAL_HEADS,
+        condition_texts,
+        event_rows,
+        ratio_note,
+        signal_rows,
+    )
+
+    output.print_table(SIGNAL_HEADS, signal_rows(comparison))
+    output.console().print()
+    output.print_table(('', '>measured', f'>{comparison.second}'), event_rows(comparison))
+    output.console().print()
+    note = ratio_note(comparison)
+    output.print_values(
+        {
+            'measured': comparison.measured.recording.name,
+            comparison.second: comparison.simulated.recording.name,
+            'conditions': ',\n'.join(condition_texts(comparison)) or output.UNKNOWN,
+            **({'RMSE / noise': note} if note else {}),
+            **({'shifted by': f'{-comparison.shift:.3f} s'} if comparison.shift else {}),
+            **files,
+        }
+    )

@@ -87,11 +87,8 @@ def print_values(values: Mapping[str, object]) -> None:
         terminal.print(str(value).replace('\n', f'\n{"":<{NAME_WIDTH}}'))
 
 
-def print_summary(summary: Summary, files: Mapping[str, Path], as_json: bool = False) -> None:
-    """Print the summary of a recording and where its files are, as text or as JSON."""
-    if as_json:
-        print_json({**files, **summary.to_dict()})
-        return
+def print_summary(summary: Summary, files: Mapping[str, Path]) -> None:
+    """Print the summary of a recording and where its files are."""
     if summary.source is not None:
         origin = f'imported from {summary.source}'
     else:

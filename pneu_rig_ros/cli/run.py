@@ -121,8 +121,10 @@ def _summarise(bag: Path, picture: Path | None, as_json: bool, quiet: bool) -> N
         from pneu_rig_ros.report.figure import draw_stroke
 
         files['picture'] = draw_stroke(recording, picture)
-    if as_json or not quiet:
-        output.print_summary(summarise(recording), files, as_json)
+    if as_json:
+        output.print_json({**files, **summarise(recording).to_dict()})
+    elif not quiet:
+        output.print_summary(summarise(recording), files)
 
 
 @click.command(
