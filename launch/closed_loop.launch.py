@@ -6,21 +6,14 @@ The rig with a position controller that follows a profile; also takes those of r
 """
 
 from launch import LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    IncludeLaunchDescription,
-    SetEnvironmentVariable,
-)
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
+from launch.actions import IncludeLaunchDescription
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
-from pneu_rig_ros.nodes.launching import ended_unless_killed
+from pneu_rig_ros.nodes.launching import described, ended_unless_killed, typed
 
 PACKAGE = 'pneu_rig_ros'
-DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'law': ('pid', 'pid or sliding_mode'),
     'compensation': ('true', 'whether friction and valve overlap are compensated'),
@@ -29,34 +22,24 @@ ARGUMENTS = {
     'namespace': ('', 'namespace of the rig'),
     'use_sim_time': ('false', 'whether the plant publishes /clock and all nodes follow it'),
 }
-TYPES = {'law': str, 'compensation': bool, 'profile': str, 'setpoint': float, 'use_sim_time': bool}
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the rig and the controller."""
     rig = PathJoinSubstitution([FindPackageShare(PACKAGE), 'launch', 'rig.launch.py'])
-    parameters = {
-        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
-        for name, kind in TYPES.items()
-    }
-    return LaunchDescription(
-        [
-            *(
-                DeclareLaunchArgument(name, default_value=default, description=description)
-                for name, (default, description) in ARGUMENTS.items()
-            ),
-            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
-            IncludeLaunchDescription(rig),
-            Node(
-                package=PACKAGE,
-                executable='position_controller',
-                name='position_controller',
-                namespace=LaunchConfiguration('namespace'),
-                parameters=[parameters],
-                output='screen',
-                respawn=True,
-                respawn_delay=1.0,
-                on_exit=ended_unless_killed,
-            ),
-        ]
+    parameters = typed(law=str, compensation=bool, profile=str, setpoint=float, use_sim_time=bool)
+    return described(
+        ARGUMENTS,
+        IncludeLaunchDescription(rig),
+        Node(
+            package=PACKAGE,
+            executable='position_controller',
+            name='position_controller',
+            namespace=LaunchConfiguration('namespace'),
+            parameters=[parameters],
+            output='screen',
+            respawn=True,
+            respawn_delay=1.0,
+            on_exit=ended_unless_killed,
+        ),
     )

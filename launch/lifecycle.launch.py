@@ -8,26 +8,17 @@ So the bag has the first sample. Then `ros2 lifecycle set /plant deactivate`, an
 
 from launch import LaunchContext, LaunchDescription
 from launch.action import Action
-from launch.actions import (
-    DeclareLaunchArgument,
-    EmitEvent,
-    OpaqueFunction,
-    RegisterEventHandler,
-    SetEnvironmentVariable,
-)
+from launch.actions import EmitEvent, OpaqueFunction, RegisterEventHandler
 from launch.events import matches_action
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
-from launch_ros.parameter_descriptions import ParameterValue
 from lifecycle_msgs.msg import Transition
 
-from pneu_rig_ros.nodes.launching import ended
+from pneu_rig_ros.nodes.launching import described, ended, typed
 
 PACKAGE = 'pneu_rig_ros'
-DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'cylinder': ('cylinder_2', 'name of a shipped cylinder, or a YAML file'),
     'output': ('', 'directory of the bag; empty: runs/ and the date'),
@@ -74,12 +65,8 @@ def refused(node: LifecycleNode) -> Action:
 
 def rig() -> list[Action]:
     """Return the nodes and the order of their transitions."""
-    output, cylinder = (
-        ParameterValue(LaunchConfiguration(name), value_type=str)
-        for name in ('output', 'cylinder')
-    )
-    recorder = rig_node('recorder', output=output, autostart=False)
-    plant = rig_node('plant', cylinder=cylinder, autostart=False, wait_for_subscribers=1)
+    recorder = rig_node('recorder', **typed(output=str), autostart=False)
+    plant = rig_node('plant', **typed(cylinder=str), autostart=False, wait_for_subscribers=1)
     return [
         rig_node('valve_command'),
         rig_node('friction_estimator'),
@@ -96,13 +83,4 @@ def rig() -> list[Action]:
 
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments and the rig."""
-    return LaunchDescription(
-        [
-            *(
-                DeclareLaunchArgument(name, default_value=default, description=description)
-                for name, (default, description) in ARGUMENTS.items()
-            ),
-            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
-            *rig(),
-        ]
-    )
+    return described(ARGUMENTS, *rig())

@@ -10,20 +10,17 @@ A node that is killed is restarted; one that exits, e.g. at a wrong parameter, e
 
 from launch import LaunchContext, LaunchDescription
 from launch.action import Action
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import OpaqueFunction
 from launch.conditions import IfCondition
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes.launching import ended_unless_killed, transforms_of
+from pneu_rig_ros.nodes.launching import described, ended_unless_killed, transforms_of, typed
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.urdf import robot_description
 
 PACKAGE = 'pneu_rig_ros'
-DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'cylinder': ('cylinder_2', 'name of a shipped cylinder, or a YAML file'),
     'model': (
@@ -46,13 +43,12 @@ ARGUMENTS = {
 
 def rig_node(executable: str, parameters: dict[str, object], **options: object) -> Node:
     """Return a node of the rig, named like its executable, in the rig's namespace and time."""
-    use_sim_time = ParameterValue(LaunchConfiguration('use_sim_time'), value_type=bool)
     return Node(
         package=PACKAGE,
         executable=executable,
         name=executable,
         namespace=LaunchConfiguration('namespace'),
-        parameters=[{'use_sim_time': use_sim_time, **parameters}],
+        parameters=[{**typed(use_sim_time=bool), **parameters}],
         output='screen',
         respawn=True,
         respawn_delay=1.0,
@@ -89,9 +85,7 @@ def plant(context: LaunchContext) -> list[Node]:
     recorded = IfCondition(LaunchConfiguration('record')).evaluate(context)
     parameters = {
         'cylinder': source(context),
-        'friction': ParameterValue(LaunchConfiguration('friction'), value_type=str),
-        'speed': ParameterValue(LaunchConfiguration('speed'), value_type=float),
-        'paused': ParameterValue(LaunchConfiguration('paused'), value_type=bool),
+        **typed(friction=str, speed=float, paused=bool),
         'wait_for_subscribers': int(recorded),  # so that the bag has the first sample
         **given(context),
     }
@@ -113,25 +107,18 @@ def transforms(context: LaunchContext) -> list[Action]:
 
 def generate_launch_description() -> LaunchDescription:
     """Return the arguments and the nodes."""
-    output = ParameterValue(LaunchConfiguration('output'), value_type=str)
-    return LaunchDescription(
-        [
-            *(
-                DeclareLaunchArgument(name, default_value=default, description=description)
-                for name, (default, description) in ARGUMENTS.items()
-            ),
-            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
-            OpaqueFunction(  # first, as it reads the model: what it raises orphans no process
-                function=transforms,
-                condition=IfCondition(LaunchConfiguration('transforms')),
-            ),
-            OpaqueFunction(function=plant),
-            OpaqueFunction(function=valve_command),
-            rig_node('friction_estimator', {}),
-            rig_node(
-                'recorder',
-                {'output': output},
-                condition=IfCondition(LaunchConfiguration('record')),
-            ),
-        ]
+    return described(
+        ARGUMENTS,
+        OpaqueFunction(  # first, as it reads the model: what it raises orphans no process
+            function=transforms,
+            condition=IfCondition(LaunchConfiguration('transforms')),
+        ),
+        OpaqueFunction(function=plant),
+        OpaqueFunction(function=valve_command),
+        rig_node('friction_estimator', {}),
+        rig_node(
+            'recorder',
+            typed(output=str),
+            condition=IfCondition(LaunchConfiguration('record')),
+        ),
     )

@@ -11,24 +11,17 @@ With the emulated rig it also takes the arguments of rig.launch.py.
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    IncludeLaunchDescription,
-    OpaqueFunction,
-    SetEnvironmentVariable,
-)
+from launch.actions import IncludeLaunchDescription, OpaqueFunction
 from launch.conditions import IfCondition
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from pneu_rig_ros.nodes.launching import described, typed
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.urdf import controlled_description
 
 PACKAGE = 'pneu_rig_ros'
-DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are discovered on this host only, unless the environment says otherwise."""
 SHARE = FindPackageShare(PACKAGE)
 ARGUMENTS = {
     'emulated': ('true', 'whether to start the emulated rig; false: a real one publishes'),
@@ -56,8 +49,7 @@ def control(context: LaunchContext) -> list[Node]:
 
 def node(package: str, executable: str, *parameters: object, **options: object) -> Node:
     """Return a node in the time of the rig."""
-    use_sim_time = ParameterValue(LaunchConfiguration('use_sim_time'), value_type=bool)
-    given = [{'use_sim_time': use_sim_time}, *parameters]
+    given = [typed(use_sim_time=bool), *parameters]
     return Node(
         package=package, executable=executable, parameters=given, output='screen', **options
     )
@@ -67,20 +59,14 @@ def generate_launch_description() -> LaunchDescription:
     """Return the rig, the translation of its commands, and ros2_control."""
     namespace = LaunchConfiguration('namespace')
     active = ['joint_state_broadcaster', LaunchConfiguration('controller')]
-    return LaunchDescription(
-        [
-            *(
-                DeclareLaunchArgument(name, default_value=default, description=meaning)
-                for name, (default, meaning) in ARGUMENTS.items()
-            ),
-            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
-            OpaqueFunction(function=control),  # first: what it raises orphans no process
-            IncludeLaunchDescription(
-                PathJoinSubstitution([SHARE, 'launch', 'rig.launch.py']),
-                launch_arguments={'transforms': 'false'}.items(),
-                condition=IfCondition(LaunchConfiguration('emulated')),
-            ),
-            node(PACKAGE, 'joint_command', namespace=namespace, name='joint_command'),
-            node('controller_manager', 'spawner', arguments=active),
-        ]
+    return described(
+        ARGUMENTS,
+        OpaqueFunction(function=control),  # first: what it raises orphans no process
+        IncludeLaunchDescription(
+            PathJoinSubstitution([SHARE, 'launch', 'rig.launch.py']),
+            launch_arguments={'transforms': 'false'}.items(),
+            condition=IfCondition(LaunchConfiguration('emulated')),
+        ),
+        node(PACKAGE, 'joint_command', namespace=namespace, name='joint_command'),
+        node('controller_manager', 'spawner', arguments=active),
     )

@@ -6,23 +6,15 @@ Run a model in parallel with a running rig or a bag; predictions can be recorded
 """
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import (
-    DeclareLaunchArgument,
-    IncludeLaunchDescription,
-    OpaqueFunction,
-    SetEnvironmentVariable,
-)
+from launch.actions import IncludeLaunchDescription, OpaqueFunction
 from launch.conditions import IfCondition
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
-from pneu_rig_ros.nodes.launching import ended
+from pneu_rig_ros.nodes.launching import described, ended, typed
 
 PACKAGE = 'pneu_rig_ros'
-DISCOVERY = EnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST')
-"""Nodes are discovered on this host only, unless the environment says otherwise."""
 ARGUMENTS = {
     'model': ('', 'cylinder, name or YAML file; empty: the configuration of the rig'),
     'input': ('valve_voltages', 'topic that drives the model: valve_voltages or u'),
@@ -34,14 +26,6 @@ ARGUMENTS = {
     'output': ('', 'directory of the bag; empty: runs/ and the date'),
     'namespace': ('', 'namespace of the rig'),
 }
-
-
-def typed(**kinds: type) -> dict[str, ParameterValue]:
-    """Return parameters whose values are launch arguments of the same name."""
-    return {
-        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
-        for name, kind in kinds.items()
-    }
 
 
 def player(context: LaunchContext) -> list[IncludeLaunchDescription]:
@@ -60,26 +44,20 @@ def generate_launch_description() -> LaunchDescription:
         'output': 'screen',
         'on_exit': ended,
     }
-    return LaunchDescription(
-        [
-            *(
-                DeclareLaunchArgument(name, default_value=default, description=description)
-                for name, (default, description) in ARGUMENTS.items()
-            ),
-            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', DISCOVERY),
-            OpaqueFunction(function=player),  # first: what it raises orphans no process
-            Node(
-                executable='shadow',
-                name='shadow',
-                parameters=[typed(model=str, input=str, horizon=float, band=float)],
-                **common,
-            ),
-            Node(
-                executable='recorder',
-                name='recorder',
-                parameters=[typed(output=str)],
-                condition=IfCondition(LaunchConfiguration('record')),
-                **common,
-            ),
-        ]
+    return described(
+        ARGUMENTS,
+        OpaqueFunction(function=player),  # first: what it raises orphans no process
+        Node(
+            executable='shadow',
+            name='shadow',
+            parameters=[typed(model=str, input=str, horizon=float, band=float)],
+            **common,
+        ),
+        Node(
+            executable='recorder',
+            name='recorder',
+            parameters=[typed(output=str)],
+            condition=IfCondition(LaunchConfiguration('record')),
+            **common,
+        ),
     )

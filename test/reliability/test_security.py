@@ -45,22 +45,19 @@ def test_make_keeps_dds_on_this_host_whatever_the_shell_says(target: str) -> Non
     assert RANGE not in recipe
 
 
+def function_of(file: Path, name: str) -> ast.FunctionDef:
+    tree = ast.parse(file.read_text())
+    return next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == name)
+
+
 @pytest.mark.parametrize('file', sorted((ROOT / 'launch').glob('*.py')), ids=lambda f: f.name)
 def test_launch_files_keep_dds_on_this_host(file: Path) -> None:
-    tree = ast.parse(file.read_text())
-    calls = [ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Call)]
-    assert f"EnvironmentVariable('{RANGE}', default_value='LOCALHOST')" in calls
-    assert f"SetEnvironmentVariable('{RANGE}', DISCOVERY)" in calls
-    described = next(
-        n for n in tree.body if getattr(n, 'name', '') == 'generate_launch_description'
-    )
-    text = ast.unparse(described)
-    nodes = [
-        text.index(word)
-        for word in ('Node(', 'rig_node(', 'rig()', 'IncludeLaunch')
-        if word in text
-    ]
-    assert text.index(RANGE) < min(nodes)
+    returned = function_of(file, 'generate_launch_description').body[-1]
+    assert ast.unparse(returned).startswith('return described(ARGUMENTS, ')
+    shared = ROOT / 'pneu_rig_ros' / 'nodes' / 'launching.py'
+    assert f"EnvironmentVariable('{RANGE}', default_value='LOCALHOST')" in shared.read_text()
+    text = ast.unparse(function_of(shared, 'described'))
+    assert text.endswith(f"SetEnvironmentVariable('{RANGE}', DISCOVERY), *actions])")
 
 
 def test_demonstrations_keep_dds_on_this_host_unless_it_was_opened(
