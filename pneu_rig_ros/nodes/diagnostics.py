@@ -3,14 +3,11 @@
 import os
 import socket
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
-
-from pneu_rig_ros.nodes.topics import create_publisher
-from pneu_rig_ros.records.topics import DIAGNOSTICS
 
 PROCESS_KEY = 'process'
 """Key on `/diagnostics` under which a node states its process."""
@@ -46,30 +43,20 @@ class NodeStatus(NamedTuple):
         """All problems, errors first; the state if there is none."""
         return '; '.join(filter(None, (*self.errors, *self.warnings))) or self.state
 
-
-class DiagnosticsPublisher:
-    """Publishes the status of one node."""
-
-    def __init__(self, node: Node, status: Callable[[], NodeStatus]) -> None:
-        self._node = node
-        self._status = status
-        self._publisher = create_publisher(node, DIAGNOSTICS)
-
-    def publish(self) -> None:
-        """Publish the status now."""
-        present = self._status()
-        values = {**present.values, PROCESS_KEY: process_id()}
+    def to_message(self, node: Node) -> DiagnosticArray:
+        """Return this status of a node as it is published."""
+        values = {**self.values, PROCESS_KEY: process_id()}
         status = DiagnosticStatus(
-            level=present.level,
-            name=self._node.get_fully_qualified_name(),
+            level=self.level,
+            name=node.get_fully_qualified_name(),
             # the rig, one for all nodes in a namespace: pneu_rig/left
-            hardware_id=f'pneu_rig{self._node.get_namespace().rstrip("/")}',
-            message=present.message,
+            hardware_id=f'pneu_rig{node.get_namespace().rstrip("/")}',
+            message=self.message,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(message)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = node.get_clock().now().to_msg()
+        return array
 
 
 class RateCounter:

@@ -90,24 +90,6 @@ class Parameter(NamedTuple):
         return descriptor
 
 
-def declare(node: Node, table: Iterable[Parameter]) -> None:
-    """
-    Declare the parameters of a table.
-
-    :raises RigError: when a value given at the start has a wrong type or is out of range
-    """
-    for parameter in table:
-        where = f'{node.get_name()}: parameter {parameter.name}'
-        try:
-            value = node.declare_parameter(
-                parameter.name, parameter.default, parameter.descriptor()
-            ).value
-        except ParameterException as error:
-            raise RigError(f'{where}: {error}') from error
-        if parameter.choices and value not in parameter.choices:
-            raise RigError(f'{where}: {value!r}, allowed {parameter.names}')
-
-
 Overrides = Mapping[str, Any] | None
 """Parameter values that come before those of the command line."""
 
@@ -151,8 +133,8 @@ class RigNode(Node):
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         given = [RosParameter(key, value=value) for key, value in (overrides or {}).items()]
         super().__init__(self.NAME, context=context, parameter_overrides=given)
-        declare(self, (*self.SHARED, *self.PARAMETERS))
-        declare(self, self.dependent_parameters())
+        self._declare((*self.SHARED, *self.PARAMETERS))
+        self._declare(self.dependent_parameters())
         self.add_on_set_parameters_callback(_keep_time_source)
         self.rate = RateCounter()
         """Messages published, or recorded."""
@@ -165,6 +147,17 @@ class RigNode(Node):
         self.process_nodes: Iterable[RigNode] = ()
         """The nodes of this process, once a `Runner` has them."""
         self._owned: list[Callable[[], object]] = []
+
+    def _declare(self, table: Iterable[Parameter]) -> None:
+        """Declare parameters; RigError when a given value has a wrong type or is out of range."""
+        for one in table:
+            where = f'{self.get_name()}: parameter {one.name}'
+            try:
+                value = self.declare_parameter(one.name, one.default, one.descriptor()).value
+            except ParameterException as error:
+                raise RigError(f'{where}: {error}') from error
+            if one.choices and value not in one.choices:
+                raise RigError(f'{where}: {value!r}, allowed {one.names}')
 
     def dependent_parameters(self) -> Iterable[Parameter]:
         """Return the parameters whose defaults depend on the value of another."""

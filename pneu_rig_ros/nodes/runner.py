@@ -18,10 +18,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
-from pneu_rig_ros.nodes.diagnostics import DiagnosticsPublisher
 from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.timing import PeriodicTimer, claim_realtime_priority
+from pneu_rig_ros.nodes.topics import create_publisher
+from pneu_rig_ros.records.topics import DIAGNOSTICS
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
@@ -47,7 +48,7 @@ class Runner:
             self._executor.add_node(node)
             node.process_nodes = nodes
         self.duplicates = DuplicateNameGuard(nodes)
-        self._diagnostics = [DiagnosticsPublisher(node, node.full_status) for node in nodes]
+        self._diagnostics = [create_publisher(node, DIAGNOSTICS) for node in nodes]
         self._due = [0] * len(nodes)
         self._service_due = self._diagnostics_due = 0
         self._choose_timer()
@@ -88,8 +89,8 @@ class Runner:
         self.duplicates.update()
         if now >= self._diagnostics_due:
             self._diagnostics_due = now + DIAGNOSTICS_PERIOD_NS
-            for diagnostics in self._diagnostics:
-                diagnostics.publish()
+            for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
+                diagnostics.publish(node.full_status().to_message(node))
 
     def close(self, own_process: bool = False) -> None:
         """
@@ -105,7 +106,7 @@ class Runner:
                 node.close()
             except RigError as error:
                 failures.append(error)
-            diagnostics.publish()
+            diagnostics.publish(node.full_status().to_message(node))
             node.wait_for_all_acked()
         if own_process:
             exit_after(DESTRUCTION_TIMEOUT, 2 if failures else 0)
