@@ -1,4 +1,4 @@
-"""Cylinder chambers: volumes (Eq. 7) and pressure build-up (Eq. 6)."""
+"""Chambers and piston: volumes (Eq. 7), pressure build-up (Eq. 6), driving force (Eq. 2, 8)."""
 
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import Air
@@ -48,3 +48,20 @@ def gas_mass(pressure: float, volume: float, temperature: float, gas: Air) -> fl
 def temperature(pressure: float, volume: float, mass: float, gas: Air) -> float:
     """Return the temperature of a mass of ideal gas [K] at an absolute pressure [Pa]."""
     return pressure * volume / (mass * gas.gas_constant)
+
+
+@compiled
+def driving_force(pressure_1: float, pressure_2: float, cylinder: Cylinder, gas: Air) -> float:
+    """
+    Return the force of the gas on the piston [N], positive on the outstroke (Eq. 2 and 8).
+
+    The atmosphere acts on the rod's cross-section, so that shut valves at atmospheric pressure
+    give no force::
+
+        p1 A1 - p2 A2 - p_atm (A1 - A2)
+
+    :param pressure_1: absolute [Pa]
+    :param pressure_2: absolute [Pa]
+    """
+    a1, a2 = cylinder.cap_area, cylinder.rod_area
+    return pressure_1 * a1 - pressure_2 * a2 - gas.atmospheric_pressure * (a1 - a2)

@@ -10,7 +10,7 @@ changed only by ``events``.
 from collections.abc import Callable
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model import chambers, friction, piston, valve
+from pneu_rig_ros.model import chambers, friction, valve
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
@@ -236,13 +236,13 @@ def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
         cylinder, law, v = model.cylinder, model.friction, s.motion.velocity
         force, added_mass = add_force(s, model, effects, state, rate)
         p1, p2 = s.gas.pressure_1, s.gas.pressure_2
-        drive = piston.driving_force(p1, p2, cylinder, model.gas) + force
+        drive = chambers.driving_force(p1, p2, cylinder, model.gas) + force
         mass = cylinder.moving_mass + model.operation.load_mass + added_mass
         # the fluid term of Eq. 9 is solved for the acceleration: it acts like a mass
         inertia = mass + law.viscous_coefficient * friction.fluid_time(law)
         z_rate = rate[DEFLECTION]
         resistance = friction.friction_force(s.seal.bristle_force, z_rate, v, 0.0, law)
-        acceleration = piston.acceleration(drive, resistance, inertia)
+        acceleration = (drive - resistance) / inertia
         rate[POSITION], rate[VELOCITY] = v, acceleration
         arrow[FREE_ACCELERATION] = acceleration
 

@@ -8,7 +8,7 @@ perfectly plastic: the piston stays at the stop until the net force points inwar
 """
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model import hysteresis
+from pneu_rig_ros.model import friction
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.dynamics import (
@@ -157,7 +157,7 @@ def locate_event(
 @compiled
 def update_anchors(state: Floats, memory: Floats, model: CompiledModel) -> None:
     """Let F(z) remember the deflection at the end of an accepted step; changes ``memory``."""
-    hysteresis.drag_anchors(state[DEFLECTION], memory[ANCHORS:], model.friction)
+    friction.drag_anchors(state[DEFLECTION], memory[ANCHORS:], model.friction)
 
 
 @compiled

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Flags, Floats, Integers
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import along, dynamics, integrator, piston
+from pneu_rig_ros.model import along, chambers, dynamics, integrator
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
@@ -277,7 +277,7 @@ class Plant:
     def _friction(self, pressure_1: Any, pressure_2: Any, acceleration: Any) -> Any:
         """Return F_r [N] by Eq. 8 from numbers or arrays."""
         cylinder, gas = self.model.cylinder, self._arguments.gas
-        drive = piston.driving_force(pressure_1, pressure_2, cylinder, gas)
+        drive = chambers.driving_force(pressure_1, pressure_2, cylinder, gas)
         return drive - self.model.total_mass * acceleration
 
     def _readings(self, times: Floats, states: Floats) -> Floats:

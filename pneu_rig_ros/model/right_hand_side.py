@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model import hysteresis
+from pneu_rig_ros.model import friction
 from pneu_rig_ros.model.compiled import inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.contributions import Contributions
@@ -39,7 +39,7 @@ def build_mechanics(contributions: Contributions) -> Callable[..., Signals]:
         effects: tuple[object, ...],
     ) -> Signals:
         z, law, supply = state[DEFLECTION], model.friction, model.operation.supply_pressure
-        bristles, stiffness = hysteresis.bristle_force(z, memory[ANCHORS:], law)
+        bristles, stiffness = friction.bristle_force(z, memory[ANCHORS:], law)
         sticking, dwell = memory[STICKING] != 0.0, counted_dwell(time, memory, law)
         seal = Seal(z, bristles, sticking, dwell, law.coulomb_force, law.breakaway_force)
         ports = Ports(voltages[0], voltages[1], supply, supply)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pneu_rig_ros.model import effects, friction, hysteresis
+from pneu_rig_ros.model import effects, friction
 from pneu_rig_ros.model.parameters import REVISED_LUGRE_DWELL
 
 from .test_effect_physics import COMPILED, contribute, settle
@@ -63,8 +63,8 @@ def test_presliding_loop_is_that_of_a_maxwell_slip_element() -> None:
     for z in path:
         anchor = settle('presliding_hysteresis', (stiffness, limit), 0.02, anchor, deflection=z)
         force = contribute('presliding_hysteresis', (stiffness, limit), anchor, deflection=z)[0]
-        hysteresis.drag_anchors(z, anchors, law)
-        exact, _ = hysteresis.element_force(z, anchors[0], 0, law)
+        friction.drag_anchors(z, anchors, law)
+        exact, _ = friction.element_force(z, anchors[0], 0, law)
         assert force == pytest.approx(exact, abs=1e-3 * limit)
         forces.append(force)
     first, last = 44, 400  # from the first extreme on: two whole loops

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pneu_rig_ros.model import hysteresis
+from pneu_rig_ros.model import friction
 from pneu_rig_ros.model.compiled_model import compiled_model
 from pneu_rig_ros.model.parameters import FILM_PRINTED, HELD_TO_NEXT_BREAKAWAY
 from pneu_rig_ros.model.plant import Plant
@@ -25,8 +25,8 @@ def follow(path: list[float]) -> list[float]:
     anchors = np.zeros(len(STIFFNESS))
     forces = []
     for deflection in path:
-        forces.append(hysteresis.bristle_force(deflection, anchors, LAW)[0])
-        hysteresis.drag_anchors(deflection, anchors, LAW)
+        forces.append(friction.bristle_force(deflection, anchors, LAW)[0])
+        friction.drag_anchors(deflection, anchors, LAW)
     return forces
 
 
@@ -67,7 +67,7 @@ def test_a_larger_loop_wipes_out_the_smaller_ones(inner: list[float]) -> None:
 def test_one_element_is_a_linear_spring() -> None:
     law = compiled_model(changed('cylinder_1', friction={'element_stiffness': (5e4,)})).friction
     for deflection in (-1e-4, 0.0, 3e-4):
-        force = hysteresis.bristle_force(deflection, np.zeros(1), law)
+        force = friction.bristle_force(deflection, np.zeros(1), law)
         assert force == (5e4 * deflection, 5e4)
 
 
