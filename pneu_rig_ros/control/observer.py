@@ -15,8 +15,8 @@ import numpy as np
 
 from pneu_rig_ros.analysis.motion import REST_SPEED
 from pneu_rig_ros.analysis.velocity import NOISE, WINDOW, window_for
-from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Plant, PlantState
+from pneu_rig_ros.model.run import Impose
 from pneu_rig_ros.rig.configuration import RigConfiguration, override
 from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
 

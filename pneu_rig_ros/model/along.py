@@ -33,8 +33,8 @@ from pneu_rig_ros.model.dynamics import (
     VELOCITY,
     Z_Z,
 )
-from pneu_rig_ros.model.imposed import BALANCING_ROUNDS, LEAST_STIFFNESS
 from pneu_rig_ros.model.integrator import IntegratorState, copy
+from pneu_rig_ros.model.run import BALANCING_ROUNDS, LEAST_STIFFNESS
 
 SOURCE_1, SOURCE_2, FORCE, INERTIA, LOADING = range(5)
 """

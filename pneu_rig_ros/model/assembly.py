@@ -24,8 +24,11 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.along import build_along
 from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide
-from pneu_rig_ros.model.readings import Readings, build_readings
-from pneu_rig_ros.model.right_hand_side import build_mechanics, build_right_hand_side
+from pneu_rig_ros.model.right_hand_side import (
+    build_mechanics,
+    build_readings,
+    build_right_hand_side,
+)
 from pneu_rig_ros.model.run import build_run
 
 _TEMPLATE = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
@@ -71,7 +74,7 @@ class Assembly(NamedTuple):
 
     right_hand_side: RightHandSide
     run: Callable[..., None]
-    readings: Readings
+    readings: Callable[..., None]
     along: Callable[..., None]
 
 

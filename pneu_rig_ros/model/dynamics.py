@@ -44,7 +44,7 @@ F_s stood for then [s]; time sliding began [s]; F_s [N] and dwell [s] at the las
 anchors of F(z) [m].
 """
 HELD = 2.0
-"""In place of a contact: the motion is imposed from outside, see ``imposed``."""
+"""In place of a contact: the motion is imposed from outside, see ``run``."""
 
 (V_V, V_Z, V_P1, V_P2, Z_V, Z_Z, P1_V, P1_P1, P2_V, P2_P2, FREE_ACCELERATION, GROWN_STATIC) = (
     range(12)

@@ -15,7 +15,7 @@ from pneu_rig_ros.model.assembly import assemble
 from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
-from pneu_rig_ros.model.initial_state import initial_state
+from pneu_rig_ros.model.integrator import initial_state
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.shape import rows, without_shape
 from pneu_rig_ros.model.valve import FULL_VOLTAGE

@@ -1,12 +1,35 @@
-"""The compiled run of a plant over many sampling intervals, freely or along a measured run."""
+"""
+The compiled run of a plant over many sampling intervals: free, or keeping to a measured run.
+
+The plant is restarted from the measured run, or its motion or pressures are imposed. What a
+measured signal imposes is no longer predicted, so that the other balances can be examined alone;
+what is restarted at every rest is predicted over one stick-slip cycle only. All that cannot be
+measured - film, dwell clock, states of the effects - is carried on.
+"""
 
 from collections.abc import Callable
+from enum import IntFlag, auto
 
 from pneu_rig_ros.arrays import Floats, Integers
-from pneu_rig_ros.model.compiled import inner
+from pneu_rig_ros.model import chambers, events
+from pneu_rig_ros.model.compiled import called, compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.dynamics import CONTACT, FREE_ACCELERATION, HELD, RightHandSide
-from pneu_rig_ros.model.imposed import build_act
+from pneu_rig_ros.model.dynamics import (
+    CONTACT,
+    DEFLECTION,
+    FREE_ACCELERATION,
+    GAS_MASS_1,
+    GAS_MASS_2,
+    GROWN_STATIC,
+    HELD,
+    POSITION,
+    PRESSURE_1,
+    PRESSURE_2,
+    STICKING,
+    V_Z,
+    VELOCITY,
+    RightHandSide,
+)
 from pneu_rig_ros.model.integrator import (
     ACCELERATION,
     END,
@@ -18,6 +41,149 @@ from pneu_rig_ros.model.integrator import (
     cut,
     sample,
 )
+
+
+class Impose(IntFlag):
+    """
+    What to do at a sample of a measured run, to be combined.
+
+    Compiled code takes the ``value`` of a flag, as Numba knows no flags.
+    """
+
+    RESTART = auto()
+    """Restart from the measured position and pressures at rest."""
+    MOTION = auto()
+    """Impose the measured motion until the next sample."""
+    PRESSURES = auto()
+    """Impose the measured pressures at this sample."""
+    HOLD = auto()
+    """
+    Go on from the measured position, creep and pressures, the bristle holding the piston, whatever
+    the model makes of it.
+    """
+    BREAK = auto()
+    """With HOLD: the piston has broken away meanwhile, some time ago."""
+    RELEASE = auto()
+    """No longer impose anything."""
+    STOP = auto()
+    """With RESTART: the end stop next to the measured position holds the piston."""
+
+
+BALANCING_ROUNDS = 3
+"""Newton steps towards the bristle deflection that holds the driving force."""
+LEAST_STIFFNESS = 1e-3
+"""Of the bristle, relative to inertia [1/s^2], below which nothing is balanced."""
+
+
+@compiled
+def set_pressures(state: Floats, p1: float, p2: float) -> None:
+    """
+    Set the absolute pressures [Pa] at unchanged gas temperatures; changes ``state``.
+
+    A pressure that is not a number is not known and stays as it is.
+    """
+    if p1 == p1:
+        state[GAS_MASS_1] *= p1 / state[PRESSURE_1]
+        state[PRESSURE_1] = p1
+    if p2 == p2:
+        state[GAS_MASS_2] *= p2 / state[PRESSURE_2]
+        state[PRESSURE_2] = p2
+
+
+@compiled
+def set_position(state: Floats, position: float, model: CompiledModel) -> None:
+    """Move the piston to a position [m] at unchanged pressures; changes ``state``."""
+    inside = min(max(position, 0.0), model.cylinder.stroke)
+    old_1, old_2 = chambers.volumes(state[POSITION], model.cylinder)
+    new_1, new_2 = chambers.volumes(inside, model.cylinder)
+    state[GAS_MASS_1] *= new_1 / old_1
+    state[GAS_MASS_2] *= new_2 / old_2
+    state[POSITION] = inside
+
+
+def build_balance(evaluate: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled balance of a piston that does not accelerate."""
+
+    @called
+    def balance(carry: IntegratorState, model: CompiledModel, effects: tuple[object, ...]) -> None:
+        """Deflect the bristle until it holds the driving force (Newton's method)."""
+        for _ in range(BALANCING_ROUNDS):
+            evaluate(carry, model, effects)
+            if carry.arrow[V_Z] < -LEAST_STIFFNESS:
+                carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
+
+    return balance
+
+
+def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
+    """Return the compiled restart from rest at a measured position and pressures."""
+
+    @compiled
+    def restart(
+        carry: IntegratorState,
+        at_stop: bool,
+        measured: Floats,
+        rest: float,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        memory, position, stop = carry.memory, measured[0], 0.0
+        slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
+        if at_stop:
+            stop = 1.0 if position > 0.5 * model.cylinder.stroke else -1.0
+            position = 0.5 * (1.0 + stop) * model.cylinder.stroke
+        set_pressures(carry.y1, measured[2], measured[3])
+        set_position(carry.y1, position, model)
+        if slow and stop == 0.0 and memory[CONTACT] == 0.0:
+            return  # the model slows down too: when it rests is for it to decide
+        if memory[STICKING] == 0.0:
+            events.enter_rest(rest, memory, model.friction)
+        memory[CONTACT], carry.y1[VELOCITY] = stop, 0.0
+        if stop == 0.0:
+            balance(carry, model, effects)
+
+    return restart
+
+
+def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
+    """
+    Return the compiled changes of state before an interval.
+
+    :param evaluate: see ``integrator.build_evaluate``
+    """
+    balance = build_balance(evaluate)
+    restart = build_restart(balance)
+
+    @called
+    def act(
+        carry: IntegratorState,
+        action: int,
+        measured: Floats,
+        rest: float,
+        model: CompiledModel,
+        effects: tuple[object, ...],
+    ) -> None:
+        state, memory = carry.y1, carry.memory
+        if action & Impose.BREAK.value and memory[STICKING] != 0.0:
+            events.break_away(rest, memory, carry.arrow[GROWN_STATIC], model.friction)
+        if action & Impose.RESTART.value:
+            at_stop = action & Impose.STOP.value != 0
+            restart(carry, at_stop, measured, rest, model, effects)
+        if action & Impose.HOLD.value:
+            set_position(state, measured[0], model)
+            set_pressures(state, measured[2], measured[3])
+            state[VELOCITY], memory[CONTACT] = measured[1], 0.0
+            balance(carry, model, effects)
+        if action & Impose.MOTION.value:
+            set_position(state, measured[0], model)
+            state[VELOCITY], memory[CONTACT] = measured[1], HELD
+        elif memory[CONTACT] == HELD:
+            memory[CONTACT] = 0.0
+        if action & Impose.PRESSURES.value:
+            set_pressures(state, measured[2], measured[3])
+        evaluate(carry, model, effects)
+
+    return act
 
 
 def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:

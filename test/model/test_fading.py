@@ -10,9 +10,9 @@ from scipy.optimize import brentq
 
 from pneu_rig_ros.model import dynamics, events, friction
 from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING, FOLLOWS_CLOCK, Friction, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
+from pneu_rig_ros.model.run import Impose
 
 from .rigs import CAPTION_COMMANDS, CYLINDERS, INTERVAL, changed, stroke, worst
 

@@ -21,7 +21,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import FORCE_OVERLAP, Comparison,
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.model import along
-from pneu_rig_ros.model.imposed import Impose
+from pneu_rig_ros.model.run import Impose
 
 IMPOSED_TOLERANCE = 5e-5
 """Of the gas along a measured motion, far below the noise: of full scale [-]."""

@@ -29,8 +29,8 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Trajectory
+from pneu_rig_ros.model.run import Impose
 
 SETTLING = 0.03
 """From the beginning of a rest to the readings for a restart [s]."""

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pneu_rig_ros.model.imposed import Impose
 from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.model.run import Impose
 
 from .rigs import changed
 
