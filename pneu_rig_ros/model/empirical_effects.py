@@ -21,6 +21,8 @@ from pneu_rig_ros.model.shape import DRIVERS
 Sum = Callable[[Signals, CompiledModel, Any, Floats, Floats], float]
 Guard = Callable[[float, float, Signals, CompiledModel], tuple[float, float]]
 
+SOURCE = 'a fit to data: a description, not a cause'
+
 
 def coefficients(parameters: Any) -> Floats:
     """
@@ -206,7 +208,7 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
         title=title,
         balance=balance,
         regimes=REGIMES.get(balance, tuple(Regime)),
-        source='a fit to data: a description, not a cause',
+        source=SOURCE,
         null=parameters(),
         contribution=_pair(sums[0], sums[1] if len(sums) > 1 else _nothing, guard),
         probes=tuple(parameters(*([value] * len(parameters._fields))) for value in probes),

@@ -1,5 +1,5 @@
 """
-Optional physical effects, one a file, and those that are made of the table of empirical terms.
+Optional physical effects, one a file, and those that add empirical terms.
 
 A file in this folder that defines ``EFFECT`` is an effect; its name is the file's name. Nothing
 else has to be changed to add one.
@@ -11,14 +11,17 @@ from functools import cache
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Effect
-from pneu_rig_ros.model.empirical_effects import EFFECTS
+from pneu_rig_ros.model.empirical_effects import EFFECTS as EMPIRICAL_SUMS
+from pneu_rig_ros.model.empirical_memory import EFFECTS as EMPIRICAL_MEMORIES
 from pneu_rig_ros.model.quantity import unknown
+
+EMPIRICAL = {**EMPIRICAL_SUMS, **EMPIRICAL_MEMORIES}
 
 
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all effects, sorted."""
-    return tuple(sorted([*EFFECTS, *(module.name for module in pkgutil.iter_modules(__path__))]))
+    return tuple(sorted([*EMPIRICAL, *(module.name for module in pkgutil.iter_modules(__path__))]))
 
 
 @cache
@@ -31,8 +34,8 @@ def load(name: str, where: str = 'effects') -> Effect:
     """
     if name not in names():
         raise RigError(f'{where}: {unknown(name, names())}')
-    if name in EFFECTS:
-        return EFFECTS[name]
+    if name in EMPIRICAL:
+        return EMPIRICAL[name]
     effect: Effect = importlib.import_module(f'{__name__}.{name}').EFFECT
     return effect
 
