@@ -55,7 +55,7 @@ def draw_all(drawings: Iterable[Drawing], progress: Callable[[int], None]) -> li
 
 
 def render(template: str, **content: Any) -> str:
-    """Return a page; templates extend ``page.html`` and get version and git revision too."""
+    """Return a page; templates extend ``page.html``, and get version and revision too."""
     page = _TEMPLATES.get_template(template)
     return page.render(**content, version=version('pneu_rig_ros'), revision=git_revision())
 
