@@ -156,8 +156,8 @@ def measure(
     reading = Reading('searched', {}, {cylinder: changes})
     laboratory = Laboratory(reading, conditions, threads=1, cylinders=(cylinder,))
     numbers = (*OF_CAPTION[cylinder], *CHEAP, *(() if cheap else OTHERS))
-    rows = {number: STATEMENTS[number - 1].measure(laboratory) for number in numbers}
-    rows[9] = in_strokes(laboratory)
+    rows = {number: list(STATEMENTS[number - 1].measure(laboratory)) for number in numbers}
+    rows[9] = list(in_strokes(laboratory))
     holds = {number: all(f.holds for f in findings) for number, findings in rows.items()}
     counted = rows.keys() - set(ignored)
     loss = sum(shortfall(finding) for number in counted for finding in rows[number])

@@ -1,5 +1,7 @@
 """What the paper says of the strokes of Fig. 4-6 and 11-13, at the captions' operating points."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from pneu_rig_ros.claims.experiments import CAPTIONS, CYLINDERS, Laboratory, Stroke
@@ -11,6 +13,8 @@ from pneu_rig_ros.claims.findings import (
     dwells,
     falls,
     gradual,
+    median_dwells,
+    median_slips,
     middle,
     numbers,
     pressure_drops,
@@ -46,90 +50,72 @@ def _added_mass(stroke: Stroke) -> float:
 MOSTLY_AT_REST = 'at rest at least half of the time from the first to the last slip'
 
 
-def cylinder_1(laboratory: Laboratory) -> list[Finding]:
+def cylinder_1(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 1 (Fig. 4)."""
     stroke = laboratory.perform(CAPTIONS['cylinder_1'])
     peaks, waits = stroke.column('peak_friction'), stroke.column('dwell')
     first = float(peaks[0]) if len(peaks) else np.nan
     longest = float(waits.max(initial=0.0))
     shorter = at_most(float(waits[1:].max()), float(waits[0])) if len(waits) > 1 else np.nan
-    drops = pressure_drops(stroke)
     near_15 = 1.0 - abs(first - 15.0) / 1.5
-    return [
-        Finding('first friction peak 15 N within 10 %', f'{first:.1f} N', near_15),
-        require_at_least('at least four cycles', stroke.count, 4, 'd'),
-        Finding(
-            'dwell of several seconds (at least 2 s)', f'{longest:.2f} s', longest / 2.0 - 1.0
-        ),
-        require_at_least(MOSTLY_AT_REST, rest_share(stroke), 0.5),
-        require_at_least('driving pressure drops in at least 90 % of the slips', drops, 0.9),
-        Finding('later dwells shorter than the first', numbers(waits) + ' s', shorter),
-        Finding('dwells progressively shorter', numbers(waits) + ' s', falls(waits[1:])),
-        Finding('peaks progressively smaller', numbers(peaks, '.1f') + ' N', falls(peaks[1:])),
-    ]
+    says_long, long = 'dwell of several seconds (at least 2 s)', longest / 2.0 - 1.0
+    says_drops = 'driving pressure drops in at least 90 % of the slips'
+    yield Finding('first friction peak 15 N within 10 %', f'{first:.1f} N', near_15)
+    yield require_at_least('at least four cycles', stroke.count, 4, 'd')
+    yield Finding(says_long, f'{longest:.2f} s', long)
+    yield require_at_least(MOSTLY_AT_REST, rest_share(stroke), 0.5)
+    yield require_at_least(says_drops, pressure_drops(stroke), 0.9)
+    yield Finding('later dwells shorter than the first', numbers(waits) + ' s', shorter)
+    yield Finding('dwells progressively shorter', numbers(waits) + ' s', falls(waits[1:]))
+    yield Finding('peaks progressively smaller', numbers(peaks, '.1f') + ' N', falls(peaks[1:]))
 
 
-def cylinder_2(laboratory: Laboratory) -> list[Finding]:
+def cylinder_2(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 2 (Fig. 5)."""
     strokes = laboratory.perform_all([CAPTIONS[name] for name in CYLINDERS[:2]])
-    waits = [middle(dwells(stroke)) for stroke in strokes]
-    steps = [1e3 * middle(slips(stroke)) for stroke in strokes]
+    waits, steps = median_dwells(strokes), median_slips(strokes)
     shorter, smaller = at_most(waits[1], waits[0]), at_most(steps[1], steps[0])
-    return [
-        require_at_least('stick-slip, at least five cycles', strokes[1].count, 5, 'd'),
-        require_at_least(MOSTLY_AT_REST, rest_share(strokes[1]), 0.5),
-        Finding('median dwell shorter than of cylinder 1', numbers(waits) + ' s', shorter),
-        Finding('median slip smaller than of cylinder 1', numbers(steps) + ' mm', smaller),
-    ]
+    yield require_at_least('stick-slip, at least five cycles', strokes[1].count, 5, 'd')
+    yield require_at_least(MOSTLY_AT_REST, rest_share(strokes[1]), 0.5)
+    yield Finding('median dwell shorter than of cylinder 1', numbers(waits) + ' s', shorter)
+    yield Finding('median slip smaller than of cylinder 1', numbers(steps) + ' mm', smaller)
 
 
-def cylinder_3(laboratory: Laboratory) -> list[Finding]:
+def cylinder_3(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 3 (Fig. 6)."""
     strokes = laboratory.perform_all(CAPTIONS.values())
     counts = [stroke.count for stroke in strokes]
-    waits = [middle(dwells(stroke)) for stroke in strokes[1:]]
-    steps = [1e3 * middle(slips(stroke)) for stroke in strokes[1:]]
+    waits, steps = median_dwells(strokes[1:]), median_slips(strokes[1:])
     rises = [pressure_rise(stroke) / 1e3 for stroke in strokes]
     more = at_least(counts[2], 2 * max(1, *counts[:2]))
     shorter, smaller = at_most(waits[1], 0.5 * waits[0]), at_most(steps[1], 0.25 * steps[0])
-    says = {
-        'cycles': 'at least twice the cycles of cylinder 1 and 2',
-        'dwell': 'median dwell very short (under half of cylinder 2)',
-        'slip': 'median slip extremely small (under a quarter of cylinder 2)',
-        'rise': 'moves after a smaller rise of p1 than cylinder 1 and 2',
-    }
     lower = at_most(rises[2], min(rises[:2]))
-    return [
-        Finding(says['cycles'], numbers(counts, 'd'), more),
-        Finding(says['dwell'], numbers(waits) + ' s', shorter),
-        Finding(says['slip'], numbers(steps) + ' mm', smaller),
-        Finding(says['rise'], numbers(rises, '.1f') + ' kPa', lower),
-        require_at_least(
-            'stops over at least 80 % of the stroke', stick_slip_reach(strokes[2]), 0.8
-        ),
-    ]
+    says_dwell = 'median dwell very short (under half of cylinder 2)'
+    says_slip = 'median slip extremely small (under a quarter of cylinder 2)'
+    says_rise = 'moves after a smaller rise of p1 than cylinder 1 and 2'
+    says_reach = 'stops over at least 80 % of the stroke'
+    yield Finding('at least twice the cycles of cylinder 1 and 2', numbers(counts, 'd'), more)
+    yield Finding(says_dwell, numbers(waits) + ' s', shorter)
+    yield Finding(says_slip, numbers(steps) + ' mm', smaller)
+    yield Finding(says_rise, numbers(rises, '.1f') + ' kPa', lower)
+    yield require_at_least(says_reach, stick_slip_reach(strokes[2]), 0.8)
 
 
-def constant_static_friction(laboratory: Laboratory) -> list[Finding]:
+def constant_static_friction(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 8 (Fig. 11-13): RLG against dwell-dependent static friction."""
-    findings = []
     for old, new in _both_laws(laboratory):
         name, peaks = old.experiment.cylinder, new.column('peak_friction')
         gap = abs(old.count - new.count) / max(new.count, 1)
         says = f'{name}: RLG has another number of cycles (by over a quarter)'
         persists = f'{name}: with Eq. 16 stick-slip persists to 80 % of the stroke'
         attenuates = f'{name}: and attenuates (falling peaks after the first, as in 1)'
-        findings += [
-            Finding(says, f'{old.count} against {new.count}', at_least(gap, 0.25)),
-            require_at_least(persists, stick_slip_reach(new), 0.8),
-            Finding(attenuates, numbers(peaks, '.1f') + ' N', falls(peaks[1:])),
-        ]
-    return findings
+        yield Finding(says, f'{old.count} against {new.count}', at_least(gap, 0.25))
+        yield require_at_least(persists, stick_slip_reach(new), 0.8)
+        yield Finding(attenuates, numbers(peaks, '.1f') + ' N', falls(peaks[1:]))
 
 
-def creep(laboratory: Laboratory) -> list[Finding]:
+def creep(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 11 (Fig. 5): creep in some sticking phases of cylinder 2, none in general."""
-    findings = []
     for stroke in laboratory.captions():
         name, share = stroke.experiment.cylinder, creeping_share(stroke)
         text = f'{share:.0%}' if share == share else 'no cycles'
@@ -139,14 +125,12 @@ def creep(laboratory: Laboratory) -> list[Finding]:
         else:
             says = f'{name}: in at most a tenth of them'
             margin = at_most(share, 0.1)
-        findings.append(Finding(says, text, margin))
-    return findings
+        yield Finding(says, text, margin)
 
 
-def first_cycles(laboratory: Laboratory) -> list[Finding]:
+def first_cycles(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 14 (Fig. 11-13): RLG gets the first one or two cycles, not the later ones."""
     keys = ('breakaway_time', 'peak_friction', 'slip')
-    findings = []
     for old, new in _both_laws(laboratory):
         name = old.experiment.cylinder
         text, off = 'no cycles', np.nan
@@ -158,16 +142,12 @@ def first_cycles(laboratory: Laboratory) -> list[Finding]:
         later = at_least(abs(waits[0] / waits[1] - 1.0), 0.2)
         says = f'{name}: first breakaway, peak and slip within 20 % of those with Eq. 16'
         says_later = f'{name}: median dwell from the third cycle on off by over 20 %'
-        findings += [
-            Finding(says, text, at_most(off, 0.2)),
-            Finding(says_later, numbers(waits) + ' s', later),
-        ]
-    return findings
+        yield Finding(says, text, at_most(off, 0.2))
+        yield Finding(says_later, numbers(waits) + ' s', later)
 
 
-def evolution(laboratory: Laboratory) -> list[Finding]:
+def evolution(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 15 (Fig. 11-13): dwells, pressure and friction peaks vary gradually."""
-    findings = []
     for old, new in _both_laws(laboratory):
         name = old.experiment.cylinder
         columns = new.column('dwell'), pressure_peaks(new), new.column('peak_friction')
@@ -182,13 +162,10 @@ def evolution(laboratory: Laboratory) -> list[Finding]:
         )
         says_change = f'{name}: friction peaks change at least twice as much as with RLG'
         more = at_least(change[1], max(2.0 * change[0], 0.01))
-        findings += [
-            Finding(says, numbers(trends), at_least(min(trends), 0.7)),
-            Finding(says_change, numbers(change, '.0%'), more),
-        ]
-    return findings
+        yield Finding(says, numbers(trends), at_least(min(trends), 0.7))
+        yield Finding(says_change, numbers(change, '.0%'), more)
 
 
-def _both_laws(laboratory: Laboratory) -> list[tuple[Stroke, Stroke]]:
-    """Return the strokes of each cylinder with RLG and with Eq. 16."""
-    return list(zip(laboratory.captions(RLG), laboratory.captions(DWELL), strict=True))
+def _both_laws(laboratory: Laboratory) -> Iterator[tuple[Stroke, Stroke]]:
+    """Yield the strokes of each cylinder with RLG and with Eq. 16."""
+    yield from zip(laboratory.captions(RLG), laboratory.captions(DWELL), strict=True)

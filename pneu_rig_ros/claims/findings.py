@@ -1,7 +1,7 @@
 """What is measured on a stroke, what a finding, a statement and a row are, and trends."""
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +32,16 @@ def dwells(stroke: Stroke) -> Floats:
 def slips(stroke: Stroke) -> Floats:
     """Return the slip lengths [m] but for the first, from rest, and the last, into the end."""
     return stroke.column('slip', 1)[:-1]
+
+
+def median_dwells(strokes: Sequence[Stroke]) -> list[float]:
+    """Return the median of the dwell times between slips of each stroke [s]."""
+    return [middle(dwells(stroke)) for stroke in strokes]
+
+
+def median_slips(strokes: Sequence[Stroke]) -> list[float]:
+    """Return the median slip length of each stroke [mm]."""
+    return [1e3 * middle(slips(stroke)) for stroke in strokes]
 
 
 def rest_share(stroke: Stroke) -> float:
@@ -141,12 +151,12 @@ class Statement:
 
     :param number: of the statement, from 1
     :param text: what the paper says, in a sentence
-    :param measure: carries out the experiments and returns the findings
+    :param measure: carries out the experiments and yields the findings
     """
 
     number: int
     text: str
-    measure: Callable[[Laboratory], Sequence[Finding]]
+    measure: Callable[[Laboratory], Iterable[Finding]]
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Statements 9 and 10: static friction against dwell time, and Eq. 2 against the model."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +8,14 @@ import numpy as np
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import CAPTIONS, INTERVAL, Laboratory, Stroke
-from pneu_rig_ros.claims.findings import Finding, at_most, in_slips, numbers, rises_throughout
+from pneu_rig_ros.claims.findings import (
+    Finding,
+    at_most,
+    dwells,
+    in_slips,
+    numbers,
+    rises_throughout,
+)
 from pneu_rig_ros.claims.trends import LOAD_COMMAND, LOADS
 from pneu_rig_ros.model.parameters import Friction
 from pneu_rig_ros.model.plant import Plant, PlantState
@@ -17,26 +24,22 @@ from pneu_rig_ros.rig.sensors import SensorSet
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 
-def dwell_law(laboratory: Laboratory) -> list[Finding]:
+def dwell_law(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 9 (Fig. 3): Eq. 16 recovered from the strokes, and from rests of chosen length."""
-    findings = in_strokes(laboratory)
+    yield from in_strokes(laboratory)
     for name in laboratory.cylinders:
         own, (waits, peaks) = laboratory.perform(CAPTIONS[name]), pauses(laboratory, name)
-        findings.append(along_equation_16(own, f'{name}, after pauses', waits, peaks))
+        yield along_equation_16(own, f'{name}, after pauses', waits, peaks)
         says = f'{name}, after pauses: peaks grow with the dwell'
         text = f'{numbers(peaks, ".1f")} N after {numbers(waits, ".1f")} s'
-        findings.append(Finding(says, text, rises_throughout(peaks)))
-    return findings
+        yield Finding(says, text, rises_throughout(peaks))
 
 
-def in_strokes(laboratory: Laboratory) -> list[Finding]:
-    """Return what the strokes of the captions say of Eq. 16, as in Fig. 3."""
-    findings = []
+def in_strokes(laboratory: Laboratory) -> Iterator[Finding]:
+    """Yield what the strokes of the captions say of Eq. 16, as in Fig. 3."""
     for own in laboratory.captions():
-        waits, peaks = own.column('dwell', 1), static_peaks(own)[1:]
         where = f'{own.experiment.cylinder}, in the stroke'
-        findings.append(along_equation_16(own, where, waits, peaks))
-    return findings
+        yield along_equation_16(own, where, dwells(own), static_peaks(own)[1:])
 
 
 def static_peaks(stroke: Stroke) -> Floats:
@@ -133,7 +136,7 @@ def advance(
     return peak
 
 
-def estimated_friction(laboratory: Laboratory) -> list[Finding]:
+def estimated_friction(laboratory: Laboratory) -> Iterator[Finding]:
     """
     Statement 10: Eq. 2 from the emulated sensors against the model's own friction.
 
@@ -141,14 +144,12 @@ def estimated_friction(laboratory: Laboratory) -> list[Finding]:
     test the inertia. The last one does: in the slips with the largest load of Fig. 9, with exact
     sensors, for there the noise of the twice differentiated position exceeds M a.
     """
-    findings = []
     for stroke in laboratory.captions():
         error = estimate(stroke, _readings(stroke)) - stroke.run.friction_force
-        findings.append(_within(f'{stroke.experiment.cylinder}:', stroke, error, 0.05))
+        yield _within(f'{stroke.experiment.cylinder}:', stroke, error, 0.05)
     if 'cylinder_1' in laboratory.cylinders:
         heavy = replace(CAPTIONS['cylinder_1'], u=LOAD_COMMAND, load_mass=LOADS[-1])
-        findings.append(heavy_finding(laboratory.perform(heavy)))
-    return findings
+        yield heavy_finding(laboratory.perform(heavy))
 
 
 def heavy_finding(stroke: Stroke, mass_factor: float = 1.0) -> Finding:

@@ -1,5 +1,6 @@
 """What the paper says of airflow, supply pressure, load and initial position (Fig. 7-10)."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +15,14 @@ from pneu_rig_ros.claims.findings import (
     falls,
     falls_throughout,
     grows,
+    median_dwells,
+    median_slips,
     middle,
     numbers,
     require_at_least,
     rest_share,
     rest_share_to_end,
     rises_throughout,
-    slips,
     stick_slip_reach,
     unchanged,
 )
@@ -72,97 +74,75 @@ def starts(name: str) -> list[Experiment]:
     return [replace(CAPTIONS[name], start=share) for share in STARTS]
 
 
-def airflow(laboratory: Laboratory) -> list[Finding]:
+def airflow(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 4 (Fig. 7)."""
-    findings = []
     for name in laboratory.cylinders:
         runs = laboratory.perform_all(commands(name))
         counts, times = [run.count for run in runs], [run.time for run in runs]
         fewer = (counts[0] - 1 - counts[-1]) / max(counts[0], 1)
-        findings += [
-            Finding(f'{name}: fewer events', numbers(counts, 'd'), fewer),
-            Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times)),
-        ]
+        yield Finding(f'{name}: fewer events', numbers(counts, 'd'), fewer)
+        yield Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times))
         if name == 'cylinder_3':
-            says = f'{name}: small steps remain'
-            findings.append(require_at_least(says, runs[-1].count, 5, 'd'))
+            yield require_at_least(f'{name}: small steps remain', runs[-1].count, 5, 'd')
         else:
             says = f'{name}: nearly continuous (at rest under 10 % of the time)'
             share = rest_share_to_end(runs[-1])
-            findings.append(Finding(says, numbers([share], '.0%'), at_most(share, 0.1)))
-    return findings
+            yield Finding(says, numbers([share], '.0%'), at_most(share, 0.1))
 
 
-def intermediate_airflow(laboratory: Laboratory) -> list[Finding]:
+def intermediate_airflow(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 12 (Fig. 7): brief sticking, larger slips."""
-    findings = []
     for name in laboratory.cylinders:
         experiments = commands(name)
         runs = laboratory.perform_all([experiments[0], experiments[INTERMEDIATE]])
-        waits = [middle(dwells(run)) for run in runs]
-        steps = [1e3 * middle(slips(run)) for run in runs]
-        findings += [
-            Finding(f'{name}: shorter dwells', numbers(waits) + ' s', at_most(*waits[::-1])),
-            Finding(f'{name}: larger slips', numbers(steps) + ' mm', at_least(*steps[::-1])),
-        ]
-    return findings
+        waits, steps = median_dwells(runs), median_slips(runs)
+        yield Finding(f'{name}: shorter dwells', numbers(waits) + ' s', at_most(*waits[::-1]))
+        yield Finding(f'{name}: larger slips', numbers(steps) + ' mm', at_least(*steps[::-1]))
 
 
-def supply(laboratory: Laboratory) -> list[Finding]:
+def supply(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 5 (Fig. 8)."""
-    findings = []
     for name in laboratory.cylinders:
         runs = laboratory.perform_all(supplies(name))
-        times, waits = [run.time for run in runs], [middle(dwells(run)) for run in runs]
-        steps = [1e3 * middle(slips(run)) for run in runs]
+        times, waits, steps = [run.time for run in runs], median_dwells(runs), median_slips(runs)
         shorter = falls(np.nan_to_num(waits))  # where nothing sticks any more there is no dwell
-        findings += [
-            Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times)),
-            Finding(f'{name}: dwells fall (straight line)', numbers(waits) + ' s', shorter),
-            Finding(f'{name}: steps rise (straight line)', numbers(steps) + ' mm', grows(steps)),
-        ]
+        yield Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times))
+        yield Finding(f'{name}: dwells fall (straight line)', numbers(waits) + ' s', shorter)
+        yield Finding(f'{name}: steps rise (straight line)', numbers(steps) + ' mm', grows(steps))
         if name == 'cylinder_3':
             kept = [run.count for run in runs[-2:]]
             says = f'{name}: steps remain at 6 and 7 bar'
-            findings.append(Finding(says, numbers(kept, 'd'), at_least(min(kept), 5)))
-    return findings
+            yield Finding(says, numbers(kept, 'd'), at_least(min(kept), 5))
 
 
-def low_supply(laboratory: Laboratory) -> list[Finding]:
+def low_supply(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 13 (Fig. 8): pronounced steps at 3-4 bar."""
-    findings = []
     for name in laboratory.cylinders:
         runs = laboratory.perform_all(supplies(name)[:2])
-        shares = [rest_share(run) for run in runs]
-        counts = [run.count for run in runs]
+        shares, counts = [rest_share(run) for run in runs], [run.count for run in runs]
         many, half = at_least(min(counts), 4), at_least(min(shares), 0.5)
-        findings += [
-            Finding(f'{name}: at least four cycles', numbers(counts, 'd'), many),
-            Finding(f'{name}: {MOSTLY_AT_REST}', numbers(shares, '.0%'), half),
-        ]
-    return findings
+        yield Finding(f'{name}: at least four cycles', numbers(counts, 'd'), many)
+        yield Finding(f'{name}: {MOSTLY_AT_REST}', numbers(shares, '.0%'), half)
 
 
-def load(laboratory: Laboratory) -> list[Finding]:
+def load(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 6 (Fig. 9): cylinder 1 at 0.30 V."""
     runs = laboratory.perform_all(loads())
     counts, times = [run.count for run in runs], [run.time for run in runs]
-    steps = [1e3 * middle(slips(run)) for run in runs]
+    steps = median_slips(runs)
     few, spread = max(1, round(0.25 * counts[0])), max(counts) - min(counts)
     same = at_most(spread, few) if min(counts) >= 2 else np.nan
     change = times[-1] / times[0] - 1.0
     shorter = min(0.2 + change, -change) / 0.2
-    says_reach = 'steps throughout the stroke (over at least 80 %) at every load'
     larger = at_least(steps[-1], steps[0])
-    return [
-        Finding(f'cycles nearly unchanged (within {few})', numbers(counts, 'd'), same),
-        Finding('larger slips', numbers(steps, '.1f') + ' mm', larger),
-        Finding('stroke slightly shorter (by at most 20 %)', numbers(times) + ' s', shorter),
-        require_at_least(says_reach, min(stick_slip_reach(run) for run in runs), 0.8),
-    ]
+    says_reach = 'steps throughout the stroke (over at least 80 %) at every load'
+    yield Finding(f'cycles nearly unchanged (within {few})', numbers(counts, 'd'), same)
+    yield Finding('larger slips', numbers(steps, '.1f') + ' mm', larger)
+    yield Finding('stroke slightly shorter (by at most 20 %)', numbers(times) + ' s', shorter)
+    yield require_at_least(says_reach, min(stick_slip_reach(run) for run in runs), 0.8)
 
 
-def initial_position(laboratory: Laboratory) -> list[Finding]:
+def initial_position(laboratory: Laboratory) -> Iterator[Finding]:
     """
     Statement 7 (Fig. 10).
 
@@ -170,7 +150,6 @@ def initial_position(laboratory: Laboratory) -> list[Finding]:
     compared where the strokes have a part in common: beyond the furthest start. The number of
     cycles in a stroke cannot stay the same when its length does not.
     """
-    findings = []
     for name in laboratory.cylinders:
         runs = laboratory.perform_all(starts(name))
         counts = [run.count for run in runs]
@@ -178,13 +157,10 @@ def initial_position(laboratory: Laboratory) -> list[Finding]:
         waits, steps = zip(*(_beyond(run, runs[-1].start) for run in runs), strict=True)
         several, longer = at_least(min(counts), 2), rises_throughout(firsts)
         says = f'{name}: later {{}} at the same place unchanged (within 30 %)'.format
-        findings += [
-            Finding(f'{name}: stick-slip, at least two cycles', numbers(counts, 'd'), several),
-            Finding(f'{name}: longer first dwell', numbers(firsts) + ' s', longer),
-            Finding(says('dwells'), numbers(waits) + ' s', unchanged(waits, 0.3)),
-            Finding(says('slips'), numbers(steps, '.3g') + ' mm', unchanged(steps, 0.3)),
-        ]
-    return findings
+        yield Finding(f'{name}: stick-slip, at least two cycles', numbers(counts, 'd'), several)
+        yield Finding(f'{name}: longer first dwell', numbers(firsts) + ' s', longer)
+        yield Finding(says('dwells'), numbers(waits) + ' s', unchanged(waits, 0.3))
+        yield Finding(says('slips'), numbers(steps, '.3g') + ' mm', unchanged(steps, 0.3))
 
 
 def _beyond(run: Stroke, place: float) -> tuple[float, float]:
@@ -194,28 +170,26 @@ def _beyond(run: Stroke, place: float) -> tuple[float, float]:
     return middle(dwells(run)[beyond]), 1e3 * middle(run.column('slip', 1)[beyond][:-1])
 
 
-def valve_flow(laboratory: Laboratory) -> list[Finding]:
+def valve_flow(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 16 (section 2.1): the flow of a valve, fully open into the atmosphere."""
     model = laboratory.reading.model(laboratory.cylinders[0])  # all have the same valves
     gas, supply = air(model.gas), BAR * max(SUPPLIES)
     flow = mass_flow(FULL_VOLTAGE, gas.atmospheric_pressure, supply, model.valve, gas)
     litres = 6e4 * flow * gas.gas_constant * 293.15 / 1e5  # at 1 bar and 20 degC (ANR, ISO 8778)
     says = f'fully open at {max(SUPPLIES):g} bar at least {VALVE_FLOW:g} L/min'
-    return [Finding(says, f'{litres:.1f} L/min', at_least(litres, VALVE_FLOW))]
+    yield Finding(says, f'{litres:.1f} L/min', at_least(litres, VALVE_FLOW))
 
 
-def guide_friction(laboratory: Laboratory) -> list[Finding]:
+def guide_friction(laboratory: Laboratory) -> Iterator[Finding]:
     """
     Statement 17 (section 2.1): the guide has 10-15 % of the friction, hardly speed-dependent.
 
     In the model only F_c depends on nothing, so it must be at least a tenth of the mean friction.
     """
-    findings = []
     for stroke in laboratory.captions():
         coulomb = stroke.plant.model.friction.coulomb_force
         first = stroke.cycles[0].breakaway_time if stroke.cycles else 0.0
         moving = stroke.run.time > first
         share = coulomb / float(np.mean(stroke.run.friction_force[moving]))
         says = f'{stroke.experiment.cylinder}: F_c at least 10 % of the mean friction'
-        findings.append(require_at_least(says, share, 0.1))
-    return findings
+        yield require_at_least(says, share, 0.1)
