@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.quantity import Quantity, specifications
+from pneu_rig_ros.model.quantity import specifications
 
 
 class Balance(Enum):
@@ -281,22 +281,21 @@ class Effect:
         """The class of the parameters."""
         return type(self.null)
 
-    @cached_property
+    @property
     def proportional(self) -> tuple[str, ...]:
         """Names of the parameters to which the contribution is proportional as a whole."""
-        given = specifications(self.parameters)
-        units = {name: cast(Quantity, each).unit for name, each in given.items()}
-        first = next(iter(units.values()))
-        return self.strengths or tuple(name for name, unit in units.items() if unit == first)
+        first = next(iter(self._units.values()))
+        return self.strengths or tuple(n for n, unit in self._units.items() if unit == first)
 
     def shortest_time(self, parameters: Any, model: Any) -> float:
         """Return the shortest time in which the states change in a model [s]."""
         if self.fastest is not None:
             return max(self.fastest(parameters, model), LEAST_TIME)
-        times = [getattr(parameters, name) for name in self._times]
+        times = [getattr(parameters, name) for name, unit in self._units.items() if unit == 's']
         return max(min(times, default=0.0), LEAST_TIME)
 
     @cached_property
-    def _times(self) -> list[str]:
-        given = specifications(self.parameters).items()
-        return [name for name, each in given if isinstance(each, Quantity) and each.unit == 's']
+    def _units(self) -> dict[str, str]:
+        """Name of each parameter -> unit, '' where it has none."""
+        given = specifications(self.parameters)
+        return {name: getattr(each, 'unit', '') for name, each in given.items()}
