@@ -25,7 +25,7 @@ from pneu_rig_ros.model.quantity import write_section
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.diagnosis_page import write_files
-from pneu_rig_ros.report.gap_figure import draw_gap
+from pneu_rig_ros.report.improvement_figures import draw_gap
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
 from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY, set_up

@@ -11,7 +11,7 @@ from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.metrics import AnalysedRun, analyse_run, compare_signals
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.records.recording import Recording
-from pneu_rig_ros.report.gap_figure import SIGNALS, draw_gap, smoothed
+from pneu_rig_ros.report.improvement_figures import GAP_SIGNALS, draw_gap, smoothed
 from pneu_rig_ros.rig import load_configuration
 
 INTERVAL = 1.16e-3
@@ -47,7 +47,7 @@ def test_friction_is_drawn_without_most_of_its_noise(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     figure = drawn_gap(tmp_path / 'gap.png', monkeypatch, 1e3)
-    curves = [heights(line) for line in figure.axes[2 * SIGNALS.index('friction')].get_lines()]
+    curves = [heights(line) for line in figure.axes[2 * GAP_SIGNALS.index('friction')].get_lines()]
     whole = run(1).signals['friction']
     assert curves[0].shape == whole.shape
     assert np.std(curves[0]) < 0.3 * np.std(whole)
