@@ -126,21 +126,18 @@ def _panels(labels: Sequence[str], start: float, end: float) -> tuple[Figure, li
 FIGURES = 4
 """Most figures on a page."""
 
-
 SIGNAL_HEADS = ('signal', '>RMSE', '>largest', '>bias', 'unit', '>sensor noise', '>RMSE / noise')
 """Of the columns; one that begins with '>' is for numbers."""
 
 
-def signal_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Return a row for each signal, in its display unit for differences; '-' is not known."""
-    rows: list[tuple[str, ...]] = []
+def signal_rows(comparison: Comparison) -> Iterator[tuple[str, ...]]:
+    """Yield a row for each signal, in its display unit for differences; '-' is not known."""
     for name, gap in comparison.gaps.items():
         unit, scale = display(gap.unit)
         rmse, largest, bias = (f'{scale * v:.3g}' for v in (gap.rmse, gap.largest, gap.bias))
         noise = '-' if gap.noise is None else f'{scale * gap.noise:.3g}'
         multiple = '-' if gap.multiple is None else f'{gap.multiple:.1f}'
-        rows.append((plain_name(name), rmse, largest, bias, unit, noise, multiple))
-    return rows
+        yield plain_name(name), rmse, largest, bias, unit, noise, multiple
 
 
 OF_CYCLES = (
@@ -154,16 +151,13 @@ OF_CYCLES = (
 """Name, field of a cycle and statistic of each number."""
 
 
-def event_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Return the events of the measured run and of the other one in a few numbers."""
+def event_rows(comparison: Comparison) -> Iterator[tuple[str, ...]]:
+    """Yield the events of the measured run and of the other one in a few numbers."""
     both = comparison.measured.events, comparison.simulated.events
-    rows: list[tuple[str, ...]] = [
-        ('stick-slip cycles', *(str(len(events.cycles)) for events in both))
-    ]
+    yield 'stick-slip cycles', *(str(len(events.cycles)) for events in both)
     for what, name, statistic in OF_CYCLES:
-        rows.append((what, *(_of_cycles(events, name, statistic) for events in both)))
-    rows.append(('stroke time', *(_stroke_time(events) for events in both)))
-    return rows
+        yield what, *(_of_cycles(events, name, statistic) for events in both)
+    yield 'stroke time', *(_stroke_time(events) for events in both)
 
 
 def _of_cycles(events: Events, name: str, statistic: Callable[[list[float]], float]) -> str:
