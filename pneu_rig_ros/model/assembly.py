@@ -22,12 +22,12 @@ import numba
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.along import build_along
-from pneu_rig_ros.model.contributions import collect
 from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide
 from pneu_rig_ros.model.right_hand_side import (
     build_mechanics,
     build_readings,
     build_right_hand_side,
+    collect,
 )
 from pneu_rig_ros.model.run import build_run
 

@@ -8,12 +8,12 @@ changed only by ``events``.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers, friction, valve
 from pneu_rig_ros.model.compiled import compiled, inner
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.contributions import Contributions
 from pneu_rig_ros.model.effect import (
     Balance,
     ChamberGas,
@@ -33,6 +33,9 @@ from pneu_rig_ros.model.parameters import (
 )
 
 RightHandSide = Callable[..., None]
+Contribution = Callable[[Signals, CompiledModel, Any, Floats, Floats], tuple[float, float]]
+Contributions = dict[Balance, Contribution]
+"""One compiled function a balance, the sum over the effects; units as in :class:`Balance`."""
 
 POSITION, VELOCITY, PRESSURE_1, PRESSURE_2, DEFLECTION, FILM, GAS_MASS_1, GAS_MASS_2 = range(8)
 STATE_SIZE = 8
