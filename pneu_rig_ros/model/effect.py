@@ -271,10 +271,8 @@ class Effect:
         known = all(isinstance(regime, Regime) for regime in self.regimes)
         if not self.regimes or not known or len(set(self.regimes)) < len(self.regimes):
             allowed = ', '.join(f'Regime.{regime.name}' for regime in Regime)
-            raise RigError(
-                f'effect "{self.title}": regimes {self.regimes!r}, must be some of '
-                f'{allowed}, each once'
-            )
+            wrong = f'regimes {self.regimes!r}, must be some of {allowed}, each once'
+            raise RigError(f'effect "{self.title}": {wrong}')
 
     @property
     def parameters(self) -> type[Any]:

@@ -111,7 +111,7 @@ class Dependence:
     variable: str
     bins: Mapping[str, Bins]
     joined: bool
-    logarithmic: bool = False
+    logarithmic: bool
 
 
 def dependence(

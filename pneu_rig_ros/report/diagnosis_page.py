@@ -49,7 +49,7 @@ def write_files(
     out: Path,
     diagnosis: Diagnosis,
     answer: rows.Answer,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None],
 ) -> None:
     """
     Write diagnosis.json, report.html and improved.yaml, atomically.

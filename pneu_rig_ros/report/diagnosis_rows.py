@@ -90,17 +90,12 @@ def where_rows(answer: Answer) -> list[Row]:
         if one['intervals']:
             span = one['intervals'][0]
             longest = f'{span["recording"]}, {span["from"]:.2f}-{span["to"]:.2f} s'
-        row = (
-            one['balance'],
-            f'{one["regime"]} {one["direction"]}'.strip(),
-            _range(one),
-            number(scale * one['mean']),
-            number(scale * one['noise']),
-            unit,
-            f'{one["significance"]:.1f}',
-            longest,
+        regime = f'{one["regime"]} {one["direction"]}'.strip()
+        mean, noise = number(scale * one['mean']), number(scale * one['noise'])
+        significance = f'{one["significance"]:.1f}'
+        rows.append(
+            (one['balance'], regime, _range(one), mean, noise, unit, significance, longest)
         )
-        rows.append(row)
     return rows
 
 
@@ -158,9 +153,10 @@ def added_rows(answer: Answer) -> list[Row]:
     for effect in answer['effects']:
         for name, value in effect['parameters'].items():
             entries.append((f'{effect["name"]}.{name}', NOT_KNOWN, value))
-    rows: list[Row] = []
-    for name, was, one in entries:
-        rows.append((name, was, number(one['value'], 4), _interval(*one['interval']), one['unit']))
+    rows: list[Row] = [
+        (name, was, number(one['value'], 4), _interval(*one['interval']), one['unit'])
+        for name, was, one in entries
+    ]
     for effect in answer['effects']:
         for name, value in effect['readings'].items():
             rows.append((f'friction.{name}', NOT_KNOWN, value, '', ''))
