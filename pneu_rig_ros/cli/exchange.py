@@ -60,9 +60,9 @@ def import_(
     """
     out = options.bag_path(out, 'measured')
 
+    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.records.conditions import CONDITIONS, conditions_beside, read_conditions
     from pneu_rig_ros.records.conversion import write_bag
-    from pneu_rig_ros.records import read_recording
     from pneu_rig_ros.records.recording import WHOLE
 
     known = read_conditions(conditions) if conditions else {}
