@@ -4,10 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from pneu_rig_ros.diagnosis.measured.reading import without_outliers
+from pneu_rig_ros.diagnosis.measured.reading import without_clipped, without_outliers
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, substeps
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.rig.sensors import reading_noise
 
 from .runs import configured, measured, system_of
 
@@ -118,3 +120,13 @@ def test_samples_are_divided_by_the_load_of_their_own_run(tmp_path: Path) -> Non
     assert substeps(swinging, heavy) == 1
     assert substeps(swinging, light) == 2
     assert substeps(system.hypothesis, light) == 1
+
+
+def test_noise_that_is_cut_off_at_the_end_of_a_span_does_not_hide_the_rest() -> None:
+    """A vented chamber reads the zero of its sensor, and half of its noise."""
+    rng = np.random.default_rng(0)
+    true = np.repeat([0.0, 2e5, 0.0], 2000) + 1e5
+    read = np.maximum(true + 450.0 * rng.standard_normal(true.size), 1e5)
+    assert reading_noise(read, 0.0) < 0.9 * 450.0
+    assert reading_noise(without_clipped(read, 1e5), 0.0) == pytest.approx(450.0, rel=0.05)
+    assert (without_clipped(read[:2000], 1e5) == read[:2000]).all()

@@ -9,7 +9,12 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
 from pneu_rig_ros.diagnosis.inputs.system import System
-from pneu_rig_ros.diagnosis.measured.reading import Noise, Span, without_outliers
+from pneu_rig_ros.diagnosis.measured.reading import (
+    Noise,
+    Span,
+    without_clipped,
+    without_outliers,
+)
 from pneu_rig_ros.diagnosis.measured.run import LARGEST_DELAY, Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
@@ -104,7 +109,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         voltages = np.full((recording.size - 1, 2), CENTRE_VOLTAGE)
     else:
         voltages = np.column_stack([recording.voltage_1, recording.voltage_2])[:-1]
-    deviations, noise = system.each_recording, _noise(recording, system.sensors)
+    deviations, noise = system.each_recording, _noise(recording, system.sensors, zero)
     worn = system.rig is not None and system.uncalibrated  # no such rig is kept like new
     differs = dict(system.repeatability)
     level_error = max(FRICTION_ERROR if worn else 0.0, differs.pop(FRICTION_LEVEL, 0.0))
@@ -146,8 +151,12 @@ def _atmosphere(recording: Recording, system: System) -> float:
     return recording.conditions.get('atmospheric_pressure', usual)
 
 
-def _noise(recording: Recording, sensors: Sensors | None) -> Noise:
-    """Return the noise that the signals show, at least that of the data sheet."""
+def _noise(recording: Recording, sensors: Sensors | None, zero: float) -> Noise:
+    """
+    Return the noise that the signals show, at least that of the data sheet.
+
+    :param zero: of the pressure sensors [Pa]
+    """
     least: dict[str, float] = {}
     if sensors is not None:
         position, pressure = sensor_noise(sensors)
@@ -156,8 +165,10 @@ def _noise(recording: Recording, sensors: Sensors | None) -> Noise:
     def noise(name: str) -> float:
         if name not in recording:
             return 0.0
-        shown = recording.noise
-        return reading_noise(recording[name], least[name]) if name in least else shown[name]
+        if name not in least:
+            return recording.noise[name]
+        low = zero if name in PRESSURES else 0.0
+        return reading_noise(without_clipped(recording[name], low), least[name])
 
     return Noise(*map(noise, ('position', *PRESSURES, 'force')))
 

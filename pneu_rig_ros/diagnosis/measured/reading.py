@@ -3,13 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.special import ndtr
 
 from pneu_rig_ros.arrays import Flags, Floats
 
 CLIPPED = 4.0
 """Standard deviations from the end of a span within which noise is cut off on one side [-]."""
+CLIPPED_NEARBY = 51
+"""Readings around one at the end of a span of which noise may be cut off."""
+MOST_CLIPPED = 0.9
+"""Share of such readings up to which the noise is that of the others [-]."""
 
 OUTLIER_NOISE, OUTLIER_STEP = 6.0, 0.5
 """A reading is wrong that is farther off: so many standard deviations, and steps around it [-]."""
@@ -65,6 +69,16 @@ def unclipped(means: Floats, low: float, noise: float) -> Floats:
     ratio = (means - low) / noise
     inverse: Floats = low + noise * np.interp(ratio, positive_mean(true), true)
     return np.where(ratio < CLIPPED, inverse, means)
+
+
+def without_clipped(signal: Floats, low: float) -> Floats:
+    """
+    Return readings with those near any at the low end of their span as NaN, shape (n,).
+
+    What is cut off there would show too little noise. All are kept where hardly any other is left.
+    """
+    near = maximum_filter1d(signal <= low, CLIPPED_NEARBY)
+    return signal if near.mean() > MOST_CLIPPED else np.where(near, np.nan, signal)
 
 
 def from_when(begins: Flags, goes_on: Flags) -> Flags:
