@@ -31,6 +31,8 @@ SMEARED = 0.046
 """The line fits of the velocity smear it after a breakaway and before a rest [s]."""
 FINEST_FIT = 0.5
 """Length of the shortest line fits of the velocity, relative to those that find rests [-]."""
+NEAR_ZERO = 2.0
+"""A pressure this close to its sensor's zero may be any below it [standard deviations]."""
 LARGEST_DELAY = 3.0
 """Largest delay of the pressures that is considered [standard deviations]."""
 
@@ -232,13 +234,26 @@ class Run:
 
     @property
     def initial_operation(self) -> Operation:
-        """The conditions with the state in which the run begins, within the stroke."""
-        x, p1, p2 = self.smooth[0].tolist()
+        """
+        The conditions with the state in which the run begins, within the stroke.
+
+        What a sensor reads near its zero is a vented chamber: a few pascals more there are noise,
+        and would move every later slip.
+        """
+        x, *pressures = self.smooth[0].tolist()
+        p1, p2 = (
+            self.span.low if self.near_zero(chamber, pressure) else pressure
+            for chamber, pressure in enumerate(pressures, start=1)
+        )
         return self.operation._replace(
             initial_position=min(max(x, 0.0), self.stroke),
             initial_pressure_1=p1,
             initial_pressure_2=p2,
         )
+
+    def near_zero(self, chamber: int, pressure: float) -> bool:
+        """Return whether a pressure [Pa] is so near the zero of its sensor that noise hides it."""
+        return pressure <= self.span.low + NEAR_ZERO * self.noise.pressures[chamber - 1]
 
     @property
     def has_nuisances(self) -> bool:

@@ -111,9 +111,14 @@ class Dataset:
         return replace(self, cycles=None)
 
     @property
+    def free_runs(self) -> Cycles | None:
+        """The simulated cycles if they are those of free runs."""
+        return self.cycles if self.cycles is not None and self.cycles.free else None
+
+    @property
     def runs_freely(self) -> bool:
         """Whether its simulated cycles, if any, are those of free runs."""
-        return self.cycles is not None and self.cycles.free
+        return self.free_runs is not None
 
     @property
     def single_runs(self) -> list[Dataset]:

@@ -38,8 +38,6 @@ RESTART_WINDOW = 0.04
 """Length of the readings for a restart [s]."""
 BLOCK = 0.029
 """Length of the means that are compared [s]."""
-NEAR_ZERO = 2.0
-"""A pressure this close to its sensor's zero may be any below it [standard deviations]."""
 DRAWS = 8
 """Simulations from other errors of the readings at the restarts."""
 NEIGHBOURS = 5
@@ -50,6 +48,10 @@ NUMERICAL = (2e-5, 3e-5)
 """Errors of the integration, as shares of stroke and of supply pressure [-]."""
 CYCLE_WEIGHT = 10.0
 """Independent readings that a cycle is worth."""
+SIGNALS = 3.0
+"""Position and pressures."""
+TRUE_LOSS = 0.35
+"""Mean loss of a reading of a true model, at most [-]."""
 BROKEN_DOWN = 1e6
 """Gap of a simulation that fails [standard deviations]."""
 
@@ -101,12 +103,12 @@ class MultipleShooting:
             actions[at], begins[at] = Impose.RESTART | held, rest.first * interval
             valid = self.run.position_valid[window].all()
             states[at, 0] = run.position[window].mean() if valid else run.stroke
-            for i, noise in enumerate(run.noise.pressures):
-                readings = run.pressures[window, i]
+            for chamber in (1, 2):
+                readings = run.pressures[window, chamber - 1]
                 slope, offset = np.polyfit(np.arange(readings.size), readings, 1)
                 pressure = offset + slope * (at - window.start)
-                known = pressure > run.span.low + NEAR_ZERO * noise
-                states[at, 2 + i] = pressure if known else np.nan
+                unknown = run.near_zero(chamber, pressure)
+                states[at, 1 + chamber] = np.nan if unknown else pressure
         return actions, states, begins
 
     def simulate(
@@ -152,14 +154,20 @@ class MultipleShooting:
         """
         Independent readings that each block is worth, shape (blocks,).
 
-        In a free run that is as much for a short cycle as for a part of a long one: what is off
-        stays so.
+        In a free run of a true model nothing but the noise of the means is left, each of which is
+        a reading; what is before its start is none.
         """
-        cycles, inverse, sizes = np.unique(self.segments, return_inverse=True, return_counts=True)
         if self.free:
-            return np.full(inverse.size, CYCLE_WEIGHT * cycles.size / max(inverse.size, 1))
+            counts: Floats = np.where(self.segments < min(len(self.places), 1), 0.0, SIGNALS)
+            return counts
+        _, inverse, sizes = np.unique(self.segments, return_inverse=True, return_counts=True)
         weights: Floats = CYCLE_WEIGHT / sizes[inverse]
         return weights
+
+    def by_cycle(self, values: Floats) -> Floats:
+        """Return the sum of values of the blocks of each cycle, shape (cycles,)."""
+        sums = np.bincount(self.segments, values)[np.unique(self.segments)]
+        return sums.astype(np.float64)
 
 
 def readings_of(states: Trajectory) -> Floats:
@@ -222,26 +230,55 @@ class Cycles:
 
     def residual(self, hypothesis: Hypothesis) -> Floats:
         """Return the vector that a fit minimises: half its square is the sum of the losses."""
-        pairs = zip(self.runs, self._scaled(hypothesis), strict=True)
-        parts = [(gap * np.sqrt(run.weights / 3.0)[:, np.newaxis]).ravel() for run, gap in pairs]
-        return np.concatenate(parts)
+        return np.arcsinh(self.gaps(hypothesis)) * self._factors
+
+    def gaps(self, hypothesis: Hypothesis) -> Floats:
+        """Return the scaled gaps of all runs, shape (n,)."""
+        return np.concatenate([gap.ravel() for gap in self._scaled(hypothesis)])
+
+    def loss_of(self, gaps: Floats) -> float:
+        """Return the loss of scaled gaps of all runs [-]."""
+        return 0.5 * float(np.sum((np.arcsinh(gaps) * self._factors) ** 2))
+
+    @cached_property
+    def _factors(self) -> Floats:
+        """Weights of the scaled gaps of all runs in the residual, shape (n,)."""
+        weights = np.concatenate([run.weights for run in self.runs])
+        return np.repeat(np.sqrt(weights / SIGNALS), int(SIGNALS))
 
     def losses(self, hypothesis: Hypothesis) -> Floats:
         """Return the loss of each cycle [-], about 2 for a true hypothesis, shape (cycles,)."""
         parts = []
         for run, scaled in zip(self.runs, self._scaled(hypothesis), strict=True):
-            each = 0.5 * run.weights * np.mean(scaled**2, axis=1)
-            parts.append(np.bincount(run.segments, each)[np.unique(run.segments)])
+            parts.append(
+                run.by_cycle(0.5 * run.weights * np.mean(np.arcsinh(scaled) ** 2, axis=1))
+            )
         return np.concatenate(parts)
 
+    def excess(self, hypothesis: Hypothesis) -> float:
+        """
+        Return the mean loss of a reading beyond that of a true model [-].
+
+        In free runs one slip may be off and no other: each cycle counts by itself.
+        """
+        readings = np.concatenate([run.by_cycle(run.weights) for run in self.runs])
+        beyond = self.losses(hypothesis) - TRUE_LOSS * readings
+        total = np.maximum(beyond, 0.0).sum() if self.free else beyond.sum()
+        return max(float(total / readings.sum()), 0.0)
+
     def losses_by_run(self, hypothesis: Hypothesis) -> Floats:
-        """Return the mean loss of the blocks of each run [-], shape (runs,)."""
-        return np.array([0.5 * np.mean(scaled**2) for scaled in self._scaled(hypothesis)])
+        """Return the mean loss of the readings of each run [-], shape (runs,)."""
+        pairs = zip(self.runs, self._scaled(hypothesis), strict=True)
+        return np.array(
+            [
+                0.5 * np.average(np.mean(np.arcsinh(gap) ** 2, axis=1), weights=run.weights)
+                for run, gap in pairs
+            ]
+        )
 
     def _scaled(self, hypothesis: Hypothesis) -> list[Floats]:
-        """Return the scaled gap of each run, large values compressed by arsinh."""
-        gaps = map_runs(partial(scaled_gap, hypothesis), self.runs, self.spreads)
-        return [np.arcsinh(gap) for gap in gaps]
+        """Return the scaled gap of each run, shape (blocks, 3) each."""
+        return map_runs(partial(scaled_gap, hypothesis), self.runs, self.spreads)
 
 
 def scaled_gap(hypothesis: Hypothesis, run: MultipleShooting, spread: Floats) -> Floats:

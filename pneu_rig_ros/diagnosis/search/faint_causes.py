@@ -40,10 +40,12 @@ class FaintCauses(Growth):
 
     :ivar ranking: fitted explanations of accepted sizes
     :ivar initial: the data with the noise under the given hypothesis
+    :ivar free_runs_are_off: whether those of causes that leave no residual are
     """
 
     ranking: list[ScoredFit] = field(default_factory=list)
     initial: tuple[Dataset, Dataset] | None = None
+    free_runs_are_off: bool = False
 
     def pooled(self) -> list[ScoredFit]:
         """
@@ -98,7 +100,8 @@ class FaintCauses(Growth):
         if self.training.cycles is not None and self.cycles_differ():
             return None
         self.progress('comparing free runs')
-        if not self.free_run_test(self.hypothesis).significant:
+        self.free_runs_are_off = self.free_run_test(self.hypothesis).significant
+        if not self.free_runs_are_off:
             return None
         before = self.training, self.held_out
         self.training, self.held_out = (each.without_cycles for each in before)

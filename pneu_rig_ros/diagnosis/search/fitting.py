@@ -52,7 +52,7 @@ class Fit:
 
 def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) -> Fit:
     """Return the explanation fitted to a dataset from a start."""
-    if dataset.cycles is not None:
+    if dataset.cycles is not None and not dataset.runs_freely:
         start = _best_of_valley(start, given, dataset, rounds)
     low, high = np.array([c.bounds for c in start.coordinates]).T
     delta = STEP if dataset.cycles is None else SIMULATED_STEP

@@ -126,7 +126,8 @@ class Growth(Remainder):
         candidates = self._candidates(base)
         self.progress(f'screening {len(candidates)} candidates')
         hypothesis = base.apply(self.given)
-        residual = self.training.residual(hypothesis)
+        runs = self.training.free_runs
+        residual = self.training.residual(hypothesis) if runs is None else runs.gaps(hypothesis)
         free = np.zeros((residual.size, base.theta.size))
         if self.training.cycles is None:
             free = changes(base, self.given, self.training)
@@ -255,7 +256,6 @@ class Growth(Remainder):
         problem = self.given, self.training, self.executor
         best = multi_start(explanation, *problem)
         if self.training.cycles is not None:
-            # in free runs that were far off the residuals would show it
             if not self.training.runs_freely and self._may_be_behind_a_hill(best):
                 best = over_hills(best, *problem)
         elif self._may_swing(best):

@@ -47,8 +47,12 @@ SIMPLEX_STEPS = 100
 def multi_start(
     explanation: Explanation, given: Hypothesis, dataset: Dataset, executor: Executor
 ) -> Fit:
-    """Return the best fit from its values and, simulated, the last cause's unfitted ones."""
-    if dataset.cycles is None:
+    """
+    Return the best fit from its values and, simulated, the last cause's unfitted ones.
+
+    What free runs alone show is so weak that they have no hills.
+    """
+    if dataset.cycles is None or dataset.runs_freely:
         return fit(explanation, given, dataset, FINAL_ROUNDS)
     kept = explanation.values[:-1]
     starts = [replace(explanation, values=(*kept, s)) for s in explanation.parts[-1].starts]

@@ -227,6 +227,8 @@ class Remainder:
             return bool(residuals) or simulated
         if residuals or self.remaining_beyond_noise() > MOST_LEFT_ALONE:
             return True
+        if self.training.runs_freely:  # of which no residual has a trace to be described
+            return False
         return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
 
     def remaining_beyond_noise(self) -> float:
@@ -260,11 +262,15 @@ class Remainder:
 
         Where hardly anything is significant there, that is no measure of a cause: the likelihood,
         by which it was chosen, has to do. Nor is a gap in balances on which a cause does not act,
-        unless cycles are simulated, in which a cause of the forces moves everything.
+        unless cycles are simulated, in which a cause of the forces moves everything, as any does
+        in free runs.
 
         :param causes: that the accepted explanation has more than the smaller one
         """
         better = accepted.explanation.apply(self.given)
+        if self.held_out.runs_freely:
+            before, after = (excess(self.held_out, each) for each in (smaller, better))
+            return after < ANOTHER_CAUSE_LEAVES**causes * before
         groups = {part.group for part in accepted.explanation.parts[-causes:]}
         if self.held_out.cycles is None or groups == {GAS}:
             acts_on = [name for group in groups for name in BALANCES_OF[group]]

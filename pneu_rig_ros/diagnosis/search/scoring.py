@@ -49,8 +49,6 @@ MOST_LEFT_OF_ALL = 0.95
 """The same of an effect where all models are far off: those of real seals close a tenth [-]."""
 MUCH_BETTER = 0.5
 """Empirical terms take the place of a name that leaves more than their excess by this factor."""
-TRUE_LOSS = 3.5
-"""Mean loss of the cycles of a true model, at most [-]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,8 +147,7 @@ def excess(dataset: Dataset, hypothesis: Hypothesis) -> float:
     """Return the misfit beyond the noise [-]: of the cycles if simulated, else of residuals."""
     if dataset.cycles is None:
         return residual_excess(dataset, hypothesis)
-    losses = dataset.cycles.losses(hypothesis) - TRUE_LOSS
-    return max(float(losses.mean()), 0.0)
+    return dataset.cycles.excess(hypothesis)
 
 
 def residual_excess(

@@ -13,6 +13,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.search.fitting import STEP
 from pneu_rig_ros.diagnosis.search.scoring import LIKELY
 
@@ -20,7 +21,7 @@ SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
 """Multiples of a candidate's change of the residuals that are screened [-]."""
 WEAK = 0.05
 """Share of a start that is simulated freely [-]: slips come a little earlier or later."""
-MULTIPLES = np.geomspace(0.25, 1.0 / WEAK, 20)
+MULTIPLES = np.geomspace(0.02, 20.0, 31)
 """Multiples of that change that are screened [-]."""
 
 
@@ -55,13 +56,13 @@ def screen(
     Simulated cycles do not change in proportion to a cause: there only the starts are compared,
     and the strength that the residuals show by themselves.
 
-    :param residual: without the candidate, shape (n,)
+    :param residual: without the candidate, of free runs the scaled gaps, shape (n,)
     :param free: change of the residual by each value of the other causes, which are fitted again
         with it, see :func:`changes`, shape (n, k)
     :param room: by how much these may fall and rise within their bounds, shape (k,) each
     """
-    if dataset.runs_freely:
-        return _screen_weak(candidate, given, dataset, residual, len(free.T))
+    if dataset.free_runs is not None:
+        return _screen_weak(candidate, given, dataset.free_runs, residual, len(free.T))
     simulated = dataset.cycles is not None
     shares = np.ones(1) if simulated else SHARES
     starts = candidate.starts
@@ -83,18 +84,19 @@ def screen(
 
 
 def _screen_weak(
-    candidate: Candidate, given: Hypothesis, dataset: Dataset, residual: Floats, others: int
+    candidate: Candidate, given: Hypothesis, cycles: Cycles, gaps: Floats, others: int
 ) -> Screened:
     """Return the loss that a weak cause leaves in free runs, while the others stay as they are."""
-    results = []
-    for start in _directions(candidate):
-        values = candidate.amplified(start, WEAK)
-        change = dataset.residual(candidate.apply(given, values)) - residual
-        losses = [loss(residual + multiple * change) for multiple in MULTIPLES]
+
+    def best_multiple(values: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
+        change = cycles.gaps(candidate.apply(given, values)) - gaps
+        losses = [cycles.loss_of(gaps + multiple * change) for multiple in MULTIPLES]
         best = int(np.argmin(losses))
-        results.append((losses[best], candidate.amplified(start, WEAK * MULTIPLES[best])))
-    _, values = min(results)
-    left = loss(dataset.residual(candidate.apply(given, values)))
+        return losses[best], candidate.amplified(values, float(MULTIPLES[best]))
+
+    starts = (candidate.amplified(start, WEAK) for start in _directions(candidate))
+    _, values = min(map(best_multiple, starts))
+    left, values = best_multiple(values)  # again, from about as strong as it is
     return Screened(candidate, (values,), left, (0.0,) * others)
 
 

@@ -61,6 +61,8 @@ class Search(FaintCauses):
         if self.best is not None and self.has_cause:
             if (chosen := self.by_free_runs(self.best)) is not None:
                 self._renewed(chosen)
+            if self.free_runs_are_off:
+                self._grow_by_free_runs(self.best)
         elif self.free_runs_differ():
             self._grow()
         return self.best
@@ -70,8 +72,21 @@ class Search(FaintCauses):
         if self.base.parts:
             self.best = self.calibrated = self.fit_thoroughly(self.base)
             self.base = self.best.explanation
-        beam = [self.base]
-        for size in range(1, MOST_CAUSES + 1):
+        self._grow_further([self.base], 1)
+
+    def _grow_by_free_runs(self, found: ScoredFit) -> None:
+        """Find what free runs show beside causes that leave no residual; else keep these."""
+        before = self.training, self.held_out
+        self.add_cycles(free=True)
+        assert self.best is not None
+        size = len(found.explanation.parts)
+        self._grow_further([self.best.explanation], size + 1)
+        if len(self.best.explanation.parts) == size:
+            self.best, (self.training, self.held_out) = found, before
+
+    def _grow_further(self, beam: Sequence[Explanation], first: int) -> None:
+        """Find one cause after the other, the next of which makes a size of explanation."""
+        for size in range(first, MOST_CAUSES + 1):
             if not self._needs_a_cause():
                 break
             self.weak = self.is_weak()
@@ -162,7 +177,8 @@ class Search(FaintCauses):
         smaller, before = self.hypothesis, (self.best, self.training, self.held_out)
         accepted = self._renewed(chosen)
         another_form = size == 2 and isinstance(chosen.explanation.parts[-1], Family)
-        enough = size == 1 or another_form or self.closes_the_gap(smaller, accepted)
+        enough = (size == 1 or another_form) and not self.training.runs_freely
+        enough = enough or self.closes_the_gap(smaller, accepted)
         if enough and (not self.weak or self.explains_alone(smaller, before[1])):
             return accepted
         further = None
@@ -190,13 +206,14 @@ class Search(FaintCauses):
         """
         Return the explanations that grow further: the accepted one, and the best others.
 
-        Beside one that leaves next to nothing no other is likely to be part of the right one.
+        Beside one that leaves next to nothing no other is likely to be part of the right one. Nor
+        is one that free runs do not prefer.
         """
         own = accepted.explanation
         before, after = (
             residual_excess(self.training, each) for each in (self.given, self.hypothesis)
         )
-        if after < NEGLIGIBLE * before:
+        if after < NEGLIGIBLE * before or self.training.runs_freely:
             return [own]
         others = [each.explanation for each in sorted(fits, key=lambda fit: fit.cost)]
         return [own, *(each for each in others if each.name != own.name)][:BEAM]
