@@ -13,8 +13,9 @@ from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.cycle_test import compare_cycles, compare_free_runs
+from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
-from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, Cycles, MultipleShooting
+from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
 from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, score

@@ -7,8 +7,8 @@ import numpy as np
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, FORCE, Candidate, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
+from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.dataset import LARGEST, Dataset, by_balance, loss
-from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE
 
 CONSISTENT, UNCALIBRATED, CONDITIONS = 'consistent', 'uncalibrated', 'conditions'

@@ -13,8 +13,8 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
-from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.rig.configuration import between_recordings
 

@@ -13,6 +13,7 @@ from numpy.random import Generator
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.noise import (
     COPIES,
     REPLICATE_COPIES,
@@ -30,7 +31,6 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     without_nuisances,
 )
 from pneu_rig_ros.diagnosis.residuals.replicates import Inflation, estimate_inflation, with_bias
-from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 
 OUTLIER = 3.0

@@ -12,8 +12,8 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
-from pneu_rig_ros.diagnosis.residuals.shooting import Cycles
 from pneu_rig_ros.diagnosis.search.fitting import STEP
 from pneu_rig_ros.diagnosis.search.scoring import LIKELY
 
