@@ -108,6 +108,24 @@ def test_cause_that_free_runs_alone_show_is_named(
     assert {row.regime for row in search.cycle_residuals()} == {FREE_RUN}
 
 
+def test_faint_cause_is_named_beside_one_that_leaves_no_residual(
+    system: System, comparisons: list[Comparison]
+) -> None:
+    friction = system.hypothesis.model.friction
+    given = shifted(system).with_parameter(
+        'friction', 'coulomb_force', 1.1 * friction.coulomb_force
+    )
+    search = search_of(system, given, comparisons)
+    best = search.run()
+    assert best is not None
+    assert search.training.runs_freely
+    found = dict(zip(best.explanation.causes, best.explanation.values, strict=True))
+    assert set(found) == {VOLTAGE, 'friction.coulomb_force'}
+    assert found['friction.coulomb_force'] == (pytest.approx(friction.coulomb_force, rel=0.02),)
+    true = system.hypothesis.model.valve.intake_voltage
+    assert found[VOLTAGE][0] - true == pytest.approx(0.0, abs=0.5 * SHIFT)
+
+
 def test_nothing_is_found_in_free_runs_of_a_true_model(
     system: System, comparisons: list[Comparison]
 ) -> None:
