@@ -10,7 +10,7 @@ from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import (
     FINALISTS,
     MOST_FITTED,
@@ -100,7 +100,7 @@ class FaintCauses(Growth):
         if self.training.cycles is not None and self.cycles_differ():
             return None
         self.progress('comparing free runs')
-        self.free_runs_are_off = self.free_run_test(self.hypothesis).significant
+        self.free_runs_are_off = self._off_in_free_runs(best)
         if not self.free_runs_are_off:
             return None
         before = self.training, self.held_out
@@ -115,6 +115,18 @@ class FaintCauses(Growth):
         self.training, self.held_out = before
         chosen = preferred(self.ranking)
         return chosen if chosen.explanation.name != best.explanation.name else None
+
+    def _off_in_free_runs(self, best: ScoredFit) -> bool:
+        """
+        Return whether free runs of an explanation are off, also with values fitted to them.
+
+        Those of the residuals alone are not sharp enough.
+        """
+        if not self.free_run_test(self.hypothesis).significant:
+            return False
+        training = self.training.with_cycles(self.hypothesis, self.rng, free=True)
+        sharper = fit(best.explanation, self.given, training, ROUNDS).explanation
+        return self.free_run_test(sharper.apply(self.given)).significant
 
     def _alternatives(self, best: ScoredFit) -> list[Explanation]:
         """Return the fitted explanations of the same size, and other forms of their effects."""
