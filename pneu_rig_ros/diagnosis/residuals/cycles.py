@@ -88,16 +88,12 @@ class Cycles:
     def _factors(self) -> Floats:
         """Weights of the scaled gaps of all runs in the residual, shape (n,)."""
         weights = np.concatenate([run.weights for run in self.runs])
-        return np.repeat(np.sqrt(weights / SIGNALS), int(SIGNALS))
+        return np.repeat(np.sqrt(weights / SIGNALS), SIGNALS)
 
     def losses(self, hypothesis: Hypothesis) -> Floats:
-        """Return the loss of each cycle [-], about 2 for a true hypothesis, shape (cycles,)."""
-        parts = []
-        for run, scaled in zip(self.runs, self._scaled(hypothesis), strict=True):
-            parts.append(
-                run.by_cycle(0.5 * run.weights * np.mean(np.arcsinh(scaled) ** 2, axis=1))
-            )
-        return np.concatenate(parts)
+        """Return the loss of each cycle [-], shape (cycles,)."""
+        pairs = zip(self.runs, self._block_losses(hypothesis), strict=True)
+        return np.concatenate([run.by_cycle(losses) for run, losses in pairs])
 
     def excess(self, hypothesis: Hypothesis) -> float:
         """
@@ -112,13 +108,15 @@ class Cycles:
 
     def losses_by_run(self, hypothesis: Hypothesis) -> Floats:
         """Return the mean loss of the readings of each run [-], shape (runs,)."""
+        pairs = zip(self.runs, self._block_losses(hypothesis), strict=True)
+        return np.array([losses.sum() / run.weights.sum() for run, losses in pairs])
+
+    def _block_losses(self, hypothesis: Hypothesis) -> list[Floats]:
+        """Return the losses of the readings of each block, shape (blocks,) each."""
         pairs = zip(self.runs, self._scaled(hypothesis), strict=True)
-        return np.array(
-            [
-                0.5 * np.average(np.mean(np.arcsinh(gap) ** 2, axis=1), weights=run.weights)
-                for run, gap in pairs
-            ]
-        )
+        return [
+            0.5 * run.weights * np.mean(np.arcsinh(scaled) ** 2, axis=1) for run, scaled in pairs
+        ]
 
     def _scaled(self, hypothesis: Hypothesis) -> list[Floats]:
         """Return the scaled gap of each run, shape (blocks, 3) each."""

@@ -31,7 +31,7 @@ BLOCK = 0.029
 """Length of the means that are compared [s]."""
 CYCLE_WEIGHT = 10.0
 """Independent readings that a cycle is worth."""
-SIGNALS = 3.0
+SIGNALS = 3
 """Position and pressures."""
 
 

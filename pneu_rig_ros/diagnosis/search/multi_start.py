@@ -50,7 +50,7 @@ def multi_start(
     """
     Return the best fit from its values and, simulated, the last cause's unfitted ones.
 
-    What free runs alone show is so weak that they have no hills.
+    Free runs are the data only of what is so weak that it makes no hills.
     """
     if dataset.cycles is None or dataset.runs_freely:
         return fit(explanation, given, dataset, FINAL_ROUNDS)
