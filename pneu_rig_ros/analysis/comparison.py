@@ -27,7 +27,7 @@ from pneu_rig_ros.records.conditions import (
 )
 from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.sensors import IDEAL, sensor_noise
+from pneu_rig_ros.rig.sensors import IDEAL, near_zero, sensor_noise
 from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
 LEAST_OVERLAP = 4
@@ -147,7 +147,8 @@ def simulate_record(
     Simulate a recorded run.
 
     The simulation starts from the recorded position and pressures and gets the recorded voltages.
-    Its signals are the true ones, without sensors.
+    Its signals are the true ones, without sensors. A pressure that is read near its sensor's zero
+    starts there: a vented chamber, of which a few pascals more would move every later slip.
 
     :param recording: the measured run
     :param configuration: the rig under the conditions of the run
@@ -156,10 +157,16 @@ def simulate_record(
     """
     start = slice(0, max(1, round(INITIAL_TIME / recording.interval)))
     position, stroke = recording.position[start].mean(), configuration.model.cylinder.stroke
+    sensors = _sensors(recording.configuration or configuration)
+    noise, zero = sensors[1] if sensors else 0.0, configuration.model.gas.atmospheric_pressure
+    p1, p2 = (
+        zero if near_zero(pressure, zero, noise) else pressure
+        for pressure in (float(recording.pressure_1[0]), float(recording.pressure_2[0]))
+    )
     operation = configuration.model.operation._replace(
         initial_position=min(max(float(position), 0.0), stroke),
-        initial_pressure_1=float(recording.pressure_1[0]),
-        initial_pressure_2=float(recording.pressure_2[0]),
+        initial_pressure_1=p1,
+        initial_pressure_2=p2,
     )
     plant = Plant(configuration.model._replace(operation=operation), configuration.effects)
     first = plant.state

@@ -20,6 +20,8 @@ TRIMMED = 0.79
 """Standard deviation of a normal variable without its largest tenth [-]."""
 ROUND_OFF = 1e-9
 """Steps below this share of a signal's largest value are round-off [-]."""
+NEAR_ZERO = 2.0
+"""A pressure this close to its sensor's zero may be any below it [standard deviations]."""
 
 
 class Sensors(NamedTuple):
@@ -68,6 +70,15 @@ def sensor_noise(sensors: Sensors) -> tuple[float, float]:
     position = Channel(sensors.position_span, levels, 1.0, sensors.position_noise)
     pressure = Channel(sensors.pressure_span, levels, 1.0, sensors.pressure_noise)
     return math.sqrt(position.variance), math.sqrt(pressure.variance)
+
+
+def near_zero(pressure: float, zero: float, noise: float) -> bool:
+    """
+    Return whether a pressure is so near the zero of its sensor that noise hides it.
+
+    :param pressure, zero, noise: reading, zero and standard deviation of a reading [Pa]
+    """
+    return pressure <= zero + NEAR_ZERO * noise
 
 
 def noise_of(signal: Floats) -> float:

@@ -1,5 +1,6 @@
 """Metrics with known answers, noise against its formula, and runs simulated once more."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,21 @@ def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recor
     dwells = [cycle.dwell for cycle in measured.events.cycles]
     assert [cycle.dwell for cycle in again.events.cycles] == pytest.approx(dwells, abs=3e-3)
     assert len(measured.events.cycles) > 2
+
+
+@pytest.mark.parametrize(('sensors', 'vented'), [('rig', True), ('ideal', False)])
+def test_noise_of_a_vented_chamber_is_no_pressure(
+    record: Recording, sensors: str, vented: bool
+) -> None:
+    configuration = load_configuration('cylinder_2', sensors=sensors)
+    zero = configuration.model.gas.atmospheric_pressure
+    read = record.pressure_2.copy()
+    read[0] = zero + sensor_noise(configuration.sensors)[1]
+    noisy = replace(
+        record, configuration=configuration, signals={**record.signals, 'pressure_2': read}
+    )
+    start = simulate_record(noisy, configuration).pressure_2[0]
+    assert start == (zero if vented else read[0])
 
 
 def test_another_model_shows(ideal: RigConfiguration, record: Recording) -> None:

@@ -22,6 +22,7 @@ from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, from_when, unclipped
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Gas, Operation
+from pneu_rig_ros.rig.sensors import near_zero
 
 SMOOTHING = 0.025
 """Window of the parabolas that smooth position and pressures: shorter than a filling [s]."""
@@ -31,8 +32,6 @@ SMEARED = 0.046
 """The line fits of the velocity smear it after a breakaway and before a rest [s]."""
 FINEST_FIT = 0.5
 """Length of the shortest line fits of the velocity, relative to those that find rests [-]."""
-NEAR_ZERO = 2.0
-"""A pressure this close to its sensor's zero may be any below it [standard deviations]."""
 LARGEST_DELAY = 3.0
 """Largest delay of the pressures that is considered [standard deviations]."""
 
@@ -253,7 +252,7 @@ class Run:
 
     def near_zero(self, chamber: int, pressure: float) -> bool:
         """Return whether a pressure [Pa] is so near the zero of its sensor that noise hides it."""
-        return pressure <= self.span.low + NEAR_ZERO * self.noise.pressures[chamber - 1]
+        return near_zero(pressure, self.span.low, self.noise.pressures[chamber - 1])
 
     @property
     def has_nuisances(self) -> bool:
