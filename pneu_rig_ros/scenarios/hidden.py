@@ -133,7 +133,18 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     },
     # 0.1 to 2 bar between the chambers: 0.1 to 3 N at the ends of the stroke
     'bore_taper': {'taper': _by_size(0.01, 0.03, 0.08)},
+    # flows of 2e-5 to 1.4e-4 kg/s in and out of some 2e5 Pa: up to 40 kPa at the fastest
+    'line_resistance': {'resistance': _by_size(1e8, 3e8, 9e8)},
+    'spool_rate_limit': {'time_per_volt': _by_size(0.01, 0.04, 0.15)},
+    # what a slip takes comes back over the dwells of 0.5 to 4 s
+    'static_friction_recovery': {
+        'lost_share': _by_size(0.3, 0.5, 0.8),
+        'dwell_coefficient': _by_size(0.4, 0.4, 0.4),
+        'dwell_exponent': _by_size(0.5, 0.5, 0.5),
+    },
 }
+LAW_OF = {'static_friction_recovery': 'revised_lugre'}
+"""Effect -> friction law that it completes, in the truth as in the model."""
 
 Law = Callable[[dict[str, Any], float], tuple[Changes, Changes]]
 """(section friction, grade 0-2) -> changes of that section in the truth, and in the model."""
@@ -238,7 +249,8 @@ def hide(effect: str, cylinder: str, strength: str | float, friction: dict[str, 
         name: _graded(grade, tuple(row[column] for row in rows))
         for name, rows in CONTRIBUTIONS[effect].items()
     }
-    return Secret({effect: values}, {}, {})
+    law = {'friction.model': LAW_OF[effect]} if effect in LAW_OF else {}
+    return Secret({effect: values}, dict(law), dict(law))
 
 
 def true_parameters(effect: str, secret: Secret, friction: dict[str, Any]) -> dict[str, float]:

@@ -59,7 +59,7 @@ def level_at(
     bristles = elements(y[at.Z], memory, stiffness, limit)
     coulomb, largest = levels(y, bristles, memory, c, e)
     if rests != (memory[at.STICKING] == 1.0):
-        memory[at.SHARE] = share_left(t, memory, c)
+        memory[at.SHARE] = share_left(t, memory, c, e)
         if rests:
             memory[at.REST_START] = t
         else:

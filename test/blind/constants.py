@@ -69,6 +69,9 @@ HIDDEN = (
     'pressure_power_friction.force', 'pressure_power_friction.exponent',
     'travel_dependent_friction.rate', 'travel_dependent_friction.limit',
     'time_dependent_friction.rate', 'time_dependent_friction.limit', 'bore_taper.taper',
+    'line_resistance.resistance', 'spool_rate_limit.time_per_volt',
+    'static_friction_recovery.lost_share', 'static_friction_recovery.dwell_coefficient',
+    'static_friction_recovery.dwell_exponent',
 )  # fmt: skip
 """What can be hidden in the equations, effect.parameter, in the order of the places below."""
 (
@@ -76,14 +79,16 @@ HIDDEN = (
     OPENING_IN, OPENING_OUT, SLOPE, ASYMMETRY, ONE_SIDE, DRAG, DRAG_ONE_SIDE, GRADIENT, DROP, WORK,
     ANGLE, SPRING, PRELOAD, CUSHION, CUSHION_K, CUSHION_D, COMPLIANCE, JOINT_D, PORES_1, PORES_2,
     PORES_POWER, CONVECTION_1, CONVECTION_2, CONVECTION_POWER, LIP, LIP_POWER, TRAVEL_RATE,
-    TRAVEL_LIMIT, TIME_RATE, TIME_LIMIT, TAPER,
+    TRAVEL_LIMIT, TIME_RATE, TIME_LIMIT, TAPER, LINE_DROP, VOLT_TIME, LOST, LOST_GAMMA, LOST_POWER,
 ) = range(len(HIDDEN))  # fmt: skip
 NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'nonlinear_opening.exhaust_exponent': 1.0, 'friction_warm_up.work': 1.0,
                'end_cushion.length': 0.01, 'porous_leak.exponent': 1.0,
                'natural_convection.exponent': 0.25, 'pressure_power_friction.exponent': 1.0,
                'travel_dependent_friction.limit': 0.5,
-               'time_dependent_friction.limit': 0.5}  # fmt: skip
+               'time_dependent_friction.limit': 0.5,
+               'static_friction_recovery.dwell_coefficient': 1.0,
+               'static_friction_recovery.dwell_exponent': 0.5}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
 
 FOREIGN, WIDTH = len(HIDDEN), 4

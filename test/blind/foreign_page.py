@@ -6,7 +6,7 @@ from pathlib import Path
 from . import scores
 from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
-from .foreign_scores import by_form, by_probability, by_verdict, figures, headline
+from .foreign_scores import MATCHED, by_form, by_probability, by_verdict, figures, headline
 from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .page_tables import percent, table
 
@@ -29,8 +29,8 @@ Of {since} only trials from seed 63 on count: strong causes were weaker
 before, and earlier answers were looked at while the rule for weak effects was set. A strong cause
 among nuisances is drawn from the stronger half of the strengths of its form, and is visible if it
 alone changes a signal by 3 times the noise. The list of forms is the one from which the trials for
-building were drawn, with other seeds; `outward_level`, `outward_viscous`, `bent_exhaust_edge` and
-`spring_behind_gap` are formulas of the library since: from seed 78 on they do not count.
+building were drawn, with other seeds. Formulas that were found missing are in the library since:
+as foreign forms they do not count from these seeds on: {matched}.
 Every answer is a line of the file of its revision in `docs/{folder}`. Recordings, sensors and what
 is counted are as in [Blind trials](blind.md).
 
@@ -129,6 +129,7 @@ def write_kept(source: Path, docs: Path) -> None:
     )
     text = TEXT.format(
         since=', '.join(f'`{part}`' for part in SINCE),
+        matched=', '.join(f'`{form}` {seed}' for form, seed in MATCHED.items()),
         forms=len(FORMS),
         known=len(KNOWN),
         unknown=len(UNKNOWN),

@@ -37,8 +37,9 @@ ADDED = (
     'bore_taper',
 )
 LATEST = ('direction_dependent_viscous_friction',)
+NEWEST = ('line_resistance', 'spool_rate_limit', 'static_friction_recovery')
 """Effects that came later, and later still: drawn apart, so that earlier draws stay the same."""
-SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST))
+SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST, *NEWEST))
 RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'triple', 'removed', 'uncalibrated')
 SYSTEM_PARTS = (*SYSTEMS, ONE_PRESSURE)
 FRESH_PARTS = (*RIG_PARTS, *SYSTEM_PARTS)
@@ -84,6 +85,7 @@ def drawn(seed: int = SEED) -> list[Trial]:
         _noisy,
         _triple,
         _latest,
+        _newest,
     )
     return shuffled(
         [
@@ -138,8 +140,12 @@ def _latest(seed: int, random: Generator) -> Iterator[Trial]:
     yield from _hiding(seed, 'single', [(name,) for name in LATEST], random)
 
 
+def _newest(seed: int, random: Generator) -> Iterator[Trial]:
+    yield from _hiding(seed, 'single', [(name,) for name in NEWEST], random)
+
+
 def _noisy(seed: int, random: Generator) -> Iterator[Trial]:
-    names = [name for name in EFFECTS if name not in LATEST]
+    names = [name for name in EFFECTS if name not in (*LATEST, *NEWEST)]
     for noise in NOISES[1:]:
         groups: list[tuple[str, ...]] = [(name,) for name in some_of(names, NOISY, random)]
         for trial in _hiding(seed, f'single_{noise:g}', groups, random):

@@ -32,6 +32,7 @@ from .constants import (
     LEAK_2,
     LINE_1,
     LINE_2,
+    LINE_DROP,
     LINE_TIME,
     M1,
     M2,
@@ -58,6 +59,7 @@ from .constants import (
     U_N,
     V10,
     V20,
+    VOLT_TIME,
     R,
     V,
     X,
@@ -158,6 +160,38 @@ def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np
 
 
 @numba.njit
+def behind_line(
+    supply: float, pressure: float, inward: float, outward: float, c: np.ndarray, e: np.ndarray
+) -> float:
+    """
+    Flow [kg/s] into a chamber through a valve's areas [m^2] and a line, by bisection.
+
+    The line is a tube with turbulent, isothermal flow: p_v^2 - p^2 = (R m') |R m'|.
+    """
+    flow = orifice(supply, pressure, inward, c) - orifice(pressure, c[P_ATM], outward, c)
+    if e[LINE_DROP] == 0.0 or flow == 0.0:
+        return flow
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        share = 0.5 * (low + high)
+        drop = e[LINE_DROP] * share * flow
+        valve = math.sqrt(max(pressure**2 + drop * abs(drop), (0.01 * pressure) ** 2))
+        passed = orifice(supply, valve, inward, c) - orifice(valve, c[P_ATM], outward, c)
+        if passed / flow > share:
+            low = share
+        else:
+            high = share
+    return 0.5 * (low + high) * flow
+
+
+@numba.njit
+def limited_rate(spool: float, target: float, e: np.ndarray) -> float:
+    """Speed [V/s] of a spool that moves 1 V in a time at least; near its place a lag of 1 ms."""
+    limit = 1.0 / e[VOLT_TIME]
+    return max(-limit, min((target - spool) / 1e-3, limit))
+
+
+@numba.njit
 def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] past the lands: a gap's resistance grows with its length."""
     half = max(0.5 * (c[U_M] - c[U_N]), 1e-3)
@@ -196,6 +230,9 @@ def foreign_rates(
         if e[LAG_TIME] > 0.0:
             dy[SPOOL_1 + i] = (spools[i] - y[SPOOL_1 + i]) / e[LAG_TIME]
             spools[i] = y[SPOOL_1 + i]
+        if e[VOLT_TIME] > 0.0:
+            dy[SPOOL_1 + i] = limited_rate(y[SPOOL_1 + i], spools[i], e)
+            spools[i] = y[SPOOL_1 + i]
         inward[i], outward[i] = openings(spools[i], c, e)
     valves = y.copy()  # with the pressures that the valves work against
     valves[P1], valves[P2] = ends
@@ -207,7 +244,10 @@ def foreign_rates(
         into = orifice(supply, ends[i], inward[i], c) * foreign.discharge(supply, ends[i], e)
         out = orifice(ends[i], outside, outward[i], c) * foreign.discharge(ends[i], outside, e)
         total += max(into, 0.0)
-        flow = foreign.through_line(y, dy, i, into - out, c, e)
+        net = into - out
+        if e[LINE_DROP] > 0.0:
+            net = behind_line(supply, ends[i], inward[i], outward[i], c, e)
+        flow = foreign.through_line(y, dy, i, net, c, e)
         if e[LINE_TIME] > 0.0:
             dy[LINE_1 + i] = (flow - y[LINE_1 + i]) / e[LINE_TIME]
             flow = y[LINE_1 + i]
@@ -242,12 +282,16 @@ def gas_rates(
         dy[SPOOL_1] = (spool_1 - y[SPOOL_1]) / e[LAG_TIME]
         dy[SPOOL_2] = (spool_2 - y[SPOOL_2]) / e[LAG_TIME]
         spool_1, spool_2 = y[SPOOL_1], y[SPOOL_2]
+    if e[VOLT_TIME] > 0.0:
+        dy[SPOOL_1] = limited_rate(y[SPOOL_1], spool_1, e)
+        dy[SPOOL_2] = limited_rate(y[SPOOL_2], spool_2, e)
+        spool_1, spool_2 = y[SPOOL_1], y[SPOOL_2]
     in_1, out_1 = openings(spool_1, c, e)
     in_2, out_2 = openings(spool_2, c, e)
     supply = drooped_supply(y, in_1, in_2, c, e)
     p1, p2, outside = y[P1], y[P2], c[P_ATM]
-    flow_1 = orifice(supply, p1, in_1, c) - orifice(p1, outside, out_1, c)
-    flow_2 = orifice(supply, p2, in_2, c) - orifice(p2, outside, out_2, c)
+    flow_1 = behind_line(supply, p1, in_1, out_1, c, e)
+    flow_2 = behind_line(supply, p2, in_2, out_2, c, e)
     if e[LINE_TIME] > 0.0:
         dy[LINE_1] = (flow_1 - y[LINE_1]) / e[LINE_TIME]
         dy[LINE_2] = (flow_2 - y[LINE_2]) / e[LINE_TIME]

@@ -45,6 +45,9 @@ from .constants import (
     LIP_POWER,
     LOAD,
     LOAD_V,
+    LOST,
+    LOST_GAMMA,
+    LOST_POWER,
     MASS,
     ONE_SIDE,
     P1,
@@ -147,32 +150,42 @@ def levels(
 
 
 @numba.njit
+def growth(c: np.ndarray, e: np.ndarray) -> tuple[float, float, float]:
+    """Share of F_smax - F_c that is not there without a dwell, gamma, alpha; 0 without growth."""
+    if e[LOST] > 0.0:
+        return e[LOST], e[LOST_GAMMA], e[LOST_POWER]
+    return (1.0 if c[LAW] == 3.0 else 0.0), c[GAMMA], c[ALPHA]
+
+
+@numba.njit
 def static_after(
     dwell: float, coulomb: float, largest: float, c: np.ndarray, e: np.ndarray
 ) -> float:
     """F_s [N] after a dwell time [s], Eq. 16; the largest where the law has none."""
     if e.size > FOREIGN and e[AT_DWELL] > 0.0:
         return coulomb + (largest - coulomb) * foreign.dwell_share(dwell, e)
-    if c[LAW] < 3.0:
+    lost, gamma, alpha = growth(c, e)
+    if lost == 0.0:
         return largest
-    return largest - (largest - coulomb) * math.exp(-c[GAMMA] * dwell ** c[ALPHA])
+    return largest - lost * (largest - coulomb) * math.exp(-gamma * dwell**alpha)
 
 
 @numba.njit
-def share_left(t: float, memory: np.ndarray, c: np.ndarray) -> float:
+def share_left(t: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """
-    Share of F_smax - F_c by which F_s is above F_c, if it fades while sliding.
+    Share that F_s has of what a dwell adds to it, if that fades while sliding.
 
     Sliding it decays; at rest it grows by Eq. 16, from where that has the share it began with.
     """
     share = memory[SHARE]
     if memory[STICKING] == 0.0:
         return share * math.exp((memory[SLIDE_START] - t) / c[TAU_S])
-    if c[GAMMA] == 0.0:
+    _, gamma, alpha = growth(c, e)
+    if gamma == 0.0:
         return 0.0
     grown = -math.log(max(1.0 - share, 1e-300))
-    before = (grown / c[GAMMA]) ** (1.0 / c[ALPHA])
-    return 1.0 - math.exp(-c[GAMMA] * (before + (t - memory[REST_START])) ** c[ALPHA])
+    before = (grown / gamma) ** (1.0 / alpha)
+    return 1.0 - math.exp(-gamma * (before + (t - memory[REST_START])) ** alpha)
 
 
 @numba.njit
@@ -182,10 +195,11 @@ def static_force(
     """F_s [N] under the chosen reading of Eq. 16; a foreign one is kept from breakaway on."""
     if e.size > FOREIGN and e[AT_DWELL] > 0.0 and memory[STICKING] == 0.0:
         return memory[HELD]
-    if c[LAW] == 3.0 and (c[READING] == 2.0 or (c[READING] == 1.0 and memory[STICKING] == 0.0)):
+    lost = growth(c, e)[0]
+    if lost > 0.0 and (c[READING] == 2.0 or (c[READING] == 1.0 and memory[STICKING] == 0.0)):
         return memory[HELD]
-    if c[LAW] == 3.0 and c[READING] == 3.0:
-        return coulomb + (largest - coulomb) * share_left(t, memory, c)
+    if lost > 0.0 and c[READING] == 3.0:
+        return largest - lost * (largest - coulomb) * (1.0 - share_left(t, memory, c, e))
     dwell = t - memory[REST_START] if memory[STICKING] == 1.0 else 0.0
     return static_after(dwell, coulomb, largest, c, e)
 

@@ -23,6 +23,8 @@ GAS = {
     'nonlinear_opening',
     'porous_leak',
     'natural_convection',
+    'line_resistance',
+    'spool_rate_limit',
 }
 SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
 GROUPS = ('gas', 'force', 'sensor')

@@ -266,7 +266,7 @@ class Plant:
             coulomb, largest = levels(self.y, bristles, memory, self.c, self.e)
             dwell = self.t - memory[at.REST_START]
             memory[at.HELD] = static_after(dwell, coulomb, largest, self.c, self.e)
-            memory[at.SHARE] = share_left(self.t, memory, self.c)
+            memory[at.SHARE] = share_left(self.t, memory, self.c, self.e)
             memory[at.STICKING], memory[at.SLIDE_START] = 0.0, self.t
         elif event == TURN:
             self._way = -self._way
@@ -278,5 +278,5 @@ class Plant:
             self.y[at.X] = self._outer_stop(self.y) if outer else 0.0
             self.y[at.V] = 0.0
         if event == ARREST or (event == TOUCH and memory[at.STICKING] == 0.0):
-            memory[at.SHARE] = share_left(self.t, memory, self.c)
+            memory[at.SHARE] = share_left(self.t, memory, self.c, self.e)
             memory[at.STICKING], memory[at.REST_START] = 1.0, self.t

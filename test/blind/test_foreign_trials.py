@@ -209,7 +209,8 @@ def test_figures_are_those_of_the_answers() -> None:
 
 
 def test_form_that_the_library_has_since_is_not_foreign_any_more() -> None:
-    seeds = foreign_scores.MATCHED_FROM - 1, foreign_scores.MATCHED_FROM
+    since = foreign_scores.MATCHED['spring_behind_gap']
+    seeds = since - 1, since
     one = answer('foreign', ['spring_behind_gap'], 'effect', cut=1.0, ranking=['load_spring'])
     before, after = ({**one, 'key': f'fresh/{seed}/foreign/-'} for seed in seeds)
     assert foreign_scores.foreign_seen([before, after]) == [before]

@@ -87,6 +87,9 @@ ALIKE = (
     ('pressure_dependent_friction', 'pressure_power_friction'),
     ('direction_dependent_friction', 'direction_dependent_viscous_friction'),
     ('friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'),
+    ('line_lag', 'line_resistance'),
+    ('valve_lag', 'spool_rate_limit'),
+    ('dwell_static_friction', 'static_friction_recovery'),
 )
 """Laws of one mechanism: a library that has one of them does not lack the mechanism."""
 

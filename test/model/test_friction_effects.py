@@ -28,6 +28,18 @@ def test_static_friction_is_eq_16_at_rest_and_held_in_motion(dwell: float, stick
     assert LAW.coulomb_force - 1e-12 <= expected <= 30.0
 
 
+@pytest.mark.parametrize(('lost', 'dwell'), [(0.6, 0.0), (0.6, 0.3), (0.6, 1e6), (1.0, 0.3)])
+def test_static_friction_recovers_from_what_a_slip_has_left(lost: float, dwell: float) -> None:
+    signals = {'dwell_time': dwell, 'sticking': True, 'velocity': 0.0}
+    coulomb, lack, _ = contribute('static_friction_recovery', (lost, 0.2, 0.4), **signals)
+    excess = LAW.breakaway_force - LAW.coulomb_force
+    assert coulomb == 0.0
+    assert lack == pytest.approx(-lost * excess * math.exp(-0.2 * dwell**0.4))
+    if lost == 1.0:  # nothing but F_c at first: Eq. 16
+        eq_16 = contribute('dwell_static_friction', (LAW.breakaway_force, 0.2, 0.4), **signals)
+        assert lack == pytest.approx(eq_16[1])
+
+
 def test_stribeck_excess_is_whole_at_rest_and_falls_to_1_over_e() -> None:
     values = (6.0, 0.02, 1.5)
     excess = [contribute('stribeck', values, velocity=v)[0] for v in (0.0, 0.02, -0.02, 1.0)]

@@ -6,13 +6,12 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.false_position import MOST_ROUNDS, Bracket, narrowed, secant
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
 ACCURACY = 1e-10
 """Of the droop, as a share of the supply pressure [-]."""
-MOST_ROUNDS = 60
-"""Rounds of the solution at most; some five are needed, 25 where the pressures are equal."""
 
 
 class Parameters(NamedTuple):
@@ -37,30 +36,23 @@ def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
 @compiled
 def droop(signals: Signals, model: CompiledModel, resistance: float) -> float:
     """
-    Return the droop d [Pa] that solves d = R m'(p_s - d), by false position (Illinois).
+    Return the droop d [Pa] that solves d = R m'(p_s - d), by false position.
 
     The flow falls with the droop, so there is one solution, between none and R m'(p_s).
     """
     supply = signals.ports.supply_1
-    low, high = 0.0, min(resistance * drawn(signals, model, supply), supply)
-    excess_low, excess_high = -high, high - resistance * drawn(signals, model, supply - high)
-    side = 0
+    most = min(resistance * drawn(signals, model, supply), supply)
+    excess = most - resistance * drawn(signals, model, supply - most)
+    bracket = Bracket(0.0, -most, most, excess, 0)
     for _ in range(MOST_ROUNDS):
-        if high - low <= ACCURACY * supply or excess_high <= 0.0:
+        if bracket.high - bracket.low <= ACCURACY * supply or bracket.at_high <= 0.0:
             break
-        middle = (low * excess_high - high * excess_low) / (excess_high - excess_low)
+        middle = secant(bracket)
         excess = middle - resistance * drawn(signals, model, supply - middle)
         if abs(excess) <= ACCURACY * supply:
             return middle
-        if excess < 0.0:
-            low, excess_low = middle, excess
-            excess_high *= 0.5 if side < 0 else 1.0
-            side = -1
-        else:
-            high, excess_high = middle, excess
-            excess_low *= 0.5 if side > 0 else 1.0
-            side = 1
-    return high
+        bracket = narrowed(bracket, middle, excess)
+    return bracket.high
 
 
 @compiled
