@@ -15,8 +15,8 @@ from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.faint_causes import FaintCauses
-from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED, of_names, starts_of
+from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED
 from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
@@ -102,7 +102,7 @@ class Search(FaintCauses):
             self.ranking += [chosen, *fits]
             if len(accepted.explanation.parts) > len(chosen.explanation.parts):
                 break
-            beam = self._beam(self._exchanged(accepted, size), fits)
+            beam = self._beam(accepted, fits)
 
     def _grown_with_cycles(
         self, beam: Sequence[Explanation], size: int
@@ -187,29 +187,6 @@ class Search(FaintCauses):
         if further is None:
             self.best, self.training, self.held_out = before
         return further
-
-    def _exchanged(self, accepted: ScoredFit, size: int) -> ScoredFit:
-        """
-        Return the explanation with an earlier cause exchanged for another, if that is better.
-
-        Beside a further one another may fit better than that which was best alone (sequential
-        replacement: A. J. Miller, Subset Selection in Regression, 2nd ed., 2002, section 3.6).
-        """
-        *causes, last = accepted.explanation.parts[len(self.base.parts) :]
-        for cause in causes:
-            others = accepted.explanation.without(cause)
-            if last not in others.parts:  # another form of this one
-                continue
-            rest = fit(others, self.given, self.training, ROUNDS)
-            self.best = score(rest, self.given, self.training, self.held_out)
-            screened = of_names(self._screened(rest.explanation, size), 0, MOST_FITTED)
-            fits = self._fits([accepted.explanation, *starts_of(rest.explanation, screened)])
-            fits, _ = self._with_discrepancy(fits, rest)
-            self.best, chosen = accepted, preferred(fits)
-            if set(chosen.explanation.forms) != set(accepted.explanation.forms):
-                self.ranking += fits
-                return self._renewed(chosen)
-        return accepted
 
     def _with_one_more(
         self, beam: Sequence[Explanation], smaller: Hypothesis, size: int
