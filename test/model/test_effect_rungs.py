@@ -43,6 +43,12 @@ def dwell(law: Friction) -> Effects:
     return {'dwell_static_friction': effects.load('dwell_static_friction').parameters(*values)}
 
 
+def recovery(law: Friction) -> Effects:
+    values = 1.0, law.dwell_coefficient, law.dwell_exponent  # a slip leaves F_c, as in Eq. 16
+    parameters = effects.load('static_friction_recovery').parameters
+    return {'static_friction_recovery': parameters(*values)}
+
+
 def stribeck(law: Friction) -> Effects:
     excess = law.breakaway_force - law.coulomb_force
     values = excess, law.stribeck_velocity, law.stribeck_exponent
@@ -75,6 +81,9 @@ RUNGS = {
         lambda _: {'model': DWELL},
         lambda law: {'model': REVISED, 'breakaway_force': some_constant_static_friction(law)},
         dwell,
+    ),
+    'static_friction_recovery': Rung(
+        lambda _: {'model': DWELL}, lambda _: {'model': REVISED}, recovery
     ),
     'stribeck': Rung(lambda _: {'model': LUGRE}, lambda _: {'model': COULOMB_VISCOUS}, stribeck),
     'film_dynamics': Rung(lambda _: {'model': REVISED}, lambda _: {'model': LUGRE}, film),
