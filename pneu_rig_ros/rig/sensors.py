@@ -21,7 +21,7 @@ TRIMMED = 0.79
 ROUND_OFF = 1e-9
 """Steps below this share of a signal's largest value are round-off [-]."""
 NEAR_ZERO = 2.0
-"""A pressure this close to its sensor's zero may be any below it [standard deviations]."""
+"""A pressure this close to its sensor's zero may be zero, or any below [standard deviations]."""
 
 
 class Sensors(NamedTuple):
@@ -78,7 +78,7 @@ def near_zero(pressure: float, zero: float, noise: float) -> bool:
 
     :param pressure, zero, noise: reading, zero and standard deviation of a reading [Pa]
     """
-    return pressure <= zero + NEAR_ZERO * noise
+    return abs(pressure - zero) <= NEAR_ZERO * noise
 
 
 def noise_of(signal: Floats) -> float:

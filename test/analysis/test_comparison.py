@@ -110,6 +110,15 @@ def test_noise_of_a_vented_chamber_is_no_pressure(
     assert start == (zero if vented else read[0])
 
 
+def test_pressure_below_the_atmosphere_is_where_a_simulation_starts(record: Recording) -> None:
+    configuration = load_configuration('cylinder_2')
+    read = np.full(record.size, 0.8 * configuration.model.gas.atmospheric_pressure)
+    drawn = replace(
+        record, configuration=configuration, signals={**record.signals, 'pressure_2': read}
+    )
+    assert simulate_record(drawn, configuration).pressure_2[0] == read[0]
+
+
 def test_another_model_shows(ideal: RigConfiguration, record: Recording) -> None:
     other = load_configuration('cylinder_2', friction='coulomb_viscous')
     noise = signal_noise(*sensor_noise(ideal.sensors), record.interval, ForceBalance.of(ideal))

@@ -176,6 +176,8 @@ def test_nonlinear_opening_keeps_the_exhaust_at_its_edge_and_fully_open(exponent
         ('nonlinear_opening', (1.5, 1.5)),
         ('valve_null_leak', (1e-9, 1e-9)),
         ('line_lag', (0.03,)),
+        ('line_resistance', (3e8,)),
+        ('spool_rate_limit', (0.05,)),
     ],
 )
 def test_spools_that_pass_the_jump_of_the_exhaust_cost_neither_accuracy_nor_steps(

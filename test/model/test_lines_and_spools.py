@@ -31,12 +31,20 @@ def test_flow_of_valve_and_line_is_the_same(
     assert flow != 0.0
 
 
-def test_line_alone_limits_the_flow_of_a_valve_that_is_wide_open() -> None:
-    filling, emptying = passed(5.0, 1.5e5, 1e10), passed(0.0, 4e5, 1e10)
-    atmosphere = GAS.atmospheric_pressure
-    # the valve, in series, takes the few percent that the opening adds to an infinite one
-    assert 0.95 < filling / (math.sqrt(SUPPLY**2 - 1.5e5**2) / 1e10) < 1.0
-    assert 0.95 < emptying / (-math.sqrt(4e5**2 - atmosphere**2) / 1e10) < 1.0
+def test_line_behind_a_choked_valve_takes_nothing() -> None:
+    whole = valve.mass_flow(3.0, 1.1e5, SUPPLY, VALVE, GAS)
+    resistance = 0.5 * GAS.critical_ratio * SUPPLY / whole  # leaves p_v below the critical ratio
+    assert math.hypot(1.1e5, resistance * whole) < GAS.critical_ratio * SUPPLY
+    assert passed(3.0, 1.1e5, resistance) == pytest.approx(whole, rel=1e-8)
+
+
+@pytest.mark.parametrize(('voltage', 'pressure'), [(5.0, 1.5e5), (0.0, 4e5)])
+def test_line_alone_limits_the_flow_the_more_it_resists(voltage: float, pressure: float) -> None:
+    outside = SUPPLY if voltage > 2.5 else GAS.atmospheric_pressure
+    alone = math.sqrt(abs(outside**2 - pressure**2))
+    shares = [abs(passed(voltage, pressure, R)) * R / alone for R in (1e8, 1e9, 1e10)]
+    assert shares == sorted(shares)
+    assert shares[0] < 0.5 * shares[2] < 0.5
 
 
 def test_lines_of_shut_valves_pass_nothing() -> None:

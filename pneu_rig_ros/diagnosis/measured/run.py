@@ -252,7 +252,8 @@ class Run:
 
     def near_zero(self, chamber: int, pressure: float) -> bool:
         """Return whether a pressure [Pa] is so near the zero of its sensor that noise hides it."""
-        return near_zero(pressure, self.span.low, self.noise.pressures[chamber - 1])
+        low = self.span.low  # a smoothed reading may be below
+        return near_zero(max(pressure, low), low, self.noise.pressures[chamber - 1])
 
     @property
     def has_nuisances(self) -> bool:

@@ -39,14 +39,14 @@ def at_valve(flow: float, pressure: float, resistance: float) -> float:
 
 
 @compiled
-def through_line(
+def lack(
     voltage: float, pressure: float, supply: float, model: CompiledModel, resistance: float
 ) -> float:
     """
-    Return the flow into a chamber [kg/s] through valve and line, by false position.
+    Return what the flow into a chamber lacks of that through the valve alone [kg/s].
 
-    It is between none and that without a line, as the flow through the valve falls with the
-    pressure behind it.
+    The flow is between none and that one, as the flow through the valve falls with the pressure
+    behind it; by false position.
     """
     valve, gas = model.valve, model.gas
     whole = mass_flow(voltage, pressure, supply, valve, gas)
@@ -62,9 +62,9 @@ def through_line(
         behind = at_valve(share * whole, pressure, resistance)
         excess = share - mass_flow(voltage, behind, supply, valve, gas) / whole
         if abs(excess) <= ACCURACY:
-            return share * whole
+            return (share - 1.0) * whole
         bracket = narrowed(bracket, share, excess)
-    return bracket.high * whole
+    return (bracket.high - 1.0) * whole
 
 
 @compiled
@@ -73,20 +73,17 @@ def contribution(
 ) -> tuple[float, float]:
     """Return what the flows into chamber 1 and 2 lack of those through the valves alone [kg/s]."""
     ports, gas, resistance = signals.ports, signals.gas, parameters.resistance
-    valve, air = model.valve, model.gas
-    whole_1 = mass_flow(ports.voltage_1, gas.pressure_1, ports.supply_1, valve, air)
-    whole_2 = mass_flow(ports.voltage_2, gas.pressure_2, ports.supply_2, valve, air)
-    flow_1 = through_line(ports.voltage_1, gas.pressure_1, ports.supply_1, model, resistance)
-    flow_2 = through_line(ports.voltage_2, gas.pressure_2, ports.supply_2, model, resistance)
-    return flow_1 - whole_1, flow_2 - whole_2
+    lack_1 = lack(ports.voltage_1, gas.pressure_1, ports.supply_1, model, resistance)
+    lack_2 = lack(ports.voltage_2, gas.pressure_2, ports.supply_2, model, resistance)
+    return lack_1, lack_2
 
 
 EFFECT = Effect(
     title='lines resist the flow between valve and chamber',
     balance=Balance.MASS,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='P. Beater, Pneumatic Drives, 2007, ch. 5 (turbulent isothermal flow in tubes); in '
-    'series with the valve as ISO 6358-3:2014',
+    source='A. H. Shapiro, The Dynamics and Thermodynamics of Compressible Fluid Flow 1, Ronald '
+    'Press 1953, ch. 6 (isothermal flow with friction in a long duct), in series with the valve',
     null=Parameters(0.0),
     contribution=contribution,
     probes=(Parameters(1e8), Parameters(3e8), Parameters(1e9)),
