@@ -71,6 +71,23 @@ def bristle_deflection_rate(velocity: float, bristle_force: float, level: float)
 
 
 @compiled
+def friction_direction(
+    velocity: float, sticking: bool, bristle_force: float, coulomb_force: float
+) -> float:
+    """
+    Return the side to which friction is directed, 1 on the outstroke and -1 on the instroke [-].
+
+    At rest it is that in which the bristles are bent; it turns within half of F_c, so that what
+    depends on it has no jump.
+
+    :param bristle_force: F(z) [N]
+    """
+    if sticking:
+        return min(max(2.0 * bristle_force / coulomb_force, -1.0), 1.0)
+    return 1.0 if velocity > 0.0 else -1.0
+
+
+@compiled
 def stribeck_power(velocity: float, friction: Friction) -> float:
     """Return |v / v_s|^n [-] of Eq. 11, with |v| so that it holds in both directions."""
     ratio = abs(velocity) / friction.stribeck_velocity

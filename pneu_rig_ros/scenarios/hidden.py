@@ -142,6 +142,16 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'dwell_coefficient': _by_size(0.4, 0.4, 0.4),
         'dwell_exponent': _by_size(0.5, 0.5, 0.5),
     },
+    # where the strokes of the recordings begin and end
+    'local_friction': {
+        'share': _by_size(0.1, 0.25, 0.6),
+        'place': _by_size(0.4, 0.5, 0.6),
+        'width': _by_size(0.15, 0.12, 0.1),
+    },
+    'direction_dependent_static_friction': {
+        'asymmetry': _by_size(0.1, 0.2, 0.4),
+        'one_sidedness': _by_size(0.0, 1.0, -1.0),
+    },
 }
 LAW_OF = {'static_friction_recovery': 'revised_lugre'}
 """Effect -> friction law that it completes, in the truth as in the model."""

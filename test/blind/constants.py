@@ -72,6 +72,9 @@ HIDDEN = (
     'line_resistance.resistance', 'spool_rate_limit.time_per_volt',
     'static_friction_recovery.lost_share', 'static_friction_recovery.dwell_coefficient',
     'static_friction_recovery.dwell_exponent',
+    'local_friction.share', 'local_friction.place', 'local_friction.width',
+    'direction_dependent_static_friction.asymmetry',
+    'direction_dependent_static_friction.one_sidedness',
 )  # fmt: skip
 """What can be hidden in the equations, effect.parameter, in the order of the places below."""
 (
@@ -80,6 +83,7 @@ HIDDEN = (
     ANGLE, SPRING, PRELOAD, CUSHION, CUSHION_K, CUSHION_D, COMPLIANCE, JOINT_D, PORES_1, PORES_2,
     PORES_POWER, CONVECTION_1, CONVECTION_2, CONVECTION_POWER, LIP, LIP_POWER, TRAVEL_RATE,
     TRAVEL_LIMIT, TIME_RATE, TIME_LIMIT, TAPER, LINE_DROP, VOLT_TIME, LOST, LOST_GAMMA, LOST_POWER,
+    BELL, BELL_PLACE, BELL_WIDTH, STATIC_ASYMMETRY, STATIC_ONE_SIDE,
 ) = range(len(HIDDEN))  # fmt: skip
 NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'nonlinear_opening.exhaust_exponent': 1.0, 'friction_warm_up.work': 1.0,
@@ -88,7 +92,8 @@ NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'travel_dependent_friction.limit': 0.5,
                'time_dependent_friction.limit': 0.5,
                'static_friction_recovery.dwell_coefficient': 1.0,
-               'static_friction_recovery.dwell_exponent': 0.5}  # fmt: skip
+               'static_friction_recovery.dwell_exponent': 0.5,
+               'local_friction.width': 0.1}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
 
 FOREIGN, WIDTH = len(HIDDEN), 4

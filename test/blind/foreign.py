@@ -47,8 +47,12 @@ CROSS, NULL = ('cross_piston_leak',), ('valve_null_leak',)
 LAG = 'valve_lag', 'spool_rate_limit'
 PLAY, LINE = ('spool_hysteresis',), ('line_lag', 'line_resistance')
 PRESSURE = 'pressure_dependent_friction', 'pressure_power_friction'
-SIDE = 'direction_dependent_friction', 'direction_dependent_viscous_friction'
-PLACE = ('position_dependent_friction',)
+SIDE = (
+    'direction_dependent_friction',
+    'direction_dependent_viscous_friction',
+    'direction_dependent_static_friction',
+)
+PLACE = 'position_dependent_friction', 'local_friction'
 WARM = 'friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'
 SPRING, CUSHION, JOINT = ('load_spring',), ('end_cushion',), ('load_compliance',)
 BRISTLES, STRIBECK = ('presliding_hysteresis',), ('stribeck',)

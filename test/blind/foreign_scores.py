@@ -43,6 +43,8 @@ MATCHED = {
     'bent_exhaust_edge': 78,
     'spring_behind_gap': 78,
     'slewing_spool': 80,
+    'bump_at_place': 81,
+    'outward_excess': 81,
 }
 """Form that was found missing -> seed from which the library has its formula."""
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01

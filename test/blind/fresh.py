@@ -37,7 +37,13 @@ ADDED = (
     'bore_taper',
 )
 LATEST = ('direction_dependent_viscous_friction',)
-NEWEST = ('line_resistance', 'spool_rate_limit', 'static_friction_recovery')
+NEWEST = (
+    'line_resistance',
+    'spool_rate_limit',
+    'static_friction_recovery',
+    'local_friction',
+    'direction_dependent_static_friction',
+)
 """Effects that came later, and later still: drawn apart, so that earlier draws stay the same."""
 SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST, *NEWEST))
 RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'triple', 'removed', 'uncalibrated')

@@ -22,6 +22,9 @@ from .constants import (
     AT_FILM,
     AT_JOINT,
     AT_PAD,
+    BELL,
+    BELL_PLACE,
+    BELL_WIDTH,
     COMPLIANCE,
     CONTACT,
     CUSHION,
@@ -62,6 +65,8 @@ from .constants import (
     SLIDE_START,
     SLOPE,
     SPRING,
+    STATIC_ASYMMETRY,
+    STATIC_ONE_SIDE,
     STICKING,
     STRETCH,
     STROKE,
@@ -132,11 +137,11 @@ def levels(
 ) -> tuple[float, float]:
     """F_c and F_smax [N] with what hidden effects add to them."""
     share = e[GRADIENT] * (y[X] / c[STROKE] - 0.5) - e[DROP] * y[WARMTH]
-    if e[ASYMMETRY] != 0.0:
-        side = 1.0 if y[V] > 0.0 else -1.0
-        if memory[STICKING] == 1.0:
-            side = max(-1.0, min(1.0, 2.0 * bristles / c[F_C]))
-        share += e[ASYMMETRY] * (side + e[ONE_SIDE])
+    share += e[BELL] * math.exp(-(((y[X] / c[STROKE] - e[BELL_PLACE]) / e[BELL_WIDTH]) ** 2))
+    side = 1.0 if y[V] > 0.0 else -1.0
+    if memory[STICKING] == 1.0:
+        side = max(-1.0, min(1.0, 2.0 * bristles / c[F_C]))
+    share += e[ASYMMETRY] * (side + e[ONE_SIDE])
     share += drifted(e[TRAVEL_RATE], e[TRAVEL_LIMIT], y[TRAVEL])
     share += drifted(e[TIME_RATE], e[TIME_LIMIT], y[ELAPSED])
     added = e[SLOPE] * max(y[P1] + y[P2] - 2.0 * c[P_ATM], 0.0)
@@ -146,7 +151,9 @@ def levels(
         coulomb = max((1.0 + share) * c[F_C] + added + more, 0.01 * c[F_C])
         return coulomb, max((1.0 + share) * c[F_S] + added + most, 0.01 * c[F_S])
     coulomb = max((1.0 + share) * c[F_C] + added, 0.01 * c[F_C])
-    return coulomb, max((1.0 + share) * c[F_S] + added, 0.01 * c[F_S])
+    largest = max((1.0 + share) * c[F_S] + added, 0.01 * c[F_S])
+    excess = e[STATIC_ASYMMETRY] * (side + e[STATIC_ONE_SIDE])
+    return coulomb, largest + excess * max(largest - coulomb, 0.0)
 
 
 @numba.njit

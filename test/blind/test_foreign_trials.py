@@ -153,8 +153,8 @@ ANSWERS = [
     answer(
         'foreign', ['wider_dead_band'], 'parameter', parameters=['valve.intake_voltage'], cut=0.8
     ),
-    answer('foreign', ['bump_at_place'], 'effect', effects=['load_spring'], cut=None),
-    answer('foreign', ['bump_at_place'], 'unknown', visibility=1.0),
+    answer('foreign', ['joined_sleeve'], 'effect', effects=['load_spring'], cut=None),
+    answer('foreign', ['joined_sleeve'], 'unknown', visibility=1.0),
     answer('foreign_unknown', ['detent'], 'unknown', balance='force', cut=0.9),
     answer('foreign_unknown', ['compressor_pulsation'], 'unknown', balance='force', cut=0.2),
     answer('foreign_unknown', ['churning'], 'effect', effects=['load_spring'], cut=0.1),

@@ -85,7 +85,12 @@ ALIKE = (
     ('chamber_leak', 'porous_leak'),
     ('wall_heat_transfer', 'natural_convection'),
     ('pressure_dependent_friction', 'pressure_power_friction'),
-    ('direction_dependent_friction', 'direction_dependent_viscous_friction'),
+    (
+        'direction_dependent_friction',
+        'direction_dependent_viscous_friction',
+        'direction_dependent_static_friction',
+    ),
+    ('position_dependent_friction', 'local_friction'),
     ('friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'),
     ('line_lag', 'line_resistance'),
     ('valve_lag', 'spool_rate_limit'),

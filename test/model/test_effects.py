@@ -31,7 +31,8 @@ POSITION_NOISE, PRESSURE_NOISE = 29e-6, 165.0
 
 
 def there_and_back(plant: Plant) -> Trajectory:
-    runs = [stroke(plant, u, 8.0) for u in (0.5, -0.5)]
+    """Return two slow strokes over half of the cylinder, and a fast one over all of it."""
+    runs = [stroke(plant, *each) for each in ((0.5, 8.0), (-0.5, 8.0), (1.2, 6.0))]
     return Trajectory(*(np.concatenate(columns) for columns in zip(*runs, strict=True)))
 
 

@@ -8,7 +8,7 @@ import pytest
 from pneu_rig_ros.model import effects, friction
 from pneu_rig_ros.model.parameters import REVISED_LUGRE_DWELL
 
-from .test_effect_physics import COMPILED, contribute, settle
+from .test_effect_physics import COMPILED, MODEL, contribute, settle
 
 LAW = COMPILED.friction
 
@@ -96,3 +96,34 @@ def test_presliding_stiffness_is_that_of_the_element_until_it_slips() -> None:
 @pytest.mark.parametrize('name', [n for n in effects.names() if effects.load(n).laws])
 def test_rung_is_missing_in_some_law_but_not_in_all(name: str) -> None:
     assert 'revised_lugre_dwell' not in effects.load(name).laws
+
+
+def test_friction_is_a_bell_around_its_place() -> None:
+    def share(place: float) -> float:
+        values = (0.3, 0.6, 0.1)
+        x = place * MODEL.cylinder.stroke
+        coulomb, static, _ = contribute('local_friction', values, position=x)
+        assert coulomb / LAW.coulomb_force == pytest.approx(static / LAW.breakaway_force)
+        return float(static / LAW.breakaway_force)
+
+    assert share(0.6) == pytest.approx(0.3)
+    assert [share(0.5), share(0.7)] == pytest.approx([0.3 / math.e] * 2)
+    assert share(0.0) == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize(('one_sidedness', 'shares'), [(0.0, (0.2, -0.2)), (1.0, (0.4, 0.0))])
+def test_static_friction_differs_by_direction(
+    one_sidedness: float, shares: tuple[float, float]
+) -> None:
+    excess = LAW.breakaway_force - LAW.coulomb_force
+    for side, share in zip((1.0, -1.0), shares, strict=True):
+        for sticking in (True, False):
+            coulomb, static, _ = contribute(
+                'direction_dependent_static_friction',
+                (0.2, one_sidedness),
+                velocity=0.0 if sticking else 0.01 * side,
+                bristle_force=side * LAW.coulomb_force,
+                sticking=sticking,
+            )
+            assert coulomb == 0.0
+            assert static == pytest.approx(share * excess)

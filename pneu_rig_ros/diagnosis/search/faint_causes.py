@@ -97,7 +97,7 @@ class FaintCauses(Growth):
         """
         if not self.is_exact() or self.training.runs_freely or self.strong():
             return None
-        if self.training.cycles is not None and self.cycles_differ():
+        if self.training.cycles is not None and self.cycles_remain():
             return None
         self.progress('comparing free runs')
         self.free_runs_are_off = self._off_in_free_runs(best)

@@ -35,6 +35,9 @@ from pneu_rig_ros.diagnosis.search.scoring import (
 NEGLIGIBLE = 0.03
 """Share of the excess so small that its significance is no measure of a cause [-]."""
 
+CYCLES_EXPLAINED = 0.1
+"""Share of the excess of the cycles below which no further cause is searched [-]."""
+
 WEAK = 1.5
 """
 RMS of what weak effects that no model has may leave in a balance, relative to its noise [-].
@@ -202,6 +205,12 @@ class Remainder:
             self.first_cycle_test = test
         strong = not self.uncalibrated or test.loss > WEAK_CYCLES * test.expected
         return test.significant and strong
+
+    def cycles_remain(self) -> bool:
+        """Return whether they are, and the best explanation leaves more than a little of them."""
+        if self.best is not None and self.remaining() < CYCLES_EXPLAINED:
+            return False
+        return self.cycles_differ()
 
     def cycle_test(self, hypothesis: Hypothesis) -> CycleTest:
         """Return the test of the cycles of the training data, or of the free runs of all."""

@@ -32,8 +32,6 @@ BEAM = 2
 """Explanations of one size that grow further."""
 RENEWALS = 3
 """Fits at most, each under the noise of the one before."""
-CYCLES_EXPLAINED = 0.1
-"""Share of the excess of the cycles below which no further cause is searched [-]."""
 
 
 @dataclass(kw_only=True)
@@ -159,9 +157,7 @@ class Search(FaintCauses):
                 return False
             self.add_cycles()
             return self.best is None or self._needs_a_cause()
-        if self.best is not None and self.remaining() < CYCLES_EXPLAINED:
-            return False
-        return self.cycles_differ()
+        return self.cycles_remain()
 
     def _accept(self, chosen: ScoredFit, fits: Sequence[ScoredFit], size: int) -> ScoredFit | None:
         """

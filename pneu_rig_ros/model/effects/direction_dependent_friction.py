@@ -6,6 +6,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.friction import friction_direction
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -28,15 +29,13 @@ def contribution(
     """
     Return what is added to F_c and to F_smax [N]: their share on the outstroke, less it else.
 
-    At rest the direction is that in which the bristles are bent; it turns within half of F_c,
-    so that the level has no jump. Both directions together have twice the asymmetry, of which one
-    of them has all where the other has the level of the law.
+    Both directions together have twice the asymmetry, of which one of them has all where the other
+    has the level of the law.
     """
-    law = model.friction
-    if signals.seal.sticking:
-        direction = min(max(2.0 * signals.seal.bristle_force / law.coulomb_force, -1.0), 1.0)
-    else:
-        direction = 1.0 if signals.motion.velocity > 0.0 else -1.0
+    law, seal = model.friction, signals.seal
+    direction = friction_direction(
+        signals.motion.velocity, seal.sticking, seal.bristle_force, law.coulomb_force
+    )
     share = parameters.asymmetry * (direction + parameters.one_sidedness)
     return share * law.coulomb_force, share * law.breakaway_force
 
