@@ -6,6 +6,7 @@ from pathlib import Path
 from . import scores
 from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
+from .foreign_misses import by_draw, by_kind, seed_of
 from .foreign_scores import MATCHED, by_form, by_probability, by_verdict, figures, headline
 from .foreign_trials import FOREIGN_PARTS, drawn_foreign
 from .page_tables import percent, table
@@ -45,7 +46,16 @@ mechanism, `unknown` where the library has none, nothing missing where nothing s
 is hidden. Another mix of causes than that of these trials has other shares.
 
 {by_verdict}
-{reliability}## Form by form
+{reliability}## By draw
+
+Right answers of those that count. Between draws the method was built further, and what the misses
+showed went into it.
+
+{by_draw}
+## Wrong answers by kind
+
+{by_kind}
+## Form by form
 
 {by_form}
 ## Answers
@@ -101,11 +111,6 @@ def said(answers: list[Answer]) -> str:
     return table(head, rows)
 
 
-def seed_of(answer: Answer) -> int:
-    """Return the seed from which the trial of an answer was drawn."""
-    return int(answer['key'].split('/')[1])
-
-
 def kept_answers(source: Path) -> dict[str, list[Answer]]:
     """Return revision -> its answers that count, from the folder with those of each revision."""
     found = {}
@@ -137,6 +142,8 @@ def write_kept(source: Path, docs: Path) -> None:
         draws=', '.join(f'seed {seed} at git {revision}' for seed, revision in draws),
         headline=headline(answers),
         coverage=coverage(answers, [seed for seed, _ in draws]),
+        by_draw=by_draw(answers),
+        by_kind=by_kind(answers),
         by_form=by_form(answers),
         by_verdict=by_verdict(answers),
         reliability=reliability(answers),

@@ -9,7 +9,7 @@ import pytest
 from pneu_rig_ros.diagnosis.answer.probability import TRUE_ANSWERS
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS
 
-from . import foreign_page, foreign_scores
+from . import foreign_misses, foreign_page, foreign_scores
 from .__main__ import chosen
 from .answers import FOLDER
 from .circumstances import (
@@ -233,6 +233,22 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
         '`unknown` | 2 of 3',
     ):
         assert f'| {row} |' in worth
+
+
+def test_wrong_answers_have_a_kind_and_right_ones_a_draw() -> None:
+    drawn_from = [{**each, 'key': f'fresh/{60 + n % 2}/-'} for n, each in enumerate(ANSWERS)]
+    kinds = foreign_misses.by_kind(drawn_from)
+    for row in (
+        '`foreign` | another cause, no gap on the held-out recordings | 1 of 3 | `joined_sleeve`',
+        '`foreign_unknown` | another cause, which closes less than 90 % of the gap | 1 of 3 | '
+        '`churning`',
+        '`conditions` | another cause, no gap on the held-out recordings | 1 of 2 | `load_mass`',
+    ):
+        assert f'| {row} |' in kinds
+    assert kinds.count('\n| `') == 5
+    by_seed = foreign_misses.by_draw(drawn_from).splitlines()
+    assert by_seed[2].startswith('| 60 | 1 of 2 |')
+    assert by_seed[3].startswith('| 61 | 1 of 1 |')
 
 
 def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
