@@ -51,8 +51,8 @@ def by_draw(answers: list[Answer]) -> str:
 def judged(answers: list[Answer]) -> dict[str, tuple[list[Answer], Callable[[Answer], bool]]]:
     """Return part -> the answers that count, and what a right one is."""
     return {
-        'foreign': (foreign_seen(answers), right_mechanism),
-        'foreign_unknown': (scores.seen(answers, 'foreign_unknown'), scores.unknown),
+        'foreign': (foreign_seen(answers, 'foreign'), right_mechanism),
+        'foreign_unknown': (foreign_seen(answers, 'foreign_unknown'), scores.unknown),
         'nuisance': (scores.seen(answers, 'nuisance'), right_mechanism),
         'nuisance_none': (scores.seen(answers, 'nuisance_none'), lambda a: not alarm(a)),
         'conditions': (scores.seen(answers, 'conditions'), condition_named),

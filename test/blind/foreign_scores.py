@@ -45,6 +45,7 @@ MATCHED = {
     'slewing_spool': 80,
     'bump_at_place': 81,
     'outward_excess': 81,
+    'sticking_place': 81,
 }
 """Form that was found missing -> seed from which the library has its formula."""
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01
@@ -91,7 +92,7 @@ def cuts(answers: Iterable[Answer]) -> list[float]:
 
 def figures(answers: list[Answer]) -> dict[str, Figure]:
     """Return key -> value, number of trials, interval, of what is to be seen."""
-    foreign, unknown = foreign_seen(answers), scores.seen(answers, 'foreign_unknown')
+    foreign, unknown = (foreign_seen(answers, part) for part in ('foreign', 'foreign_unknown'))
     called = [a for a in unknown if scores.unknown(a)]
     least = min(cuts(unknown), default=None)
     return {
@@ -109,9 +110,9 @@ def figures(answers: list[Answer]) -> dict[str, Figure]:
     }
 
 
-def foreign_seen(answers: list[Answer]) -> list[Answer]:
-    """Return the trials in which a form is to be seen that the library did not have."""
-    return [answer for answer in scores.seen(answers, 'foreign') if not _matched(answer)]
+def foreign_seen(answers: list[Answer], part: str) -> list[Answer]:
+    """Return the trials of a part in which a form is to be seen that the library did not have."""
+    return [answer for answer in scores.seen(answers, part) if not _matched(answer)]
 
 
 def _matched(answer: Answer) -> bool:

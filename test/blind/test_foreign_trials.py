@@ -213,7 +213,7 @@ def test_form_that_the_library_has_since_is_not_foreign_any_more() -> None:
     seeds = since - 1, since
     one = answer('foreign', ['spring_behind_gap'], 'effect', cut=1.0, ranking=['load_spring'])
     before, after = ({**one, 'key': f'fresh/{seed}/foreign/-'} for seed in seeds)
-    assert foreign_scores.foreign_seen([before, after]) == [before]
+    assert foreign_scores.foreign_seen([before, after], 'foreign') == [before]
 
 
 def test_tables_have_a_row_for_each_figure_and_form() -> None:
