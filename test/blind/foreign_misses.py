@@ -71,7 +71,7 @@ def kind(answer: Answer) -> str:
     if verdict == 'unknown':
         return '`unknown`, ' + ('a right cause' if ranked & mechanisms else 'another') + ' first'
     if mechanisms & {*answer['effects'], *answer['parameters']}:
-        return 'a right cause is named, not first or not alone'
+        return 'a right cause is named, not first or not all'
     if answer['before'] == 0.0 or answer['cut'] is None:
         return 'another cause, no gap on the held-out recordings'
     much = '' if answer['cut'] >= CLOSES else 'less than '

@@ -207,7 +207,7 @@ class Remainder:
         return test.significant and strong
 
     def cycles_remain(self) -> bool:
-        """Return whether they are, and the best explanation leaves more than a little of them."""
+        """Return whether simulated cycles differ, and more than a little of it is unexplained."""
         if self.best is not None and self.remaining() < CYCLES_EXPLAINED:
             return False
         return self.cycles_differ()
