@@ -84,3 +84,13 @@ def mass_flow(
         opening = valve.exhaust_coefficient * (valve.exhaust_zero_voltage - voltage)
         return -port_flow(pressure, gas.atmospheric_pressure, opening, valve, gas)
     return 0.0
+
+
+@compiled
+def mass_flow_drawn(
+    voltage: float, pressure: float, supply_pressure: float, valve: Valve, gas: Air
+) -> float:
+    """Return the mass flow [kg/s] that a valve draws from the supply; back flow is none."""
+    if voltage <= valve.intake_voltage or pressure >= supply_pressure:
+        return 0.0
+    return mass_flow(voltage, pressure, supply_pressure, valve, gas)

@@ -152,6 +152,21 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'asymmetry': _by_size(0.1, 0.2, 0.4),
         'one_sidedness': _by_size(0.0, 1.0, -1.0),
     },
+    # some 0.02 to 0.3 W/K where the chamber is filled
+    'forced_convection': {
+        'coefficient': _by_size(8.0, 25.0, 80.0),
+        'exponent': _by_size(0.8, 0.8, 0.5),
+    },
+    # strokes of 0.1 to 0.5 g each: 5 to 60 kPa together
+    'supply_tank': {
+        'fall': _by_size(5e6, 2e7, 6e7),
+        'recovery_time': _by_size(3.0, 10.0, 30.0),
+    },
+    # beside 2 to 40 N of seal friction
+    'seal_elasticity': {
+        'limit': _about(0.15, 0.4, 1.2),
+        'reach': _by_size(2e-4, 4e-4, 8e-4),
+    },
 }
 LAW_OF = {'static_friction_recovery': 'revised_lugre'}
 """Effect -> friction law that it completes, in the truth as in the model."""

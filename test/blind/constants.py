@@ -6,12 +6,12 @@ Numba unpacks a flat array in a fraction of a microsecond, a record of sixty fie
 
 (
     X, V, P1, P2, Z, H, M1, M2, LINE_1, LINE_2, SPOOL_1, SPOOL_2, WARMTH, STRETCH, LOAD_V,
-    TRAVEL, ELAPSED,
-) = range(17)  # fmt: skip
+    TRAVEL, ELAPSED, TANK, SEAL,
+) = range(19)  # fmt: skip
 """State: position [m], velocity [m/s], pressures [Pa], bristle deflection [m], film [-], gas
 masses [kg], flows out of the lines [kg/s], spools [V], warmth [-], stretch [m], velocity of the
-load [m/s], way gone [m] and time [s] so far."""
-STATES = 17
+load [m/s], way gone [m] and time [s] so far, what a tank lacks [Pa], deflection of a seal [m]."""
+STATES = 19
 
 (
     STICKING, CONTACT, REST_START, SLIDE_START, SHARE, HELD, TARGET_1, TARGET_2, ANCHORS,
@@ -75,6 +75,8 @@ HIDDEN = (
     'local_friction.share', 'local_friction.place', 'local_friction.width',
     'direction_dependent_static_friction.asymmetry',
     'direction_dependent_static_friction.one_sidedness',
+    'forced_convection.coefficient', 'forced_convection.exponent', 'supply_tank.fall',
+    'supply_tank.recovery_time', 'seal_elasticity.limit', 'seal_elasticity.reach',
 )  # fmt: skip
 """What can be hidden in the equations, effect.parameter, in the order of the places below."""
 (
@@ -83,7 +85,8 @@ HIDDEN = (
     ANGLE, SPRING, PRELOAD, CUSHION, CUSHION_K, CUSHION_D, COMPLIANCE, JOINT_D, PORES_1, PORES_2,
     PORES_POWER, CONVECTION_1, CONVECTION_2, CONVECTION_POWER, LIP, LIP_POWER, TRAVEL_RATE,
     TRAVEL_LIMIT, TIME_RATE, TIME_LIMIT, TAPER, LINE_DROP, VOLT_TIME, LOST, LOST_GAMMA, LOST_POWER,
-    BELL, BELL_PLACE, BELL_WIDTH, STATIC_ASYMMETRY, STATIC_ONE_SIDE,
+    BELL, BELL_PLACE, BELL_WIDTH, STATIC_ASYMMETRY, STATIC_ONE_SIDE, FORCED, FORCED_POWER,
+    TANK_FALL, TANK_TIME, SEAL_LIMIT, SEAL_REACH,
 ) = range(len(HIDDEN))  # fmt: skip
 NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'nonlinear_opening.exhaust_exponent': 1.0, 'friction_warm_up.work': 1.0,
@@ -93,7 +96,8 @@ NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'time_dependent_friction.limit': 0.5,
                'static_friction_recovery.dwell_coefficient': 1.0,
                'static_friction_recovery.dwell_exponent': 0.5,
-               'local_friction.width': 0.1}  # fmt: skip
+               'local_friction.width': 0.1, 'forced_convection.exponent': 0.8,
+               'supply_tank.recovery_time': 1.0, 'seal_elasticity.reach': 3e-4}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
 
 FOREIGN, WIDTH = len(HIDDEN), 4

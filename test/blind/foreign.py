@@ -40,8 +40,8 @@ class Form(NamedTuple):
     also: tuple[str, int] | None = None
 
 
-HEAT = 'wall_heat_transfer', 'natural_convection'
-DROOP, CURVE = ('supply_droop',), ('nonlinear_opening',)
+HEAT = 'wall_heat_transfer', 'natural_convection', 'forced_convection'
+DROOP, CURVE = ('supply_droop', 'supply_tank'), ('nonlinear_opening',)
 LEAK = 'chamber_leak', 'porous_leak'
 CROSS, NULL = ('cross_piston_leak',), ('valve_null_leak',)
 LAG = 'valve_lag', 'spool_rate_limit'
@@ -55,7 +55,7 @@ SIDE = (
 PLACE = 'position_dependent_friction', 'local_friction'
 WARM = 'friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'
 SPRING, CUSHION, JOINT = ('load_spring',), ('end_cushion',), ('load_compliance',)
-BRISTLES, STRIBECK = ('presliding_hysteresis',), ('stribeck',)
+BRISTLES, STRIBECK = ('presliding_hysteresis', 'seal_elasticity'), ('stribeck',)
 DWELL = 'dwell_static_friction', 'static_friction_recovery'
 FILM = ('film_dynamics',)
 NONE: tuple[str, ...] = ()

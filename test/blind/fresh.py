@@ -43,6 +43,9 @@ NEWEST = (
     'static_friction_recovery',
     'local_friction',
     'direction_dependent_static_friction',
+    'forced_convection',
+    'supply_tank',
+    'seal_elasticity',
 )
 """Effects that came later, and later still: drawn apart, so that earlier draws stay the same."""
 SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST, *NEWEST))

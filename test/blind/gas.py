@@ -20,6 +20,8 @@ from .constants import (
     CONVECTION_POWER,
     CROSS,
     DROOP,
+    FORCED,
+    FORCED_POWER,
     FOREIGN,
     HEAT_1,
     HEAT_2,
@@ -52,6 +54,9 @@ from .constants import (
     SPOOL_2,
     STROKE,
     T_S,
+    TANK,
+    TANK_FALL,
+    TANK_TIME,
     TARGET_1,
     TARGET_2,
     U_0,
@@ -140,9 +145,9 @@ def quadratic_droop(
 @numba.njit
 def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray) -> float:
     """Supply pressure [Pa] behind a resistance, found by bisection."""
-    before = c[P_S]
+    before = c[P_S] - y[TANK]
     if e.size > FOREIGN:
-        before = foreign.source(y, c, e)
+        before = foreign.source(y, c, e) - y[TANK]
         if e[AT_SUPPLY] == foreign.QUADRATIC_DROP and e[AT_SUPPLY + 1] > 0.0:
             return quadratic_droop(before, y, in_1, in_2, c, e)
     if e[DROOP] == 0.0 or in_1 + in_2 == 0.0:
@@ -218,6 +223,21 @@ def convected(gas: float, conductance: float, c: np.ndarray, e: np.ndarray) -> f
 
 
 @numba.njit
+def forced(pressure: float, volume: float, area: float, e: np.ndarray) -> float:
+    """Conductance [W/K] of the wall of a chamber to gas that is stirred, by its pressure."""
+    wall = 2.0 * area + 4.0 * volume / math.sqrt(4.0 * area / math.pi)
+    return e[FORCED] * wall * (pressure / 3e5) ** e[FORCED_POWER]
+
+
+@numba.njit
+def tank_rate(
+    y: np.ndarray, supply: float, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray
+) -> float:
+    """Rate of what the tank lacks [Pa/s]."""
+    return e[TANK_FALL] * drawn(supply, y, in_1, in_2, c) - y[TANK] / e[TANK_TIME]
+
+
+@numba.njit
 def foreign_rates(
     y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> None:
@@ -237,6 +257,8 @@ def foreign_rates(
     valves = y.copy()  # with the pressures that the valves work against
     valves[P1], valves[P2] = ends
     supply = drooped_supply(valves, inward[0], inward[1], c, e)
+    if e[TANK_FALL] > 0.0:
+        dy[TANK] = tank_rate(valves, supply, inward[0], inward[1], c, e)
     across = orifice(y[P1], y[P2], e[CROSS], c) + foreign.cross_leak(y, c, e)
     total = 0.0
     for i in range(2):
@@ -260,9 +282,10 @@ def foreign_rates(
         flow -= sign * across + share * foreign.leak(y, pressure, c, e)
         volume = c[V10] + c[A1] * y[X] if i == 0 else c[V20] + c[A2] * (c[STROKE] - y[X])
         warmth = foreign.heat(y, dy, i, volume, c, e)
-        if e[HEAT_1 + i] + e[CONVECTION_1 + i] > 0.0:
+        if e[HEAT_1 + i] + e[CONVECTION_1 + i] + e[FORCED] > 0.0:
             gas = pressure * volume / (y[M1 + i] * c[R])
-            warmth += e[HEAT_1 + i] * (c[T_S] - gas) + convected(gas, e[CONVECTION_1 + i], c, e)
+            wall = e[HEAT_1 + i] + forced(pressure, volume, c[A1 + i], e)
+            warmth += wall * (c[T_S] - gas) + convected(gas, e[CONVECTION_1 + i], c, e)
         dy[M1 + i] = flow
         work = k * (rt * flow - sign * pressure * c[A1 + i] * y[V]) + (k - 1.0) * warmth
         dy[P1 + i] = work / foreign.stiffened(volume, pressure, c, e)
@@ -289,6 +312,8 @@ def gas_rates(
     in_1, out_1 = openings(spool_1, c, e)
     in_2, out_2 = openings(spool_2, c, e)
     supply = drooped_supply(y, in_1, in_2, c, e)
+    if e[TANK_FALL] > 0.0:
+        dy[TANK] = tank_rate(y, supply, in_1, in_2, c, e)
     p1, p2, outside = y[P1], y[P2], c[P_ATM]
     flow_1 = behind_line(supply, p1, in_1, out_1, c, e)
     flow_2 = behind_line(supply, p2, in_2, out_2, c, e)
@@ -311,9 +336,11 @@ def gas_rates(
     dy[M1], dy[M2] = flow_1, flow_2
     dy[P1] = k / volume_1 * (rt * flow_1 - p1 * c[A1] * y[V])
     dy[P2] = k / volume_2 * (rt * flow_2 + p2 * c[A2] * y[V])
-    if e[HEAT_1] + e[HEAT_2] + e[CONVECTION_1] + e[CONVECTION_2] > 0.0:
+    if e[HEAT_1] + e[HEAT_2] + e[CONVECTION_1] + e[CONVECTION_2] + e[FORCED] > 0.0:
         gas_1, gas_2 = p1 * volume_1 / (y[M1] * c[R]), p2 * volume_2 / (y[M2] * c[R])
-        heat_1 = e[HEAT_1] * (c[T_S] - gas_1) + convected(gas_1, e[CONVECTION_1], c, e)
-        heat_2 = e[HEAT_2] * (c[T_S] - gas_2) + convected(gas_2, e[CONVECTION_2], c, e)
+        wall_1 = e[HEAT_1] + forced(p1, volume_1, c[A1], e)
+        wall_2 = e[HEAT_2] + forced(p2, volume_2, c[A2], e)
+        heat_1 = wall_1 * (c[T_S] - gas_1) + convected(gas_1, e[CONVECTION_1], c, e)
+        heat_2 = wall_2 * (c[T_S] - gas_2) + convected(gas_2, e[CONVECTION_2], c, e)
         dy[P1] += (k - 1.0) / volume_1 * heat_1
         dy[P2] += (k - 1.0) / volume_2 * heat_2

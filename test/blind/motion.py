@@ -59,6 +59,9 @@ from .constants import (
     PRELOAD,
     READING,
     REST_START,
+    SEAL,
+    SEAL_LIMIT,
+    SEAL_REACH,
     SHARE,
     SIGMA_1,
     SIGMA_2,
@@ -261,6 +264,7 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     outer = cushion(y[X] - c[STROKE] + e[CUSHION], y[V], e)
     total = weight + spring + inner - outer
     total -= e[DRAG] * (abs(y[V]) + e[DRAG_ONE_SIDE] * y[V])
+    total -= e[SEAL_LIMIT] * max(-1.0, min(1.0, y[SEAL] / e[SEAL_REACH]))
     # what the bore is wider than stated, both chambers press on
     total += e[TAPER] * c[A1] * (y[X] / c[STROKE] - 0.5) * (y[P1] - y[P2])
     if e.size > FOREIGN:
@@ -268,6 +272,15 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
         if e[AT_PAD] > 0.0:
             total += foreign.pads(y, c, e)
     return total
+
+
+@numba.njit
+def seal_rate(y: np.ndarray, e: np.ndarray) -> float:
+    """Rate of the deflection of a seal [m/s], which slips in the last percent of its reach."""
+    if y[SEAL] * y[V] <= 0.0:
+        return float(y[V])
+    beyond = (abs(y[SEAL]) - e[SEAL_REACH]) / (0.01 * e[SEAL_REACH])
+    return float(y[V] * (1.0 - max(0.0, min(1.0, beyond))))
 
 
 @numba.njit
@@ -320,6 +333,8 @@ def motion_rates(
         dy[TRAVEL] = abs(v)
     if e[TIME_RATE] != 0.0:
         dy[ELAPSED] = 1.0
+    if e[SEAL_LIMIT] != 0.0:
+        dy[SEAL] = seal_rate(y, e)
     force = c[A1] * (y[P1] - c[P_ATM]) - c[A2] * (y[P2] - c[P_ATM]) + outer_forces(y, c, e)
     if e.size > FOREIGN:
         z_rate = foreign_bending(v, bristles, level, e)

@@ -25,6 +25,8 @@ GAS = {
     'natural_convection',
     'line_resistance',
     'spool_rate_limit',
+    'forced_convection',
+    'supply_tank',
 }
 SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
 GROUPS = ('gas', 'force', 'sensor')

@@ -125,7 +125,7 @@ class Plant:
         scale[at.Z] = max(c[at.F_S], c[at.F_C]) / self.stiffness.sum()
         scale[[at.M1, at.M2]] = c[at.P_S] * c[at.V10] / (c[at.R] * c[at.T_S])
         scale[[at.LINE_1, at.LINE_2]] = 1e-4
-        scale[at.STRETCH] = 1e-3
+        scale[[at.STRETCH, at.SEAL]], scale[at.TANK] = 1e-3, c[at.P_S]
         if len(scale) > at.STATES:
             scale[at.CLOCK], scale[[at.WALL_1, at.WALL_2]] = 1e3, c[at.T_S]
             scale[[at.SPOOL_V1, at.SPOOL_V2]] = 1e2

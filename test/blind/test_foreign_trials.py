@@ -220,7 +220,7 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
     text = foreign_scores.headline(ANSWERS)
     assert text.count('\n| `') == len(foreign_scores.WANTED)
     rows = foreign_scores.by_form(ANSWERS)
-    heat = 'wall_heat_transfer, natural_convection'
+    heat = 'wall_heat_transfer, natural_convection, forced_convection'
     assert f'| `woschni_heat` | gas | {heat} | 1 of 1 | wall_heat_transfer |' in rows
     assert '| `detent` | force | - | 1 of 1 | unknown |' in rows
     assert '| `compressor_pulsation` | gas | - | 0 of 1 | unknown |' in rows

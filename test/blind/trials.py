@@ -83,7 +83,9 @@ PAIRS = (
 )
 ALIKE = (
     ('chamber_leak', 'porous_leak'),
-    ('wall_heat_transfer', 'natural_convection'),
+    ('wall_heat_transfer', 'natural_convection', 'forced_convection'),
+    ('supply_droop', 'supply_tank'),
+    ('presliding_hysteresis', 'seal_elasticity'),
     ('pressure_dependent_friction', 'pressure_power_friction'),
     (
         'direction_dependent_friction',

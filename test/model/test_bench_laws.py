@@ -102,6 +102,21 @@ def test_heat_by_convection_is_that_of_cooling_at_its_reference() -> None:
     assert convected[0] == pytest.approx(cooled[0]) == pytest.approx(-3.0)
 
 
+@pytest.mark.parametrize('exponent', [0.0, 0.5, 0.8])
+def test_forced_convection_grows_with_pressure_and_with_the_wall(exponent: float) -> None:
+    def heat(pressure: float, volume: float) -> float:
+        mass = pressure * volume / (GAS.gas_constant * (GAS.supply_temperature + 10.0))
+        hot = {'gas_mass_1': mass, 'pressure_1': pressure, 'volume_1': volume}
+        return float(contribute('forced_convection', (20.0, exponent), **hot)[0])
+
+    area = COMPILED.cylinder.cap_area
+    diameter, length = math.sqrt(4.0 * area / math.pi), 0.2
+    wall = 2.0 * area + math.pi * diameter * length
+    assert heat(3e5, area * length) == pytest.approx(-20.0 * wall * 10.0)
+    assert heat(6e5, area * length) == pytest.approx(2.0**exponent * heat(3e5, area * length))
+    assert heat(3e5, 0.0001 * area * length) == pytest.approx(-20.0 * 2.0 * area * 10.0, rel=1e-2)
+
+
 def test_friction_grows_with_a_power_of_each_pressure() -> None:
     def added(bar_1: float, bar_2: float, exponent: float) -> float:
         pressures = (ATMOSPHERE + 1e5 * bar for bar in (bar_1, bar_2))

@@ -127,3 +127,24 @@ def test_static_friction_differs_by_direction(
             )
             assert coulomb == 0.0
             assert static == pytest.approx(share * excess)
+
+
+def test_seal_deforms_over_its_reach_and_reverses_over_twice_of_it() -> None:
+    limit, reach = 2.0, 3e-4
+
+    def moved(ways: tuple[float, ...]) -> float:
+        """Return the force [N] after ways [m] one after the other, at 1 mm/s."""
+        state = np.zeros(1)
+        for way in ways:
+            speed = math.copysign(1e-3, way)
+            state = settle('seal_elasticity', (limit, reach), way / speed, state, velocity=speed)
+        force, added, _ = contribute('seal_elasticity', (limit, reach), state)
+        assert added == 0.0
+        return float(force)
+
+    assert moved((0.5 * reach,)) == pytest.approx(-0.5 * limit)
+    assert moved((5.0 * reach,)) == pytest.approx(-limit)
+    # the way in which the element slips back to its limit is a micrometre
+    assert moved((5.0 * reach, -reach)) == pytest.approx(0.0, abs=0.01 * limit)
+    assert moved((5.0 * reach, -2.1 * reach)) == pytest.approx(limit)
+    assert moved((0.5 * reach, -0.5 * reach)) == pytest.approx(0.0, abs=1e-9)

@@ -1,4 +1,4 @@
-"""Resistance of lines and limited speed of spools against their equations and limiting cases."""
+"""Tanks, resistance of lines and spools of limited speed against equations and limiting cases."""
 
 import math
 
@@ -61,3 +61,19 @@ def test_spool_of_limited_speed_takes_its_time_for_each_volt() -> None:
     assert arrived == pytest.approx([2.0, -1.0], abs=1e-6)
     lack = contribute('spool_rate_limit', (time_per_volt,), np.array([0.5, -1.0]), **signals)
     assert lack[:2] == pytest.approx((-1.5, 0.0))
+
+
+def test_tank_that_is_drawn_from_for_long_droops_like_a_resistance() -> None:
+    fall, recovery, drawing = 4e9, 0.5, {'voltage_1': 3.0, 'voltage_2': 2.0}
+    (lack,) = settle('supply_tank', (fall, recovery), 40.0 * recovery, **drawing)
+    steady = contribute('supply_tank', (fall, recovery), np.array([lack]), **drawing)
+    droop = contribute('supply_droop', (fall * recovery,), **drawing)
+    assert steady[:2] == pytest.approx(droop[:2], rel=1e-6)
+    assert steady[0] < -0.05 * SUPPLY
+
+
+def test_tank_loses_what_is_drawn_and_recovers_in_its_time() -> None:
+    flow = valve.mass_flow(3.0, 2e5, SUPPLY, VALVE, GAS)  # choked
+    (lack,) = settle('supply_tank', (1e7, 1e3), 0.1, voltage_1=3.0)
+    assert 1e4 * lack == pytest.approx(1e7 * flow * 0.1, rel=1e-3)
+    assert settle('supply_tank', (1e7, 2.0), 2.0, (1.0,)) == pytest.approx([1.0 / math.e])

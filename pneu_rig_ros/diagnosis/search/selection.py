@@ -13,12 +13,12 @@ import numpy as np
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.faint_causes import FaintCauses
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED
 from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
+    DECISIVE,
     ScoredFit,
     any_improves,
     preferred,
@@ -40,9 +40,11 @@ class Search(FaintCauses):
     The search for an explanation.
 
     :ivar residuals_significant: whether residuals of the given hypothesis are
+    :ivar indistinct: explanations hardly worse by the residuals than the accepted one
     """
 
     residuals_significant: bool = False
+    indistinct: Sequence[Explanation] = ()
 
     def run(self) -> ScoredFit | None:
         """Return the smallest explanation that leaves no significant residual, or the best."""
@@ -87,8 +89,15 @@ class Search(FaintCauses):
         for size in range(first, MOST_CAUSES + 1):
             if not self._needs_a_cause():
                 break
+            if self._exchanged_by_cycles():
+                assert self.best is not None
+                beam = [self.best.explanation]
+                if not self._needs_a_cause():
+                    break
             self.weak = self.is_weak()
             fits, before = self._grown_with_cycles(beam, size)
+            if size == 1 and self.hardly_explained(fits) and self.take_nearest_free_runs():
+                break
             if not any_improves(fits, before):
                 break
             chosen = preferred(fits)
@@ -100,7 +109,31 @@ class Search(FaintCauses):
             self.ranking += [chosen, *fits]
             if len(accepted.explanation.parts) > len(chosen.explanation.parts):
                 break
+            near = [fit for fit in fits if fit.difference(chosen)[0] <= DECISIVE]
+            self.indistinct = [fit.explanation for fit in near]
             beam = self._beam(accepted, fits)
+
+    def _exchanged_by_cycles(self) -> bool:
+        """
+        Return whether another explanation took the place of the best one, as cycles prefer it.
+
+        Where residuals do not distinguish them, what cycles show beside the chosen one may be that
+        it is the wrong one, and no further cause.
+        """
+        others, self.indistinct = self.indistinct, ()
+        if self.best is None or self.training.cycles is None:
+            return False
+        name = self.best.explanation.name
+        others = [each for each in others if each.name != name]
+        if not others:
+            return False
+        fits = self._fits([self.best.explanation, *others])
+        chosen = preferred(fits)
+        if chosen.explanation.name == name:
+            return False
+        self._renewed(chosen)
+        self.ranking += fits
+        return True
 
     def _grown_with_cycles(
         self, beam: Sequence[Explanation], size: int
@@ -223,7 +256,7 @@ class Search(FaintCauses):
         explanation = self.fit_thoroughly(chosen.explanation).explanation
         for _ in range(RENEWALS):
             self.training, self.held_out = (
-                self._with_noise_of(explanation, each) for each in (self.training, self.held_out)
+                self.with_noise_of(explanation, each) for each in (self.training, self.held_out)
             )
             before, again = explanation, fit(explanation, self.given, self.training, FINAL_ROUNDS)
             explanation = again.explanation
@@ -232,11 +265,3 @@ class Search(FaintCauses):
                 break
         self.best = score(again, self.given, self.training, self.held_out)
         return self.best
-
-    def _with_noise_of(self, explanation: Explanation, before: Dataset) -> Dataset:
-        """Return a dataset with the noise that it has if an explanation is true."""
-        hypothesis = explanation.apply(self.given)
-        data = Dataset.of(hypothesis, before.comparisons, self.rng)
-        if before.cycles is None:
-            return data
-        return data.with_cycles(hypothesis, self.rng, before.runs_freely)

@@ -8,7 +8,7 @@ from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
 from pneu_rig_ros.model.false_position import MOST_ROUNDS, Bracket, narrowed, secant
 from pneu_rig_ros.model.quantity import Quantity
-from pneu_rig_ros.model.valve import mass_flow
+from pneu_rig_ros.model.valve import mass_flow_drawn
 
 ACCURACY = 1e-10
 """Of the droop, as a share of the supply pressure [-]."""
@@ -25,12 +25,9 @@ class Parameters(NamedTuple):
 @compiled
 def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
     """Return the mass flow [kg/s] drawn by both valves at a supply pressure [Pa]."""
-    p1, p2, valve, gas = signals.gas.pressure_1, signals.gas.pressure_2, model.valve, model.gas
-    flow_1 = mass_flow(signals.ports.voltage_1, p1, supply, valve, gas)
-    flow_2 = mass_flow(signals.ports.voltage_2, p2, supply, valve, gas)
-    filling_1 = signals.ports.voltage_1 > valve.intake_voltage and p1 < supply
-    filling_2 = signals.ports.voltage_2 > valve.intake_voltage and p2 < supply
-    return (flow_1 if filling_1 else 0.0) + (flow_2 if filling_2 else 0.0)
+    ports, gas, valve, air = signals.ports, signals.gas, model.valve, model.gas
+    flow_1 = mass_flow_drawn(ports.voltage_1, gas.pressure_1, supply, valve, air)
+    return flow_1 + mass_flow_drawn(ports.voltage_2, gas.pressure_2, supply, valve, air)
 
 
 @compiled
