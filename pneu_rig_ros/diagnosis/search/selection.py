@@ -89,7 +89,7 @@ class Search(FaintCauses):
         for size in range(first, MOST_CAUSES + 1):
             if not self._needs_a_cause():
                 break
-            if self._exchanged_by_cycles():
+            if self.exchanged_by_cycles():
                 assert self.best is not None
                 beam = [self.best.explanation]
                 if not self._needs_a_cause():
@@ -113,7 +113,7 @@ class Search(FaintCauses):
             self.indistinct = [fit.explanation for fit in near]
             beam = self._beam(accepted, fits)
 
-    def _exchanged_by_cycles(self) -> bool:
+    def exchanged_by_cycles(self) -> bool:
         """
         Return whether another explanation took the place of the best one, as cycles prefer it.
 
