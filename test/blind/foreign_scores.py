@@ -48,7 +48,6 @@ MATCHED = {
     'sticking_place': 81,
     'small_tank': 82,
     'slow_regulator': 82,
-    'joint_with_play': 82,
 }
 """Form that was found missing -> seed from which the library has its formula."""
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01

@@ -18,6 +18,7 @@ the next were polytropic, p V^n = const, which it is to the first order however 
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +38,8 @@ STOP_TOLERANCE = 1e-9
 STEADY = 1e-6
 """Change of ln p V between samples below which its logarithmic mean is as good as its mean [-]."""
 
-UNBOUNDED = {'cross_piston_leak', 'wall_heat_transfer', 'natural_convection', 'line_lag'}
+HEATING = {'wall_heat_transfer', 'natural_convection', 'forced_convection'}
+UNBOUNDED = {'cross_piston_leak', 'line_lag', *HEATING}
 """Effects with which a pressure has other ways up than supply and piston."""
 
 
@@ -161,10 +163,14 @@ def _heat(
     """Return the heat that came into each chamber [J], shape (n,), from walls at T_s."""
     cooled = effects.get('wall_heat_transfer', (0.0, 0.0))
     *convected, power = effects.get('natural_convection', (0.0, 0.0, 0.25))
-    flows = []
-    for newton, convection, (p, volume, mass) in zip(cooled, convected, chambers, strict=True):
+    coefficient, growth = effects.get('forced_convection', (0.0, 0.8))
+    areas = model.cylinder.cap_area, model.cylinder.rod_area
+    rows, flows = zip(cooled, convected, areas, chambers, strict=True), []
+    for newton, convection, area, (p, volume, mass) in rows:
         colder = model.gas.supply_temperature - p * volume / (mass * model.gas.gas_constant)
+        wall = 2.0 * area + 2.0 * volume * math.sqrt(math.pi / area)
         conductance = newton + convection * (np.abs(colder) / 10.0) ** power
+        conductance += coefficient * wall * (p / 3e5) ** growth
         flows.append(_integral(conductance * colder, time))
     return flows[0], flows[1]
 

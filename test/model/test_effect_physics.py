@@ -371,20 +371,6 @@ def test_loose_load_swings_at_its_frequency_and_keeps_its_momentum() -> None:
     assert (added, mass * rate[1]) == pytest.approx((-mass, -force))
 
 
-def test_load_passes_the_play_of_its_joint_without_a_force() -> None:
-    compliance, mass, play = 1e-5, MODEL.operation.load_mass, 1e-3
-    omega = math.sqrt(1.0 / (compliance * mass))
-    # 0.5 mm beyond half the play: two halves of a swing, and twice the way in between at its speed
-    period = 2.0 * math.pi / omega + 2.0 * play / (omega * 0.5e-3)
-    values = (compliance, 0.0, play)
-    end = settle('load_compliance', values, 0.5 * period, (1.0, 0.0))
-    assert end == pytest.approx([-1.0, 0.0], abs=1e-4)
-    damped = (compliance, 5.0, play)
-    assert contribute('load_compliance', damped, (0.4, 0.1))[0] == 0.0
-    force = contribute('load_compliance', damped, (0.7, 0.1))[0]
-    assert force == pytest.approx(0.2e-3 / compliance + 5.0 * 0.1)
-
-
 def test_stiff_joint_moves_the_load_like_a_rigid_one() -> None:
     rigid = stroke(plant_with('load_compliance', 0.0, 0.0), 0.34, 3.0)
     stiff = stroke(plant_with('load_compliance', 1e-6, 50.0), 0.34, 3.0)

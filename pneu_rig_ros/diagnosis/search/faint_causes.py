@@ -4,14 +4,13 @@ Causes too faint for any cell, where sensors and supply are exact.
 They add up: in the residuals over all windows, and in a free run from cycle to cycle.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY
-from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import (
     FINALISTS,
     MOST_FITTED,
@@ -19,15 +18,12 @@ from pneu_rig_ros.diagnosis.search.growth import (
     of_names,
     starts_of,
 )
-from pneu_rig_ros.diagnosis.search.nearest_free_runs import nearest
 from pneu_rig_ros.diagnosis.search.pooled_evidence import worth_a_fit
-from pneu_rig_ros.diagnosis.search.remainder import ANOTHER_CAUSE_LEAVES, BALANCES_OF
+from pneu_rig_ros.diagnosis.search.remainder import BALANCES_OF
 from pneu_rig_ros.diagnosis.search.scoring import (
-    MOST_LEFT_ALONE,
     ScoredFit,
     any_improves,
     best_of_each,
-    excess,
     preferred,
     score,
 )
@@ -138,54 +134,6 @@ class FaintCauses(Growth):
         fits = [fit for fit in self.ranking if len(fit.explanation.parts) == size]
         first = [fit.explanation for fit in best_of_each([best, *fits])][:MOST_FITTED]
         return [*first, *self._with_other_forms(first[:FINALISTS])]
-
-    def hardly_explained(self, fits: Sequence[ScoredFit]) -> bool:
-        """Return whether the best of fits leaves most of what simulated cycles show."""
-        if not self.is_exact() or self.training.cycles is None or self.training.runs_freely:
-            return False
-        best = min(fits, key=lambda fit: fit.cost, default=Fit(self.base))
-        left = excess(self.training, best.explanation.apply(self.given))
-        return left > MOST_LEFT_ALONE * excess(self.training, self.given)
-
-    def take_nearest_free_runs(self) -> bool:
-        """
-        Return whether the cause with the nearest free runs was taken.
-
-        It has to leave no residual, and to close most of the gap of the held-out free runs.
-        """
-        assert self.initial is not None
-        before = self.best, self.training, self.held_out
-        self.progress('searching the nearest free runs')
-        given = [each.with_cycles(self.given, self.rng, free=True) for each in self.initial]
-        self.training, self.held_out = given
-        runs = given[0].cycles
-        assert runs is not None
-        found = nearest(self._starts(), self.given, runs, self.executor)
-        self.training, self.held_out = (self.with_noise_of(found, each) for each in given)
-        again = fit(found, self.given, self.training, FINAL_ROUNDS)
-        self.best = score(again, self.given, self.training, self.held_out)
-        left, gap = (excess(given[1], each) for each in (self.hypothesis, self.given))
-        if self.strong() or left > ANOTHER_CAUSE_LEAVES * gap:
-            self.best, self.training, self.held_out = before
-            return False
-        self.ranking.append(self.best)
-        return True
-
-    def _starts(self) -> list[Explanation]:
-        """Return the starts of all candidates for a first cause."""
-        return [
-            self.base.with_part(candidate, values)
-            for candidate in self._candidates(self.base)
-            for values in candidate.starts
-        ]
-
-    def with_noise_of(self, explanation: Explanation, before: Dataset) -> Dataset:
-        """Return a dataset with the noise that it has if an explanation is true."""
-        hypothesis = explanation.apply(self.given)
-        data = Dataset.of(hypothesis, before.comparisons, self.rng)
-        if before.cycles is None:
-            return data
-        return data.with_cycles(hypothesis, self.rng, before.runs_freely)
 
     def cycle_residuals(self) -> list[SignificantResidual]:
         """

@@ -4,7 +4,7 @@ Fits from several starts, where simulations or swinging loads have local minima.
 Slips make hills in the loss of simulated cycles, phases ridges in that of a load that swings.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -76,11 +76,7 @@ def over_hills(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executo
         for start in best_starts(points, given, dataset, executor)[:RESTARTS]
     ]
     fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
-    best = min((best, *fits), key=lambda result: result.loss)
-    explanation, least = simplex_search(
-        best.explanation, best.loss, lambda point: loss_of(point, given, dataset)
-    )
-    return replace(best, explanation=explanation, loss=least)
+    return simplex_search(min((best, *fits), key=lambda result: result.loss), given, dataset)
 
 
 def over_ridges(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executor) -> Fit:
@@ -120,20 +116,12 @@ def scattered(best: Fit) -> list[Explanation]:
     return [best.explanation.with_theta(theta + size * point) for point in points]
 
 
-def simplex_search(
-    start: Explanation, loss: float, cost: Callable[[Explanation], float]
-) -> tuple[Explanation, float]:
-    """
-    Return an explanation whose causes are improved by a simplex search, and its loss [-].
-
-    It steps across local minima.
-
-    :param loss: of the start [-]
-    :param cost: loss of any explanation
-    """
+def simplex_search(best: Fit, given: Hypothesis, dataset: Dataset) -> Fit:
+    """Return a fit whose causes are improved by a simplex search across local minima."""
+    start = best.explanation
     searched = ~np.array(start.calibrates)
     if not searched.any():
-        return start, loss
+        return best
     low, high = np.array([c.bounds for c in start.coordinates]).T[:, searched]
     first = start.theta[searched]
 
@@ -144,7 +132,7 @@ def simplex_search(
 
     simplex = np.vstack([first, first + SIMPLEX_SIZE * np.eye(first.size)])
     solution = minimize(
-        lambda values: cost(moved(values)),
+        lambda values: loss_of(moved(values), given, dataset),
         first,
         method='Nelder-Mead',
         bounds=list(zip(low, high, strict=True)),
@@ -155,4 +143,6 @@ def simplex_search(
             'maxfev': SIMPLEX_STEPS * first.size,
         },
     )
-    return (moved(solution.x), float(solution.fun)) if solution.fun < loss else (start, loss)
+    if solution.fun >= best.loss:
+        return best
+    return replace(best, explanation=moved(solution.x), loss=float(solution.fun))

@@ -13,6 +13,7 @@ import numpy as np
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.faint_causes import FaintCauses
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED
@@ -96,8 +97,6 @@ class Search(FaintCauses):
                     break
             self.weak = self.is_weak()
             fits, before = self._grown_with_cycles(beam, size)
-            if size == 1 and self.hardly_explained(fits) and self.take_nearest_free_runs():
-                break
             if not any_improves(fits, before):
                 break
             chosen = preferred(fits)
@@ -256,7 +255,7 @@ class Search(FaintCauses):
         explanation = self.fit_thoroughly(chosen.explanation).explanation
         for _ in range(RENEWALS):
             self.training, self.held_out = (
-                self.with_noise_of(explanation, each) for each in (self.training, self.held_out)
+                self._with_noise_of(explanation, each) for each in (self.training, self.held_out)
             )
             before, again = explanation, fit(explanation, self.given, self.training, FINAL_ROUNDS)
             explanation = again.explanation
@@ -265,3 +264,11 @@ class Search(FaintCauses):
                 break
         self.best = score(again, self.given, self.training, self.held_out)
         return self.best
+
+    def _with_noise_of(self, explanation: Explanation, before: Dataset) -> Dataset:
+        """Return a dataset with the noise that it has if an explanation is true."""
+        hypothesis = explanation.apply(self.given)
+        data = Dataset.of(hypothesis, before.comparisons, self.rng)
+        if before.cycles is None:
+            return data
+        return data.with_cycles(hypothesis, self.rng, before.runs_freely)
