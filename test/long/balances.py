@@ -38,8 +38,13 @@ STOP_TOLERANCE = 1e-9
 STEADY = 1e-6
 """Change of ln p V between samples below which its logarithmic mean is as good as its mean [-]."""
 
-HEATING = {'wall_heat_transfer', 'natural_convection', 'forced_convection'}
-UNBOUNDED = {'cross_piston_leak', 'line_lag', *HEATING}
+UNBOUNDED = {
+    'cross_piston_leak',
+    'wall_heat_transfer',
+    'natural_convection',
+    'forced_convection',
+    'line_lag',
+}
 """Effects with which a pressure has other ways up than supply and piston."""
 
 

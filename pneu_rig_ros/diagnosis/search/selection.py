@@ -41,7 +41,7 @@ class Search(FaintCauses):
     The search for an explanation.
 
     :ivar residuals_significant: whether residuals of the given hypothesis are
-    :ivar indistinct: explanations hardly worse by the residuals than the accepted one
+    :ivar indistinct: explanations hardly worse than the accepted one by residuals alone
     """
 
     residuals_significant: bool = False
@@ -108,8 +108,9 @@ class Search(FaintCauses):
             self.ranking += [chosen, *fits]
             if len(accepted.explanation.parts) > len(chosen.explanation.parts):
                 break
-            near = [fit for fit in fits if fit.difference(chosen)[0] <= DECISIVE]
-            self.indistinct = [fit.explanation for fit in near]
+            if not (chosen.simulated or self.weak):
+                near = [fit for fit in fits if fit.difference(chosen)[0] <= DECISIVE]
+                self.indistinct = [fit.explanation for fit in near]
             beam = self._beam(accepted, fits)
 
     def exchanged_by_cycles(self) -> bool:
@@ -131,7 +132,7 @@ class Search(FaintCauses):
         if chosen.explanation.name == name:
             return False
         self._renewed(chosen)
-        self.ranking += fits
+        self.ranking = [*fits, *self.ranking]  # of each name the first counts
         return True
 
     def _grown_with_cycles(

@@ -28,8 +28,8 @@ def contribution(
     """
     Return the force of the element along the outstroke [N], and no added mass.
 
-    The state is its deflection. Unlike the bristles of Eq. 9, which bend by micrometres, it
-    follows the travel of the piston itself: a lip that turns over, or a ring that rolls.
+    The state is its deflection. It does not depend on the bristles of Eq. 9, but follows the
+    travel of the piston itself: a lip that turns over, or a ring that rolls.
     """
     if parameters.limit <= 0.0:
         rate[0] = 0.0
