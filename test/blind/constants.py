@@ -77,6 +77,7 @@ HIDDEN = (
     'direction_dependent_static_friction.one_sidedness',
     'forced_convection.coefficient', 'forced_convection.exponent', 'supply_tank.fall',
     'supply_tank.recovery_time', 'seal_elasticity.limit', 'seal_elasticity.reach',
+    'local_piston_leak.area', 'local_piston_leak.place', 'local_piston_leak.width',
 )  # fmt: skip
 """What can be hidden in the equations, effect.parameter, in the order of the places below."""
 (
@@ -86,7 +87,7 @@ HIDDEN = (
     PORES_POWER, CONVECTION_1, CONVECTION_2, CONVECTION_POWER, LIP, LIP_POWER, TRAVEL_RATE,
     TRAVEL_LIMIT, TIME_RATE, TIME_LIMIT, TAPER, LINE_DROP, VOLT_TIME, LOST, LOST_GAMMA, LOST_POWER,
     BELL, BELL_PLACE, BELL_WIDTH, STATIC_ASYMMETRY, STATIC_ONE_SIDE, FORCED, FORCED_POWER,
-    TANK_FALL, TANK_TIME, SEAL_LIMIT, SEAL_REACH,
+    TANK_FALL, TANK_TIME, SEAL_LIMIT, SEAL_REACH, WORN, WORN_PLACE, WORN_WIDTH,
 ) = range(len(HIDDEN))  # fmt: skip
 NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'nonlinear_opening.exhaust_exponent': 1.0, 'friction_warm_up.work': 1.0,
@@ -97,7 +98,8 @@ NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'static_friction_recovery.dwell_coefficient': 1.0,
                'static_friction_recovery.dwell_exponent': 0.5,
                'local_friction.width': 0.1, 'forced_convection.exponent': 0.8,
-               'supply_tank.recovery_time': 1.0, 'seal_elasticity.reach': 3e-4}  # fmt: skip
+               'supply_tank.recovery_time': 1.0, 'seal_elasticity.reach': 3e-4,
+               'local_piston_leak.width': 0.1}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
 
 FOREIGN, WIDTH = len(HIDDEN), 4

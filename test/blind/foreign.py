@@ -43,7 +43,7 @@ class Form(NamedTuple):
 HEAT = 'wall_heat_transfer', 'natural_convection', 'forced_convection'
 DROOP, CURVE = ('supply_droop', 'supply_tank'), ('nonlinear_opening',)
 LEAK = 'chamber_leak', 'porous_leak'
-CROSS, NULL = ('cross_piston_leak',), ('valve_null_leak',)
+CROSS, NULL = ('cross_piston_leak', 'local_piston_leak'), ('valve_null_leak',)
 LAG = 'valve_lag', 'spool_rate_limit'
 PLAY, LINE = ('spool_hysteresis',), ('line_lag', 'line_resistance')
 PRESSURE = 'pressure_dependent_friction', 'pressure_power_friction'

@@ -46,6 +46,7 @@ NEWEST = (
     'forced_convection',
     'supply_tank',
     'seal_elasticity',
+    'local_piston_leak',
 )
 """Effects that came later, and later still: drawn apart, so that earlier draws stay the same."""
 SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST, *NEWEST))

@@ -65,6 +65,9 @@ from .constants import (
     V10,
     V20,
     VOLT_TIME,
+    WORN,
+    WORN_PLACE,
+    WORN_WIDTH,
     R,
     V,
     X,
@@ -207,6 +210,15 @@ def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> fl
 
 
 @numba.njit
+def past_piston(place: float, c: np.ndarray, e: np.ndarray) -> float:
+    """Area [m^2] of the leak past the piston, with that of a worn part of the bore."""
+    if e[WORN] == 0.0:
+        return e[CROSS]
+    away = (place - e[WORN_PLACE] * c[STROKE]) / (e[WORN_WIDTH] * c[STROKE])
+    return e[CROSS] + e[WORN] / math.exp(away * away)
+
+
+@numba.njit
 def pores(pressure: float, flow: float, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] out through pores, a power of the bars above atmosphere; straight near 0."""
     bars = 1e-5 * (pressure - c[P_ATM])
@@ -259,7 +271,7 @@ def foreign_rates(
     supply = drooped_supply(valves, inward[0], inward[1], c, e)
     if e[TANK_FALL] > 0.0:
         dy[TANK] = tank_rate(valves, supply, inward[0], inward[1], c, e)
-    across = orifice(y[P1], y[P2], e[CROSS], c) + foreign.cross_leak(y, c, e)
+    across = orifice(y[P1], y[P2], past_piston(y[X], c, e), c) + foreign.cross_leak(y, c, e)
     total = 0.0
     for i in range(2):
         pressure, sign = y[P1 + i], 1.0 - 2.0 * i
@@ -324,7 +336,7 @@ def gas_rates(
     if e[NULL_IN] + e[NULL_OUT] > 0.0:
         flow_1 += null_leak(spool_1, p1, c, e)
         flow_2 += null_leak(spool_2, p2, c, e)
-    across = orifice(p1, p2, e[CROSS], c)
+    across = orifice(p1, p2, past_piston(y[X], c, e), c)
     flow_1 -= across + orifice(p1, outside, e[LEAK_1], c)
     flow_2 += across - orifice(p2, outside, e[LEAK_2], c)
     if e[PORES_1] + e[PORES_2] > 0.0:

@@ -27,6 +27,7 @@ GAS = {
     'spool_rate_limit',
     'forced_convection',
     'supply_tank',
+    'local_piston_leak',
 }
 SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
 GROUPS = ('gas', 'force', 'sensor')

@@ -84,6 +84,7 @@ PAIRS = (
 ALIKE = (
     ('chamber_leak', 'porous_leak'),
     ('wall_heat_transfer', 'natural_convection', 'forced_convection'),
+    ('cross_piston_leak', 'local_piston_leak'),
     ('supply_droop', 'supply_tank'),
     ('presliding_hysteresis', 'seal_elasticity'),
     ('pressure_dependent_friction', 'pressure_power_friction'),

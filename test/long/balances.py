@@ -40,6 +40,7 @@ STEADY = 1e-6
 
 UNBOUNDED = {
     'cross_piston_leak',
+    'local_piston_leak',
     'wall_heat_transfer',
     'natural_convection',
     'forced_convection',

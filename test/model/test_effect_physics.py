@@ -91,9 +91,10 @@ def test_supply_droop_solves_its_equation_at_any_pressure(
     pressure: float, resistance: float
 ) -> None:
     signals = {'voltage_1': 5.0, 'voltage_2': 0.0, 'pressure_1': pressure}
-    lack = contribute('supply_droop', (resistance,), **signals)[0]
-    flow = valve.mass_flow(5.0, pressure, SUPPLY + lack, VALVE, GAS)
-    assert lack == pytest.approx(-resistance * max(flow, 0.0), abs=1e-2)
+    for turbulent in (0.0, 1e12):
+        lack = contribute('supply_droop', (resistance, turbulent), **signals)[0]
+        flow = max(valve.mass_flow(5.0, pressure, SUPPLY + lack, VALVE, GAS), 0.0)
+        assert lack == pytest.approx(-resistance * flow - turbulent * flow**2, abs=1e-2)
 
 
 def test_cross_piston_leak_keeps_the_gas_and_equalises_the_pressures() -> None:
@@ -108,6 +109,15 @@ def test_cross_piston_leak_keeps_the_gas_and_equalises_the_pressures() -> None:
     assert mass == pytest.approx(before.gas_mass_1 + before.gas_mass_2, rel=1e-9)
     assert run.gas_mass_1[-1] < before.gas_mass_1
     assert run.pressure_1[-1] == pytest.approx(run.pressure_2[-1], abs=2.0)
+
+
+def test_local_piston_leak_is_that_of_the_piston_in_a_bell_around_its_place() -> None:
+    whole = contribute('cross_piston_leak', (1e-8,), pressure_1=4e5)[:2]
+    for away, share in ((0.0, 1.0), (0.1, math.exp(-1.0)), (-0.2, math.exp(-4.0))):
+        place = (0.6 + away) * STROKE
+        values = (1e-8, 0.6, 0.1)
+        local = contribute('local_piston_leak', values, pressure_1=4e5, position=place)[:2]
+        assert local == pytest.approx([share * flow for flow in whole])
 
 
 def test_valve_null_leak_halves_at_the_centre_and_fades_beyond() -> None:

@@ -10,21 +10,24 @@ from pneu_rig_ros.model import valve
 from .test_effect_physics import GAS, SUPPLY, VALVE, contribute, settle
 
 
-def passed(voltage: float, pressure: float, resistance: float) -> float:
+def passed(voltage: float, pressure: float, resistance: float, laminar: float = 0.0) -> float:
     """Return the flow into chamber 1 through valve and line [kg/s]."""
     signals = {'voltage_1': voltage, 'pressure_1': pressure}
     without = valve.mass_flow(voltage, pressure, SUPPLY, VALVE, GAS)
-    return float(without + contribute('line_resistance', (resistance,), **signals)[0])
+    return float(without + contribute('line_resistance', (resistance, laminar), **signals)[0])
 
 
 @pytest.mark.parametrize('pressure', [1.1e5, 3e5, 4.9e5, 6e5])
 @pytest.mark.parametrize('voltage', [0.0, 2.0, 3.0, 5.0])
-@pytest.mark.parametrize('resistance', [1e7, 3e8, 1e10])
+@pytest.mark.parametrize(
+    ('resistance', 'laminar'),
+    [(1e7, 0.0), (3e8, 0.0), (1e10, 0.0), (0.0, 1e12), (0.0, 1e15), (1e8, 1e13)],
+)
 def test_flow_of_valve_and_line_is_the_same(
-    voltage: float, pressure: float, resistance: float
+    voltage: float, pressure: float, resistance: float, laminar: float
 ) -> None:
-    flow = passed(voltage, pressure, resistance)
-    between = pressure**2 + resistance**2 * flow * abs(flow)
+    flow = passed(voltage, pressure, resistance, laminar)
+    between = pressure**2 + resistance**2 * flow * abs(flow) + laminar * flow
     assert between > 0.0
     through_valve = valve.mass_flow(voltage, math.sqrt(between), SUPPLY, VALVE, GAS)
     assert flow == pytest.approx(through_valve, rel=1e-5)
@@ -45,6 +48,17 @@ def test_line_alone_limits_the_flow_the_more_it_resists(voltage: float, pressure
     shares = [abs(passed(voltage, pressure, R)) * R / alone for R in (1e8, 1e9, 1e10)]
     assert shares == sorted(shares)
     assert shares[0] < 0.5 * shares[2] < 0.5
+
+
+def test_laminar_line_passes_the_flow_of_poiseuille() -> None:
+    radius, length, viscosity = 0.1e-3, 1.0, 1.8e-5
+    heat = GAS.gas_constant * GAS.supply_temperature
+    laminar = 16.0 * viscosity * length * heat / (math.pi * radius**4)
+    flow = passed(5.0, 2e5, 0.0, laminar)  # the valve is wide open, the tube takes nearly all
+    density, drop = 0.5 * (SUPPLY + 2e5) / heat, SUPPLY - 2e5
+    assert flow == pytest.approx(
+        density * math.pi * radius**4 * drop / (8.0 * viscosity * length), rel=1e-3
+    )
 
 
 def test_lines_of_shut_valves_pass_nothing() -> None:

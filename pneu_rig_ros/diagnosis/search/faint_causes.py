@@ -19,12 +19,13 @@ from pneu_rig_ros.diagnosis.search.growth import (
     starts_of,
 )
 from pneu_rig_ros.diagnosis.search.pooled_evidence import worth_a_fit
-from pneu_rig_ros.diagnosis.search.remainder import BALANCES_OF
+from pneu_rig_ros.diagnosis.search.remainder import BALANCES_OF, NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     ScoredFit,
     any_improves,
     best_of_each,
     preferred,
+    residual_excess,
     score,
 )
 from pneu_rig_ros.executor import map_tasks
@@ -106,6 +107,7 @@ class FaintCauses(Growth):
         before = self.training, self.held_out
         self.training, self.held_out = (each.without_cycles for each in before)
         fits = self._fit_all(self._alternatives(best), ROUNDS)
+        fits = [fit for fit in fits if self._leaves_as_little(fit, best)]
         self.training, self.held_out = (
             each.with_cycles(self.hypothesis, self.rng, free=True)
             for each in (self.training, self.held_out)
@@ -127,6 +129,21 @@ class FaintCauses(Growth):
         training = self.training.with_cycles(self.hypothesis, self.rng, free=True)
         sharper = fit(best.explanation, self.given, training, ROUNDS).explanation
         return self.free_run_test(sharper.apply(self.given)).significant
+
+    def _leaves_as_little(self, other: ScoredFit, best: ScoredFit) -> bool:
+        """Return whether an explanation leaves next to no more residual than the best one."""
+        for data in (self.training, self.held_out):
+            given, left, least = (
+                residual_excess(data, each)
+                for each in (
+                    self.given,
+                    other.explanation.apply(self.given),
+                    best.explanation.apply(self.given),
+                )
+            )
+            if left > max(NEGLIGIBLE * given, least):
+                return False
+        return True
 
     def _alternatives(self, best: ScoredFit) -> list[Explanation]:
         """Return the fitted explanations of the same size, and other forms of their effects."""

@@ -17,7 +17,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.search.fitting import STEP
 from pneu_rig_ros.diagnosis.search.scoring import LIKELY
 
-SHARES = np.concatenate([np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
+SHARES = np.concatenate([[0.02, 0.05], np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
 """Multiples of a candidate's change of the residuals that are screened [-]."""
 WEAK = 0.05
 """Share of a start that is simulated freely [-]: slips come a little earlier or later."""
@@ -68,19 +68,23 @@ def screen(
     starts = candidate.starts
     if simulated:
         starts = (*_shown_by_residuals(candidate, given, dataset.without_cycles, room), *starts)
-    results, inverse = [], np.linalg.pinv(free, rcond=STEP)
-    for start in starts:
+    inverse = np.linalg.pinv(free, rcond=STEP)
+
+    def best_share(start: tuple[float, ...]) -> tuple[float, tuple[float, ...], Floats]:
         change = dataset.residual(candidate.apply(given, start)) - residual
         left = [residual + share * change for share in shares]
         shifts = [np.clip(-inverse @ each, *room) for each in left]
         losses = [loss(each + free @ shift) for each, shift in zip(left, shifts, strict=True)]
         best = int(np.argmin(losses))
-        values = candidate.amplified(start, float(shares[best]))
-        results.append((losses[best], values, tuple(shifts[best].tolist())))
-    results.sort(key=lambda result: result[0])
+        return losses[best], candidate.amplified(start, float(shares[best])), shifts[best]
+
+    results = sorted(map(best_share, starts), key=lambda result: result[0])
+    if not simulated:  # again, from about as strong as it is, where the change is another
+        results.insert(0, min(results[0], best_share(results[0][1]), key=lambda each: each[0]))
     count = 2 if simulated and len(candidate.coordinates) > 1 else 1
     least, _, shift = results[0]
-    return Screened(candidate, tuple(values for _, values, _ in results[:count]), least, shift)
+    values = tuple(values for _, values, _ in results[:count])
+    return Screened(candidate, values, least, tuple(shift.tolist()))
 
 
 def _screen_weak(

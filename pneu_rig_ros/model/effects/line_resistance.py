@@ -18,29 +18,33 @@ LEAST_PRESSURE = 0.01
 
 
 class Parameters(NamedTuple):
-    """Resistance of each line."""
+    """Resistances of each line, to turbulent and to laminar flow."""
 
     resistance: Annotated[
         float,
         Quantity('Pa*s/kg', 0.0, 1e10, 'root of the difference of squared pressures by flow'),
     ]
+    laminar_resistance: Annotated[
+        float, Quantity('Pa^2*s/kg', 0.0, 1e16, 'difference of squared pressures by flow')
+    ] = 0.0
 
 
 @compiled
-def at_valve(flow: float, pressure: float, resistance: float) -> float:
+def at_valve(flow: float, pressure: float, line: Parameters) -> float:
     """
     Return the pressure at the valve's end of a line [Pa] with a flow into the chamber [kg/s].
 
-    Turbulent flow, isothermal: p_v^2 - p^2 = (R m') |R m'|.
+    Isothermal flow, turbulent and laminar: p_v^2 - p^2 = (R m') |R m'| + R_l m'.
     """
-    drop = resistance * flow
+    drop = line.resistance * flow
+    squares = drop * abs(drop) + line.laminar_resistance * flow
     least = LEAST_PRESSURE * pressure
-    return math.sqrt(max(pressure * pressure + drop * abs(drop), least * least))
+    return math.sqrt(max(pressure * pressure + squares, least * least))
 
 
 @compiled
 def lack(
-    voltage: float, pressure: float, supply: float, model: CompiledModel, resistance: float
+    voltage: float, pressure: float, supply: float, model: CompiledModel, line: Parameters
 ) -> float:
     """
     Return what the flow into a chamber lacks of that through the valve alone [kg/s].
@@ -52,14 +56,14 @@ def lack(
     whole = mass_flow(voltage, pressure, supply, valve, gas)
     if whole == 0.0:
         return 0.0
-    behind = at_valve(whole, pressure, resistance)
+    behind = at_valve(whole, pressure, line)
     most = 1.0 - mass_flow(voltage, behind, supply, valve, gas) / whole
     bracket = Bracket(0.0, -1.0, 1.0, most, 0)  # shares of the flow without a line
     for _ in range(MOST_ROUNDS):
         if bracket.high - bracket.low <= ACCURACY or bracket.at_high <= 0.0:
             break
         share = secant(bracket)
-        behind = at_valve(share * whole, pressure, resistance)
+        behind = at_valve(share * whole, pressure, line)
         excess = share - mass_flow(voltage, behind, supply, valve, gas) / whole
         if abs(excess) <= ACCURACY:
             return (share - 1.0) * whole
@@ -72,9 +76,9 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return what the flows into chamber 1 and 2 lack of those through the valves alone [kg/s]."""
-    ports, gas, resistance = signals.ports, signals.gas, parameters.resistance
-    lack_1 = lack(ports.voltage_1, gas.pressure_1, ports.supply_1, model, resistance)
-    lack_2 = lack(ports.voltage_2, gas.pressure_2, ports.supply_2, model, resistance)
+    ports, gas = signals.ports, signals.gas
+    lack_1 = lack(ports.voltage_1, gas.pressure_1, ports.supply_1, model, parameters)
+    lack_2 = lack(ports.voltage_2, gas.pressure_2, ports.supply_2, model, parameters)
     return lack_1, lack_2
 
 
@@ -83,10 +87,18 @@ EFFECT = Effect(
     balance=Balance.MASS,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='A. H. Shapiro, The Dynamics and Thermodynamics of Compressible Fluid Flow 1, Ronald '
-    'Press 1953, ch. 6 (isothermal flow with friction in a long duct), in series with the valve',
+    'Press 1953, ch. 6 (isothermal flow with friction in a long duct), in series with the valve; '
+    'laminar flow by Poiseuille',
     null=Parameters(0.0),
     contribution=contribution,
-    probes=(Parameters(1e8), Parameters(3e8), Parameters(1e9)),
+    probes=(
+        Parameters(1e8),
+        Parameters(3e8),
+        Parameters(1e9),
+        Parameters(0.0, 3e12),
+        Parameters(0.0, 3e13),
+        Parameters(1e8, 1e13),
+    ),
     needs=(Need.VALVES,),
     drivers=(),
 )

@@ -15,11 +15,14 @@ ACCURACY = 1e-10
 
 
 class Parameters(NamedTuple):
-    """Resistance of regulator and supply line together."""
+    """Resistances of regulator and supply line together, to laminar and to turbulent flow."""
 
     resistance: Annotated[
         float, Quantity('Pa*s/kg', 0.0, 1e10, 'fall of the supply pressure with the mass flow')
     ]
+    turbulent_resistance: Annotated[
+        float, Quantity('Pa*s^2/kg^2', 0.0, 1e16, 'the same with the square of the mass flow')
+    ] = 0.0
 
 
 @compiled
@@ -31,21 +34,28 @@ def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
 
 
 @compiled
-def droop(signals: Signals, model: CompiledModel, resistance: float) -> float:
-    """
-    Return the droop d [Pa] that solves d = R m'(p_s - d), by false position.
+def fall(signals: Signals, model: CompiledModel, line: Parameters, supply: float) -> float:
+    """Return the fall of the supply pressure [Pa] by the flow that is drawn at one."""
+    flow = drawn(signals, model, supply)
+    return (line.resistance + line.turbulent_resistance * flow) * flow
 
-    The flow falls with the droop, so there is one solution, between none and R m'(p_s).
+
+@compiled
+def droop(signals: Signals, model: CompiledModel, line: Parameters) -> float:
+    """
+    Return the droop d [Pa] that solves d = R m' + R_t m'^2 with m'(p_s - d), by false position.
+
+    The flow falls with the droop, so there is one solution, between none and that of m'(p_s).
     """
     supply = signals.ports.supply_1
-    most = min(resistance * drawn(signals, model, supply), supply)
-    excess = most - resistance * drawn(signals, model, supply - most)
+    most = min(fall(signals, model, line, supply), supply)
+    excess = most - fall(signals, model, line, supply - most)
     bracket = Bracket(0.0, -most, most, excess, 0)
     for _ in range(MOST_ROUNDS):
         if bracket.high - bracket.low <= ACCURACY * supply or bracket.at_high <= 0.0:
             break
         middle = secant(bracket)
-        excess = middle - resistance * drawn(signals, model, supply - middle)
+        excess = middle - fall(signals, model, line, supply - middle)
         if abs(excess) <= ACCURACY * supply:
             return middle
         bracket = narrowed(bracket, middle, excess)
@@ -57,7 +67,7 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return what both valves lack of the supply pressure [Pa]."""
-    lack = droop(signals, model, parameters.resistance)
+    lack = droop(signals, model, parameters)
     return -lack, -lack
 
 
@@ -65,9 +75,16 @@ EFFECT = Effect(
     title='supply pressure falls with the flow drawn',
     balance=Balance.SUPPLY,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='ISO 6953-2:2015 (forward flow characteristics of regulators), taken as linear',
+    source='ISO 6953-2:2015 (forward flow characteristics of regulators), taken as linear; I. E. '
+    'Idelchik, Handbook of Hydraulic Resistance (turbulent flow)',
     null=Parameters(0.0),
     contribution=contribution,
-    probes=(Parameters(1e8), Parameters(5e8), Parameters(2e9)),
+    probes=(
+        Parameters(1e8),
+        Parameters(5e8),
+        Parameters(2e9),
+        Parameters(0.0, 1e12),
+        Parameters(0.0, 1e13),
+    ),
     drivers=('pressure_1', 'pressure_2', 'time'),
 )
