@@ -48,6 +48,7 @@ MATCHED = {
     'sticking_place': 81,
     'small_tank': 82,
     'slow_regulator': 82,
+    'quadratic_droop': 84,
 }
 """Form that was found missing -> seed from which the library has its formula."""
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01

@@ -18,7 +18,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
 from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, score
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
@@ -137,8 +137,36 @@ def test_nothing_is_found_in_free_runs_of_a_true_model(
 
 def test_free_runs_choose_among_causes_that_leave_nothing(system: System) -> None:
     """A leak at the valve's centre, of which another intake voltage leaves no residual."""
-    leak = library.load(LEAK).parameters(**WEAK_LEAK)
-    rigs = [configured('cylinder_2', {LEAK: leak}, seed=seed) for seed in range(3)]
+    search, (wrong, right) = search_in_leaking_rigs(system, WEAK_LEAK)
+    search.best = wrong
+    assert not search.significant()
+    assert wrong.cost - right.cost < DECISIVE
+    chosen = search.by_free_runs(wrong)
+    assert chosen is not None
+    assert chosen.explanation.parts[0].name == LEAK
+    search.best = right
+    assert search.by_free_runs(right) is None
+
+
+def test_free_runs_do_not_choose_a_cause_that_leaves_residuals(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten times the leak, of which another intake voltage leaves more."""
+    strong = {name: 10.0 * area for name, area in WEAK_LEAK.items()}
+    search, (wrong, right) = search_in_leaking_rigs(system, strong)
+    assert wrong.cost - right.cost > DECISIVE
+    search.best = right
+    monkeypatch.setattr(search, '_off_in_free_runs', lambda best: True)
+    assert search.by_free_runs(right) is None
+    assert {each.explanation.parts[0].name for each in search.ranking} == {LEAK}
+
+
+def search_in_leaking_rigs(
+    system: System, leak: dict[str, float]
+) -> tuple[Search, list[ScoredFit]]:
+    """Return the search in runs with a leak at the centre, and fits of two causes."""
+    effects = {LEAK: library.load(LEAK).parameters(**leak)}
+    rigs = [configured('cylinder_2', effects, seed=seed) for seed in range(3)]
     leaking = [Comparison(measured(system, str(rig.seed), rig, CREEPS)) for rig in rigs]
     search = search_of(system, system.hypothesis, leaking)
     search.initial = data = search.training, search.held_out
@@ -150,15 +178,7 @@ def test_free_runs_choose_among_causes_that_leave_nothing(system: System) -> Non
         ]
         best = min(fits, key=lambda each: each.loss)
         search.ranking.append(score(best, search.given, *data))
-    wrong, right = search.ranking
-    search.best = wrong
-    assert not search.significant()
-    assert wrong.cost - right.cost < DECISIVE
-    chosen = search.by_free_runs(wrong)
-    assert chosen is not None
-    assert chosen.explanation.parts[0].name == LEAK
-    search.best = right
-    assert search.by_free_runs(right) is None
+    return search, list(search.ranking)
 
 
 def search_of(system: System, given: Hypothesis, comparisons: list[Comparison]) -> Search:

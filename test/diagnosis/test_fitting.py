@@ -1,5 +1,6 @@
 """Fits of causes whose loss has several minima."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,22 @@ def test_other_causes_help_a_candidate_within_their_bounds_alone(tmp_path: Path)
     assert left(1.0) < 0.5 * alone
     below, above = base.room
     assert below < 0.0 < above
+
+
+def test_weak_cause_of_a_curved_law_is_screened_as_what_it_is(tmp_path: Path) -> None:
+    """A Stribeck curve of 1/25 of the weakest start, whose change is no multiple of that."""
+    rig = configured('cylinder_1', friction='coulomb_viscous')
+    system = system_of(tmp_path, rig)
+    given = system.hypothesis
+    curve = library.load('stribeck').parameters(0.08, 0.016, 1.3)
+    runs = [measured(system, 'run', replace(rig, effects={'stribeck': curve}))]
+    data = Dataset.of(given, [Comparison(run) for run in runs], np.random.default_rng(0))
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'stribeck')
+    residual, nothing = data.residual(given), (np.zeros(0), np.zeros(0))
+    found = screen(cause, given, data, residual, np.zeros((residual.size, 0)), nothing)
+    excess = loss(residual) - loss(data.residual(cause.apply(given, tuple(curve))))
+    assert excess > 10.0
+    assert loss(residual) - found.loss > 0.5 * excess
 
 
 def test_strength_that_the_residuals_show_is_a_start_beside_simulated_cycles(
