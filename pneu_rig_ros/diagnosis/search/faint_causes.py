@@ -107,7 +107,7 @@ class FaintCauses(Growth):
         before = self.training, self.held_out
         self.training, self.held_out = (each.without_cycles for each in before)
         fits = self._fit_all(self._alternatives(best), ROUNDS)
-        fits = [fit for fit in fits if self._leaves_as_little(fit, best)]
+        fits = [best, *(fit for fit in fits if self._leaves_as_little(fit, best))]
         self.training, self.held_out = (
             each.with_cycles(self.hypothesis, self.rng, free=True)
             for each in (self.training, self.held_out)
