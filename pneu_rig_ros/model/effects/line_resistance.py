@@ -91,6 +91,7 @@ EFFECT = Effect(
     'laminar flow by Poiseuille',
     null=Parameters(0.0),
     contribution=contribution,
+    strengths=('resistance', 'laminar_resistance'),
     probes=(
         Parameters(1e8),
         Parameters(3e8),

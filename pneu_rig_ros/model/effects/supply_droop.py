@@ -79,6 +79,7 @@ EFFECT = Effect(
     'Idelchik, Handbook of Hydraulic Resistance (turbulent flow)',
     null=Parameters(0.0),
     contribution=contribution,
+    strengths=('resistance', 'turbulent_resistance'),
     probes=(
         Parameters(1e8),
         Parameters(5e8),
