@@ -162,7 +162,7 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'fall': _by_size(5e6, 2e7, 6e7),
         'recovery_time': _by_size(3.0, 10.0, 30.0),
     },
-    # at the place as much as cross_piston_leak, two or three times as wide as the strokes there
+    # at the place two to three times as much as cross_piston_leak
     'local_piston_leak': {
         'area': _about(2e-9, 4e-9, 8e-9),
         'place': _by_size(0.4, 0.5, 0.6),

@@ -114,18 +114,18 @@ def figures(answers: list[Answer]) -> dict[str, Figure]:
 
 
 def foreign_seen(answers: list[Answer], part: str) -> list[Answer]:
-    """Return the trials of a part in which a form is to be seen that the library did not have."""
+    """Return the trials of a part with something to be seen, all forms new to the library."""
     return [answer for answer in scores.seen(answers, part) if not _matched(answer)]
 
 
 def _matched(answer: Answer) -> bool:
-    since = MATCHED.get(answer['names'][0])
-    return since is not None and int(answer['key'].split('/')[1]) >= since
+    since = [MATCHED[name] for name in answer['names'] if name in MATCHED]
+    return bool(since) and int(answer['key'].split('/')[1]) >= min(since)
 
 
 def all_seen(answers: list[Answer], part: str) -> list[Answer]:
     """Return the trials of a part in which each of several forms is to be seen."""
-    seen = scores.seen(answers, part)
+    seen = foreign_seen(answers, part)
     return [a for a in seen if a['least_visibility'] > scores.VISIBLE]
 
 

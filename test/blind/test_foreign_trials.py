@@ -179,7 +179,7 @@ ANSWERS = [
     ),
     answer(
         'triples',
-        ['tapered_tube', 'linear_seal_leak', 'small_tank'],
+        ['tapered_tube', 'linear_seal_leak', 'line_volume'],
         'effect',
         effects=['chamber_leak', 'position_dependent_friction'],
         least_visibility=5.0,

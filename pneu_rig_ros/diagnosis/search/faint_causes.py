@@ -4,6 +4,7 @@ Causes too faint for any cell, where sensors and supply are exact.
 They add up: in the residuals over all windows, and in a free run from cycle to cycle.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
@@ -107,7 +108,7 @@ class FaintCauses(Growth):
         before = self.training, self.held_out
         self.training, self.held_out = (each.without_cycles for each in before)
         fits = self._fit_all(self._alternatives(best), ROUNDS)
-        fits = [best, *(fit for fit in fits if self._leaves_as_little(fit, best))]
+        fits = [best, *self._leaving_as_little(fits, best)]
         self.training, self.held_out = (
             each.with_cycles(self.hypothesis, self.rng, free=True)
             for each in (self.training, self.held_out)
@@ -130,20 +131,18 @@ class FaintCauses(Growth):
         sharper = fit(best.explanation, self.given, training, ROUNDS).explanation
         return self.free_run_test(sharper.apply(self.given)).significant
 
-    def _leaves_as_little(self, other: ScoredFit, best: ScoredFit) -> bool:
-        """Return whether an explanation leaves next to no more residual than the best one."""
+    def _leaving_as_little(self, fits: Sequence[ScoredFit], best: ScoredFit) -> list[ScoredFit]:
+        """Return the fits that leave next to no more residual than the best one."""
+        left = list(fits)
         for data in (self.training, self.held_out):
-            given, left, least = (
-                residual_excess(data, each)
-                for each in (
-                    self.given,
-                    other.explanation.apply(self.given),
-                    best.explanation.apply(self.given),
-                )
-            )
-            if left > max(NEGLIGIBLE * given, least):
-                return False
-        return True
+            least = residual_excess(data, best.explanation.apply(self.given))
+            most = max(NEGLIGIBLE * residual_excess(data, self.given), least)
+            left = [
+                fit
+                for fit in left
+                if residual_excess(data, fit.explanation.apply(self.given)) <= most
+            ]
+        return left
 
     def _alternatives(self, best: ScoredFit) -> list[Explanation]:
         """Return the fitted explanations of the same size, and other forms of their effects."""

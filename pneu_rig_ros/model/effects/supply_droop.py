@@ -35,7 +35,7 @@ def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
 
 @compiled
 def fall(signals: Signals, model: CompiledModel, line: Parameters, supply: float) -> float:
-    """Return the fall of the supply pressure [Pa] by the flow that is drawn at one."""
+    """Return the fall of the supply [Pa] by the flow that is drawn at a pressure of it [Pa]."""
     flow = drawn(signals, model, supply)
     return (line.resistance + line.turbulent_resistance * flow) * flow
 
