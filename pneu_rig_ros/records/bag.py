@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -142,50 +143,54 @@ def open_bag(path: Path | str) -> Iterator[Bag]:
     :raises RigError: when it is not a bag, or is cut off or damaged
     """
     directory = bag_directory(path)
-    with reading(directory), contextlib.ExitStack() as stack:
-        yield _opened(directory, read_metadata(directory), stack)
+    with reading(directory), _opened(directory) as bag:
+        yield bag
 
 
 @contextlib.contextmanager
-def reading(directory: Path) -> Iterator[None]:
+def reading(path: Path) -> Iterator[None]:
     """Make a RigError of whatever parsers and decompressors raise on damaged data."""
     try:
         yield
     except RigError:
         raise
     except Exception as error:
-        raise unreadable(directory, error) from error
+        raise _unreadable(path, error) from error
 
 
-def unreadable(directory: Path, error: BaseException) -> RigError:
+def _unreadable(path: Path, error: Exception) -> RigError:
     """Return the error for a bag that cannot be read; it names `repair` where that would help."""
+    reason = (str(error).strip() or type(error).__name__).splitlines()[0].rstrip('.')
+    directory = folder_of(path) or path
+    files = storage_files(directory)
+    if not files:
+        return RigError(f'{path}: cannot be read as a bag: {reason}')
     summary = Summary()
-    for path in storage_files(directory):
-        with contextlib.suppress(Exception), path.open('rb') as stream:  # up to a wrong record
+    for file in files:
+        with contextlib.suppress(Exception), file.open('rb') as stream:  # up to a wrong record
             scan_records(stream, summary)
     if not summary.chunk_indexes:
         return RigError(f'{directory} {NOTHING_TO_RECOVER}')
-    advice = f'({first_line(error)}); run: pneu-rig repair {directory}'
+    advice = f'({reason}); run: pneu-rig repair {directory}'
     return RigError(f'{directory} is cut off or damaged {advice}')
 
 
-def _opened(directory: Path, information: dict[str, Any], stack: contextlib.ExitStack) -> Bag:
+@contextlib.contextmanager
+def _opened(directory: Path) -> Iterator[Bag]:
     """Open the files that metadata.yaml names, or the only one when it is not written yet."""
-    files = storage_files(directory)
+    information, files = read_metadata(directory), storage_files(directory)
     if information:
         files = [directory / Path(name).name for name in information['relative_file_paths']]
         if missing := [file.name for file in files if not file.exists()]:
             raise RigError(f'{directory}: files that metadata.yaml names are missing: {missing}')
     elif len(files) > 1:
         raise RigError(f'{directory} has {len(files)} .mcap files, but no metadata.yaml')
-    opened = []
-    for file in files:
-        opened.append(McapFile(file) if information else _growing(file))
-        stack.callback(opened[-1].close)
-    bag = Bag(directory, information, opened)
-    if information:
-        bag.check_counts()
-    return bag
+    with contextlib.ExitStack() as stack:
+        opened = (McapFile(file) if information else _growing(file) for file in files)
+        bag = Bag(directory, information, [stack.enter_context(closing(f)) for f in opened])
+        if information:
+            bag.check_counts()
+        yield bag
 
 
 def _growing(path: Path) -> McapFile:
@@ -204,11 +209,10 @@ def check_bag(directory: Path) -> bool:
     :raises RigError: when metadata.yaml or an index was changed, contradicts the other, or a chunk
         would need too much memory
     """
-    information = read_metadata(directory)
     if not storage_files(directory):
+        read_metadata(directory)
         return False  # of another storage
-    with contextlib.ExitStack() as stack:
-        bag = _opened(directory, information, stack)
+    with _opened(directory) as bag:
         for file in bag.files:
             file.check_decompression()
         return bag.protected()
@@ -236,12 +240,6 @@ def last_text(bag: Bag | AnyReader, topic: str) -> str:
     for _, _, cdr in bag.messages(wanted) if wanted else ():
         text = unpack_string(bytes(cdr))
     return text
-
-
-def first_line(error: BaseException) -> str:
-    """Return the first line of an error message, without its full stop."""
-    text = str(error).strip() or type(error).__name__
-    return text.splitlines()[0].rstrip('.')
 
 
 def find_namespace(topics: Iterable[str]) -> str:

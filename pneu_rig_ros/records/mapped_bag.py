@@ -24,10 +24,8 @@ from pneu_rig_ros.records.bag import (
     check_bag,
     custom_data,
     find_namespace,
-    first_line,
     folder_of,
-    storage_files,
-    unreadable,
+    reading,
 )
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, typestore
 from pneu_rig_ros.records.description import read_metadata
@@ -84,7 +82,7 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
         raise RigError(f'{mapping.origin}: maps columns, but {path} is a bag; write topics: ...')
     directory = folder_of(path) or path
     streams, gauge = {}, False
-    try:
+    with reading(path):
         protected = directory.is_dir() and check_bag(directory)
         with AnyReader([directory], default_typestore=typestore()) as reader:
             for bag in reader.readers:
@@ -96,13 +94,6 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
                 streams[name], is_gauge = _read_stream(reader, name, source, where, zero)
                 gauge |= is_gauge
             custom = custom_data(reader, read_metadata(directory)) if directory.is_dir() else {}
-    except RigError:
-        raise
-    except Exception as error:
-        # rosbags, decompressors and parsers raise any exception on damaged data.
-        if storage_files(directory):
-            raise unreadable(directory, error) from error
-        raise RigError(f'{path}: cannot be read as a bag: {first_line(error)}') from error
     return _columns(path, streams)._replace(gauge=gauge, metadata=custom, protected=protected)
 
 
