@@ -210,17 +210,15 @@ def decode_all(
     if not messages:
         return np.empty(0, dtype=np.int64), np.empty((0, 0))
     count = len(_decoded(decoder, messages[0], 1)) - 1
+    stamps, values = np.zeros(len(messages), dtype=np.int64), np.zeros((len(messages), count))
     size = len(messages[0])
     alike = np.array([len(message) == size for message in messages])
     joined = b''.join(itertools.compress(messages, alike))
     rows = _Rows(np.frombuffer(joined, dtype=np.uint8).reshape(-1, size))
-    parts = _decoded(decoder, rows, 1)
-    right = rows.like_the_first()
-    columns = [np.broadcast_to(part, right.shape) for part in parts]
-    alike[alike] = right
-    stamps, values = np.zeros(len(messages), dtype=np.int64), np.zeros((len(messages), count))
-    stamps[alike] = columns[0][right]
-    values[alike] = np.column_stack(columns[1:])[right]
+    stamps[alike], *numbers = _decoded(decoder, rows, 1)
+    for column, number in zip(values.T, numbers, strict=True):
+        column[alike] = number
+    alike[alike] = rows.like_the_first()
     for index in np.flatnonzero(~alike).tolist():
         stamps[index], *values[index] = _decoded(decoder, messages[index], index + 1)
     return stamps, values
