@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Flags
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, fill_rows, pack_string, template
@@ -165,33 +165,30 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
         if all(name in signals for name in names)
         and ('position' in recording or topic != 'velocity')
     }
+    present = {topic: _present(recording, topic) for topic in templates}
     stamps = recording.stamps
     for first in range(0, recording.size, BLOCK):
         part = slice(first, first + BLOCK)
-        values = {name: signal[part] for name, signal in signals.items()}
         rows = [
             TopicRows(
                 topic,
                 TOPICS['friction' if topic == FORCE else topic].type,
-                fill_rows(message, stamps[part], [values[name] for name in NUMBERS[topic]]),
-                _present(recording, topic, stamps[part], values),
+                fill_rows(message, stamps[part], [signals[name][part] for name in NUMBERS[topic]]),
+                present[topic][part],
             )
             for topic, message in templates.items()
         ]
         yield stamps[part], rows
 
 
-def _present(
-    recording: Recording, topic: str, stamps: Stamps, values: Mapping[str, Floats]
-) -> NDArray[np.bool_]:
-    """Return which samples of a block are not missing on a topic, shape (n,)."""
-    present = np.ones(stamps.size, dtype=np.bool_)
+def _present(recording: Recording, topic: str) -> Flags:
+    """Return which samples are not missing on a topic, shape (n,)."""
+    present = np.ones(recording.size, dtype=np.bool_)
     if topic == 'friction':
-        present = np.isfinite(values['friction'])
+        present = np.isfinite(recording.friction)
     for source in (topic, *SOURCES.get(topic, ())):
-        missing = np.asarray(recording.missing.get(source, ()), dtype=np.int64)
-        near = missing[slice(*np.searchsorted(missing, stamps[[0, -1]] + [0, 1]))]
-        present &= ~np.isin(stamps, near)
+        if len(missing := recording.missing.get(source, ())):
+            present &= ~np.isin(recording.stamps, missing)
     return present
 
 
