@@ -23,7 +23,7 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.quantity import mapping_of, unknown
+from pneu_rig_ros.model.quantity import mapping_of
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.units import Unit, convert, parse_unit
 from pneu_rig_ros.rig.yaml_file import parse_yaml, read_text
@@ -207,10 +207,8 @@ def _time(entry: object, where: str, in_bag: bool) -> tuple[Source | None, float
 
 def _fields(entry: object, where: str, key: str, allowed: tuple[str, ...]) -> dict[str, Any]:
     """Return the fields of an entry, checked; a bare value is that of the key."""
-    fields = entry if isinstance(entry, dict) else {key: entry}
+    fields = mapping_of(entry if isinstance(entry, dict) else {key: entry}, allowed, where)
     for name, value in fields.items():
-        if name not in allowed:
-            raise RigError(f'{where}: {unknown(str(name), allowed)}')
         kinds, words = _KINDS.get(name, ((object,), ''))
         # True is an int in Python, but no number here.
         if not isinstance(value, kinds) or (isinstance(value, bool) and int in kinds):
