@@ -85,23 +85,21 @@ def _on_grid(path: Path, columns: Columns, zero: float) -> Recording:
     known = conditions_of(path, configuration, columns.metadata)
     surroundings = zero if columns.gauge else None
     try:
-        grid = to_grid(columns)
+        stamps, recorded, signals, changes = to_grid(columns)
         conditions = with_zero(known, surroundings)
     except RigError as error:
         raise RigError(f'{path}: {error}') from error
-    stamps = grid.start_ns + grid.interval_ns * np.arange(grid.recorded.size, dtype=np.int64)
-    notes = (*columns.notes, *grid.notes, '' if columns.protected else UNPROTECTED)
     return Recording(
         _run_name(path),
-        grid.start_ns,
-        grid.interval_ns,
-        grid.signals,
-        missing=dict.fromkeys(grid.signals, stamps[~grid.recorded]),
-        arrival_ns=np.where(grid.recorded, stamps, NEVER),
+        int(stamps[0]),
+        int(stamps[1] - stamps[0]),
+        signals,
+        missing=dict.fromkeys(signals, stamps[~recorded]),
+        arrival_ns=np.where(recorded, stamps, NEVER),
         metadata={'source': printable(str(path)), **columns.metadata},
         configuration=configuration,
         protected=columns.protected,
-        notes=tuple(note for note in notes if note),
+        notes=(*columns.notes, *changes, *(() if columns.protected else (UNPROTECTED,))),
         conditions=conditions,
         atmospheric_pressure=surroundings,
     )

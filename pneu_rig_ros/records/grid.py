@@ -52,24 +52,6 @@ class Columns(NamedTuple):
     protected: bool = True
 
 
-class Grid(NamedTuple):
-    """
-    Signals on a uniform grid.
-
-    :param start_ns: stamp of sample 0 [ns]
-    :param interval_ns: [ns]
-    :param recorded: whether a sample was recorded, else it is interpolated, shape (n,)
-    :param signals: name -> values, each of shape (n,)
-    :param notes: what was changed
-    """
-
-    start_ns: int
-    interval_ns: int
-    recorded: Flags
-    signals: Mapping[str, Floats]
-    notes: tuple[str, ...]
-
-
 def check_gaps(wanted: int, recorded: int) -> None:
     """
     Raise RigError when far more samples are missing than recorded: some stamp must be wrong.
@@ -84,10 +66,12 @@ def check_gaps(wanted: int, recorded: int) -> None:
         )
 
 
-def to_grid(columns: Columns) -> Grid:
+def to_grid(columns: Columns) -> tuple[Stamps, Flags, Mapping[str, Floats], list[str]]:
     """
     Put signals on the uniform grid of their own sampling interval.
 
+    :return: stamps of its n >= 2 samples [ns], shape (n,); which of them were recorded, the others
+        are interpolated, shape (n,); the signals, shape (n,) each; what was changed
     :raises RigError: when the stamps are too uneven for such a grid, or too few
     """
     time = columns.time
@@ -113,7 +97,8 @@ def to_grid(columns: Columns) -> Grid:
         f'{absent} of {recorded.size} samples are missing' if absent else '',
         f'time starts at {time[0]:g} s; moved to 0 s' if start_ns < 0 else '',
     )
-    return Grid(max(start_ns, 0), interval_ns, recorded, signals, tuple(filter(None, notes)))
+    stamps = max(start_ns, 0) + interval_ns * np.arange(recorded.size, dtype=np.int64)
+    return stamps, recorded, signals, [text for text in notes if text]
 
 
 def _filled(index: Stamps, signals: Mapping[str, Floats]) -> tuple[Flags, Mapping[str, Floats]]:
