@@ -1,5 +1,8 @@
 """The error for what a user can cause and correct."""
 
+import contextlib
+from collections.abc import Iterator
+
 LONGEST_LINE = 1000
 """Longest text of an error [character]; the middle of a longer one is omitted."""
 
@@ -14,6 +17,15 @@ class RigError(Exception):
 
     def __init__(self, message: str) -> None:
         super().__init__(one_line(message, LONGEST_LINE))
+
+
+@contextlib.contextmanager
+def prefixed(place: object) -> Iterator[None]:
+    """Put a place, such as a file, before the message of a RigError that is raised within."""
+    try:
+        yield
+    except RigError as error:
+        raise RigError(f'{place}: {error}') from error
 
 
 def one_line(text: str, longest: int) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.errors import RigError, printable
+from pneu_rig_ros.errors import RigError, prefixed, printable
 from pneu_rig_ros.records.bag import folder_of
 from pneu_rig_ros.records.conditions import conditions_beside, conditions_of, with_zero
 from pneu_rig_ros.records.description import configuration_in
@@ -84,11 +84,9 @@ def _on_grid(path: Path, columns: Columns, zero: float) -> Recording:
     configuration = configuration_in(columns.metadata)
     known = conditions_of(path, configuration, columns.metadata)
     surroundings = zero if columns.gauge else None
-    try:
+    with prefixed(path):
         stamps, recorded, signals, changes = to_grid(columns)
         conditions = with_zero(known, surroundings)
-    except RigError as error:
-        raise RigError(f'{path}: {error}') from error
     return Recording(
         _run_name(path),
         int(stamps[0]),

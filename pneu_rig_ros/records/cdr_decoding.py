@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.cdr_encoding import (
     COUNT,
     ENCAPSULATION,
@@ -262,9 +262,7 @@ class _Rows(Reader):
 
 def _decoded(decoder: Decoder, message: bytes | Reader, number: int) -> tuple[Any, ...]:
     """Return the stamp [ns] of a message, 0 without one, and its values."""
-    try:
+    with prefixed(f'message {number}'):
         value = decoder(message)
-    except RigError as error:
-        raise RigError(f'message {number}: {error}') from error
     values = value if isinstance(value, tuple) else (value,)
     return values if hasattr(value, 'stamp_ns') else (0, *values)

@@ -120,11 +120,6 @@ def pack_valve_voltages(voltage_1: float, voltage_2: float) -> bytes:
     return _voltages().fill(voltage_1, voltage_2)
 
 
-def pack_clock(stamp_ns: int) -> bytes:
-    """Encode a stamp [ns] as rosgraph_msgs/Clock."""
-    return LITTLE_ENDIAN + TIME.pack(*divmod(stamp_ns, NANOSECONDS))
-
-
 def pack_string(text: str) -> bytes:
     """Encode std_msgs/String."""
     return bytes(typestore().serialize_cdr(_message(STRING, data=text), STRING))
@@ -157,7 +152,7 @@ class PlantMessages:
             'chamber_2/pressure': self._pressure.at(stamp_ns, sample.pressure_2),
         }
         if self._has_clock:
-            messages[CLOCK] = pack_clock(stamp_ns)
+            messages[CLOCK] = LITTLE_ENDIAN + TIME.pack(*divmod(stamp_ns, NANOSECONDS))
         return messages
 
 

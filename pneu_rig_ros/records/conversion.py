@@ -29,7 +29,7 @@ from pneu_rig_ros.records.conditions import (
 from pneu_rig_ros.records.description import bag_metadata, describe, git_revision, package_version
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
 from pneu_rig_ros.records.topics import STRING, TOPICS
-from pneu_rig_ros.records.whole_files import atomic_write
+from pneu_rig_ros.records.whole_files import atomic_write, writing
 from pneu_rig_ros.records.writer import BagWriter, TopicRows
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description
@@ -107,7 +107,7 @@ def write_bag(
         )
     if int(recording.stamps[-1]) >= END_OF_STAMPS * NANOSECONDS:
         raise RigError(f'{source}: stamps after January 2038, which a message cannot hold')
-    try:
+    with writing(f'the bag {out}'):
         out.parent.mkdir(parents=True, exist_ok=True)
         # On the same file system, so that the bag can be moved in one step.
         with tempfile.TemporaryDirectory(prefix=f'.{out.name}.', dir=out.parent) as folder:
@@ -116,8 +116,6 @@ def write_bag(
             if known:
                 (bag / FILE_NAME).write_text(format_conditions(known), encoding='utf-8')
             bag.replace(out)
-    except OSError as error:
-        raise RigError(f'cannot write the bag {out}: {error.strerror}') from error
 
 
 def _write(

@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 from mcap.records import Footer, Statistics
 from mcap.summary import Summary
 
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.mcap_chunks import (
     HEAD,
     LARGEST_CHUNK,
@@ -50,11 +50,9 @@ class McapFile:
         self.path = path
         self._stream = path.open('rb')
         try:
-            self.summary = read_index(self._stream)
-            self._check_chunks()
-        except RigError as error:
-            self.close()
-            raise RigError(f'{path}: {error}') from error
+            with prefixed(path):
+                self.summary = read_index(self._stream)
+                self._check_chunks()
         except BaseException:
             self.close()
             raise

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
 from pneu_rig_ros.records.cdr_decoding import (
     Decoder,
@@ -80,14 +80,12 @@ def read_own_bag(path: Path, name: str) -> Recording | None:
         names = absolute_names(namespace).items()
         counts = {topic: present[full] for topic, full in names if full in present}
         metadata, protected = custom_data(bag, bag.information), bag.protected()
-        try:
+        with prefixed(path):
             configuration = configuration_in(metadata)
             streams = _read_streams(bag, namespace)
             if configuration is None:
                 streams = _without_jitter(streams)
             grid, interval = _sampling_grid(streams, configuration)
-        except RigError as error:
-            raise RigError(f'{path}: {error}') from error
     joint = streams['joint_states']
     arrival = np.full(grid.size, NEVER, dtype=np.int64)
     arrival[(joint.stamps - grid[0]) // interval] = joint.arrival_ns
@@ -115,30 +113,24 @@ def _read_streams(bag: Bag, namespace: str) -> dict[str, Stream]:
     """Decode the topics of a recording in one pass over the bag."""
     names = {f'{namespace}/{topic}': topic for topic in _DECODERS}
     connections = [c for c in bag.connections if c.topic in names]
-    for connection in connections:
-        topic = names[connection.topic]
-        wanted = TOPICS['friction' if topic == 'force' else topic].type
-        if connection.msgtype != wanted:
-            raise RigError(f'{connection.topic} is {connection.msgtype}, must be {wanted}')
-    arrivals: dict[str, list[int]] = {topic: [] for topic in _DECODERS}
-    messages: dict[str, list[bytes]] = {topic: [] for topic in _DECODERS}
+    for name, kind, _ in connections:
+        wanted = TOPICS['friction' if names[name] == 'force' else names[name]].type
+        if kind != wanted:
+            raise RigError(f'{name} is {kind}, must be {wanted}')
+    found: dict[str, tuple[list[int], list[bytes]]] = {name: ([], []) for name in names}
     for connection, arrival_ns, cdr in bag.messages(connections):
-        topic = names[connection.topic]
-        arrivals[topic].append(arrival_ns)
-        messages[topic].append(cdr)
-    for connection in connections:
-        count = len(messages[names[connection.topic]])
-        if count != connection.msgcount:
-            raise RigError(
-                f'{connection.topic}: {count} messages, the index says {connection.msgcount}'
-            )
+        arrivals, messages = found[connection.topic]
+        arrivals.append(arrival_ns)
+        messages.append(cdr)
+    for name, _, indexed in connections:
+        if (count := len(found[name][1])) != indexed:
+            raise RigError(f'{name}: {count} messages, the index says {indexed}')
     streams = {}
-    for topic, decoder in _DECODERS.items():
-        try:
-            stamps, values = decode_all(decoder, messages[topic])
-        except RigError as error:
-            raise RigError(f'{namespace}/{topic}: {error}') from error
-        streams[topic] = Stream(np.array(arrivals[topic], dtype=np.int64), values, stamps)
+    for name, (arrivals, messages) in found.items():
+        topic = names[name]
+        with prefixed(name):
+            stamps, values = decode_all(_DECODERS[topic], messages)
+        streams[topic] = Stream(np.array(arrivals, dtype=np.int64), values, stamps)
     return streams
 
 

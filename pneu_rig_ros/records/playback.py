@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.bag import Bag, Connection, find_namespace, open_bag, reading
 from pneu_rig_ros.records.topics import CLOCK, DERIVED, DIAGNOSTICS, TOPICS, absolute_names
 
@@ -53,10 +53,11 @@ class Playback:
         self._opened = open_bag(path)
         self._bag = self._opened.__enter__()
         try:
-            self._connections = _chosen(self._bag, set(only), set(without))
-        except RigError as error:
+            with prefixed(path):
+                self._connections = _chosen(self._bag, set(only), set(without))
+        except RigError:
             self.close()
-            raise RigError(f'{path}: {error}') from error
+            raise
         self.start_ns = self._bag.start_time
         self.duration = (self._bag.end_time - self.start_ns) * 1e-9
 

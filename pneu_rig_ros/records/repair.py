@@ -26,6 +26,7 @@ from pneu_rig_ros.records.bag import (
 from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.description import METADATA, bag_metadata, read_metadata
 from pneu_rig_ros.records.mcap_chunks import chunk_content, chunk_messages, scan_records
+from pneu_rig_ros.records.whole_files import writing
 from pneu_rig_ros.records.writer import BagWriter
 
 CUT_SUFFIX = '.cut'
@@ -95,11 +96,9 @@ def _healthy(directory: Path) -> RepairReport:
 def _rewrite(directory: Path, file: Path) -> RepairReport:
     """Write what can be read beside the bag, check it, and put it into its place."""
     folder = directory.parent / f'.{directory.name}.repair'
-    try:
-        shutil.rmtree(folder, ignore_errors=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    with writing(f'beside the bag, {folder}'):
         folder.mkdir()
-    except OSError as error:
-        raise RigError(f'cannot write beside the bag, {folder}: {error.strerror}') from error
     try:
         new = folder / file.stem
         damaged = _copy_messages(file, new, _custom_data(directory))

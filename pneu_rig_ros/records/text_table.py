@@ -56,11 +56,6 @@ class Cells:
     row_number: Callable[[int], int]
     decimal: str
 
-    @property
-    def count(self) -> int:
-        """Number of rows of data."""
-        return len(self.columns[0])
-
     def text(self, row: int, index: int) -> str:
         """Return a cell."""
         return str(self.columns[index][row])
@@ -200,7 +195,10 @@ def read_columns(path: Path, mapping: TableMapping, zero: float) -> Columns:
     time, epoch_ns = _time(cells, mapping)
     signals, any_gauge, notes = {}, False, []
     for name, source in mapping.signals.items():
-        signals[name], gauge = _signal(cells, name, source, f'{mapping.origin}: {name}', zero)
+        where = f'{mapping.origin}: {name}'
+        signals[name], gauge = _column(cells, name, source, where, zero)
+        for number, other in enumerate(source.added, start=2):
+            signals[name] += _column(cells, name, other, f'{where}[{number}]', zero)[0]
         any_gauge |= gauge
         lowest = signals[name].min()
         if name in PRESSURES and lowest < LIKELY_GAUGE:
@@ -209,16 +207,6 @@ def read_columns(path: Path, mapping: TableMapping, zero: float) -> Columns:
     if pyarrow := sys.modules.get('pyarrow'):
         pyarrow.default_memory_pool().release_unused()  # it would keep the memory of the table
     return Columns(time, signals, epoch_ns, any_gauge, tuple(notes))
-
-
-def _signal(
-    cells: Cells, name: str, source: Source, where: str, zero: float
-) -> tuple[Floats, bool]:
-    """Return a signal in SI units, shape (n,), and whether it was a gauge pressure."""
-    values, gauge = _column(cells, name, source, where, zero)
-    for number, other in enumerate(source.added, start=2):
-        values = values + _column(cells, name, other, f'{where}[{number}]', zero)[0]
-    return values, gauge
 
 
 def _column(
@@ -250,7 +238,7 @@ def _time(cells: Cells, mapping: TableMapping) -> tuple[Floats, int]:
     """Return the time [s], shape (n,), and what it counts from [ns]."""
     if mapping.time is None:
         assert mapping.interval is not None
-        return mapping.interval * np.arange(cells.count, dtype=np.float64), 0
+        return mapping.interval * np.arange(len(cells.columns[0]), dtype=np.float64), 0
     source, where = mapping.time, f'{mapping.origin}: time'
     assert source.column is not None
     index = cells.index(source.column, where)

@@ -13,6 +13,15 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.mcap_chunks import MAGIC, encode
 
 
+@contextlib.contextmanager
+def writing(what: object) -> Iterator[None]:
+    """Make a RigError of an OSError while something is written, such as 'the bag runs/stroke'."""
+    try:
+        yield
+    except OSError as error:
+        raise RigError(f'cannot write {what}: {error.strerror or error}') from error
+
+
 def atomic_write(path: Path, content: str | Callable[[Path], object]) -> Path:
     """
     Write a file beside its place, then move it there.
@@ -23,13 +32,12 @@ def atomic_write(path: Path, content: str | Callable[[Path], object]) -> Path:
     """
     unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
     try:
-        if callable(content):
-            content(unfinished)
-        else:
-            unfinished.write_text(content, encoding='utf-8', errors='backslashreplace')
-        unfinished.replace(path)
-    except OSError as error:
-        raise RigError(f'cannot write {path}: {error.strerror}') from error
+        with writing(path):
+            if callable(content):
+                content(unfinished)
+            else:
+                unfinished.write_text(content, encoding='utf-8', errors='backslashreplace')
+            unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
     return path

@@ -12,11 +12,10 @@ of each chunk, and counts chunks in its index that the disk had no room for.
 
 from __future__ import annotations
 
-import contextlib
 import struct
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -38,7 +37,7 @@ from pneu_rig_ros.records.description import (
 )
 from pneu_rig_ros.records.mcap_chunks import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
-from pneu_rig_ros.records.whole_files import GrowingFile, deferred_interrupts
+from pneu_rig_ros.records.whole_files import GrowingFile, deferred_interrupts, writing
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
@@ -82,7 +81,7 @@ class BagWriter:
         self._entries: dict[int, list[tuple[int, int]]] = defaultdict(list)
         self._flushed = time.monotonic()
         self._storage = self.path / f'{self.path.name}.mcap'
-        with self._one_line_errors():
+        with writing(f'the bag {self.path}'):
             if not self.path.name.isprintable():
                 raise RigError(f'{self.path}: the name of a bag must be printable')
             if self.path.exists():
@@ -194,7 +193,7 @@ class BagWriter:
             uncompressed_crc=crc32(content),
             uncompressed_size=len(content),
         )
-        with self._one_line_errors():
+        with writing(f'the bag {self.path}'):
             self._file.append(encode(chunk) + index)
 
     def close(self, metadata: Mapping[str, str]) -> None:
@@ -206,7 +205,7 @@ class BagWriter:
         try:
             self.flush()
         finally:
-            with self._one_line_errors(), deferred_interrupts():
+            with writing(f'the bag {self.path}'), deferred_interrupts():
                 self._write_index(metadata)
 
     def _write_index(self, custom_data: Mapping[str, str]) -> None:
@@ -239,14 +238,6 @@ class BagWriter:
                 self.close({})
             else:
                 self.abort()
-
-    @contextlib.contextmanager
-    def _one_line_errors(self) -> Iterator[None]:
-        try:
-            yield
-        except OSError as error:
-            cause = error.strerror or error
-            raise RigError(f'cannot write the bag {self.path}: {cause}') from error
 
 
 def chunk_of(
