@@ -104,7 +104,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     from pneu_rig_ros.analysis.friction import friction_of
     from pneu_rig_ros.analysis.motion import cycles_of
     from pneu_rig_ros.records import read_recording
-    from pneu_rig_ros.records.conversion import Signals, columns_of, write_csv
+    from pneu_rig_ros.records.conversion import columns_of, write_csv
 
     recording = read_recording(bag)
     force = friction_of(recording)
@@ -113,8 +113,7 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     if csv:
         derived = recording.with_signals(velocity=recording.velocity, friction=force)
         names = ('position', 'velocity', 'pressure_1', 'pressure_2', 'friction')
-        columns = columns_of(derived, names)
-        files['csv'] = write_csv(Signals(columns, {}), csv)
+        files['csv'] = write_csv(columns_of(derived, names), csv)
     if png:
         from pneu_rig_ros.report.figure import draw_stroke
 

@@ -138,12 +138,14 @@ def export(
     if out is not None and out.suffix in {'.csv', '.parquet'} - {suffix}:
         raise RigError(f'--out {out}: not a name for --{suffix[1:]}')
     file = out or options.new_file(directory.with_name(directory.name + suffix), '--out')
-    signals = conversion.read_signals(bag)
-    write = conversion.write_csv if csv else conversion.write_parquet
-    write(signals, file)
-    columns = [column.title for column in signals.columns]
-    samples = int(signals.columns[0].values.size)
+    columns, metadata = conversion.read_signals(bag)
+    if csv:
+        conversion.write_csv(columns, file)
+    else:
+        conversion.write_parquet(columns, metadata, file)
+    titles = [column.title for column in columns]
+    samples = int(columns[0].values.size)
     if as_json:
-        output.print_json({'bag': bag, 'file': file, 'samples': samples, 'columns': columns})
+        output.print_json({'bag': bag, 'file': file, 'samples': samples, 'columns': titles})
     elif not quiet:
-        output.print_values({'columns': ', '.join(columns), 'samples': samples, 'file': file})
+        output.print_values({'columns': ', '.join(titles), 'samples': samples, 'file': file})

@@ -203,25 +203,19 @@ class Column(NamedTuple):
         return f'{self.name}_{self.unit.replace("/", "_per_")}'
 
 
-class Signals(NamedTuple):
-    """Signals of a bag on its grid, and the metadata of the bag with its conditions."""
-
-    columns: Sequence[Column]
-    metadata: Mapping[str, str]
-
-
-def read_signals(bag: Path | str) -> Signals:
+def read_signals(bag: Path | str) -> tuple[list[Column], dict[str, str]]:
     """
     Read everything that a bag has on its sampling grid.
 
     A bag of a part of a rig gives the signals that it has.
 
+    :return: the signals, and the metadata of the bag with its conditions
     :raises RigError: when it is not a bag, or is cut off
     """
     recording = read_recording(bag)
     columns = [Column('stamp', 'ns', recording.stamps), *columns_of(recording, SIGNALS)]
     conditions = format_conditions(recording.conditions)
-    return Signals(columns, {**recording.metadata, 'conditions': conditions})
+    return columns, {**recording.metadata, 'conditions': conditions}
 
 
 def columns_of(recording: Recording, names: Iterable[str]) -> list[Column]:
@@ -231,7 +225,7 @@ def columns_of(recording: Recording, names: Iterable[str]) -> list[Column]:
     return [Column('time', 's', recording.time), *signals]
 
 
-def write_csv(signals: Signals, path: Path) -> Path:
+def write_csv(columns: Sequence[Column], path: Path) -> Path:
     """Write a CSV file with a header; a missing value is an empty cell."""
 
     def texts(column: Column) -> list[str]:
@@ -239,25 +233,25 @@ def write_csv(signals: Signals, path: Path) -> Path:
         return ['' if value != value else f'{value:{digits}}' for value in column.values.tolist()]
 
     def write(file: Path) -> None:
-        rows = zip(*map(texts, signals.columns), strict=True)
+        rows = zip(*map(texts, columns), strict=True)
         with file.open('w', encoding='utf-8', newline='') as stream:
-            stream.write(','.join(column.title for column in signals.columns) + '\n')
+            stream.write(','.join(column.title for column in columns) + '\n')
             stream.writelines(','.join(row) + '\n' for row in rows)
 
     return atomic_write(path, write)
 
 
-def write_parquet(signals: Signals, path: Path) -> Path:
+def write_parquet(columns: Sequence[Column], metadata: Mapping[str, str], path: Path) -> Path:
     """Write a Parquet file: units in the metadata of fields, those of the bag in the schema."""
     try:
         import pyarrow
         from pyarrow import parquet
     except ImportError as error:
         raise RigError('Parquet needs the package pyarrow: pip install pyarrow') from error
-    arrays = [pyarrow.array(column.values, from_pandas=True) for column in signals.columns]
+    arrays = [pyarrow.array(column.values, from_pandas=True) for column in columns]
     fields = [
         pyarrow.field(column.title, array.type, metadata={'unit': column.unit})
-        for column, array in zip(signals.columns, arrays, strict=True)
+        for column, array in zip(columns, arrays, strict=True)
     ]
-    table = pyarrow.table(arrays, pyarrow.schema(fields, metadata=dict(signals.metadata)))
+    table = pyarrow.table(arrays, pyarrow.schema(fields, metadata=dict(metadata)))
     return atomic_write(path, lambda file: parquet.write_table(table, file, compression='zstd'))

@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.arrays import Flags, Floats, Integers
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import Stamps
 
@@ -83,7 +82,7 @@ def to_grid(columns: Columns) -> tuple[Stamps, Flags, Mapping[str, Floats], list
         )
     index, interval, off = fit_grid(time)
     rounding = _resolution(time)
-    if index is not None and off <= max(rounding, JITTER * interval):
+    if off <= max(rounding, JITTER * interval):
         interval_ns = round(shortest_decimal(interval, int(index[-1]), rounding) * 1e9)
         recorded, signals = _filled(index, columns.signals)
         note = ''
@@ -152,11 +151,11 @@ def resample(wanted: Floats, known: Floats, values: Floats, name: str) -> Floats
     return np.asarray(np.interp(wanted, known, values))
 
 
-def fit_grid(time: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
+def fit_grid(time: Floats) -> tuple[Integers, float, float]:
     """
     Return sample numbers, interval and largest distance of stamps from the grid nearest to them.
 
-    The numbers are None where the stamps are too uneven for a grid.
+    Where the stamps are too uneven for a grid there are no numbers, and the distance is infinite.
 
     :param time: increasing, shape (n,)
     :raises RigError: where no interval fits the steps
@@ -167,7 +166,7 @@ def fit_grid(time: Floats) -> tuple[NDArray[np.int64] | None, float, float]:
         raise RigError(f'time steps of {typical:g} to {steps.max():g} s: no interval fits them')
     counts = np.round(steps / typical).astype(np.int64)
     if (counts < 1).any():
-        return None, typical, np.inf
+        return np.empty(0, dtype=np.int64), typical, np.inf
     index = np.concatenate([[0], np.cumsum(counts)])
     # By the centred sums: np.polyfit takes ten arrays of this size.
     numbers, since = index - index.mean(), time - time.mean()

@@ -146,7 +146,7 @@ def _without_jitter(streams: dict[str, Stream]) -> dict[str, Stream]:
         return streams
     since = (stamps - stamps[0]).astype(np.float64)
     index, interval, off = fit_grid(since)
-    if index is None or off > MOST_JITTER * interval:
+    if off > MOST_JITTER * interval:
         return streams
     interval = shortest_decimal(interval, int(index[-1]), off)
     first = stamps[0] + round(float(np.mean(since - interval * index)))

@@ -180,7 +180,7 @@ def test_part_of_a_rig_is_kept_and_told_from_a_whole_one(tmp_path: Path) -> None
     np.testing.assert_array_equal(again['force'], table['force'])
     with pytest.raises(RigError, match='part: no position in it; it has pressure_1, force'):
         assert again.position is None
-    columns = [column.title for column in read_signals(tmp_path / 'part').columns]
+    columns = [column.title for column in read_signals(tmp_path / 'part')[0]]
     assert columns == ['stamp_ns', 'time_s', 'pressure_1_Pa', 'force_N']
 
 
@@ -212,8 +212,8 @@ def test_nothing_half_written_is_left(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_csv_reads_back_to_the_same_signals(bag: Path, tmp_path: Path) -> None:
-    signals = read_signals(bag)
-    path = write_csv(signals, tmp_path / 'signals.csv')
+    columns, _ = read_signals(bag)
+    path = write_csv(columns, tmp_path / 'signals.csv')
     units = {'position': 'm', 'pressure_1': 'Pa', 'voltage_2': 'V'}
     mapping = {name: {'column': f'{name}_{unit}', 'unit': unit} for name, unit in units.items()}
     table = read_recording(path, {'time': {'column': 'time_s', 'unit': 's'}, **mapping})
@@ -226,7 +226,7 @@ def test_csv_reads_back_to_the_same_signals(bag: Path, tmp_path: Path) -> None:
 
 
 def test_parquet_holds_signals_units_and_conditions(bag: Path, tmp_path: Path) -> None:
-    path = write_parquet(read_signals(bag), tmp_path / 'signals.parquet')
+    path = write_parquet(*read_signals(bag), tmp_path / 'signals.parquet')
     table, record = parquet.read_table(path), read_recording(bag)
     np.testing.assert_array_equal(table['position_m'].to_numpy(), record.position)
     np.testing.assert_array_equal(table['stamp_ns'].to_numpy(), record.stamps)
