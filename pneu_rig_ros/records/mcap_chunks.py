@@ -10,7 +10,7 @@ import struct
 import sys
 from bz2 import BZ2Decompressor
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, BinaryIO
 from zlib import crc32
@@ -71,15 +71,15 @@ def encode(*records: McapRecord) -> bytes:
     return bytes(builder.end())
 
 
-def scan_chunks(stream: BinaryIO) -> tuple[Summary, int]:
+def scan_chunks(stream: BinaryIO) -> Summary:
     """
-    Return the index made from the complete chunks of a file, and the offset of their end.
+    Return the index made from the complete chunks of a file.
 
     Only record heads are read, and the content of chunks with messages of new channels: 30 minutes
     of the rig take a fraction of a second.
     """
     summary = Summary()
-    counts, end = scan_records(stream, summary)
+    counts = scan_records(stream, summary)
     for number, chunk in enumerate(summary.chunk_indexes):
         # A channel is in the chunk of its first message, silent channels are in the first chunk.
         if number == 0 or not summary.channels.keys() >= chunk.message_index_offsets.keys():
@@ -96,44 +96,35 @@ def scan_chunks(stream: BinaryIO) -> tuple[Summary, int]:
         metadata_count=0,
         schema_count=len(summary.schemas),
     )
-    return summary, end
+    return summary
 
 
-def scan_records(stream: BinaryIO, summary: Summary) -> tuple[Counter[int], int]:
+def scan_records(stream: BinaryIO, summary: Summary) -> Counter[int]:
     """
-    Return the number of messages of each channel, and the offset of the end of the chunks.
+    Return the number of messages of each channel in the complete records of a file.
 
     :param summary: receives the chunks, and the channels that are declared outside of them
     """
     counts: Counter[int] = Counter()
-    chunks, end, in_data = summary.chunk_indexes, len(MAGIC), True
-    for opcode, start, after in _records(stream, stream.seek(0, io.SEEK_END)):
+    chunks, start, size = summary.chunk_indexes, len(MAGIC), stream.seek(0, io.SEEK_END)
+    while start + HEAD.size <= size:
+        stream.seek(start)
+        opcode, length = HEAD.unpack(stream.read(HEAD.size))
+        after = start + HEAD.size + length
+        if after > size:
+            break
         if opcode == Opcode.CHUNK:
             chunks.append(_chunk_index(stream, start, after))
         elif opcode == Opcode.MESSAGE_INDEX and chunks:
-            channel, size = struct.unpack('<HI', stream.read(6))
-            counts[channel] += size // 16
+            channel, entries_size = struct.unpack('<HI', stream.read(6))
+            counts[channel] += entries_size // 16
             chunk = chunks[-1]
             chunk.message_index_offsets[channel] = start
             chunk.message_index_length = after - chunk.chunk_start_offset - chunk.chunk_length
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            _note(opcode, stream.read(after - start - HEAD.size), summary)
-        in_data = in_data and opcode != Opcode.DATA_END
-        end = after if in_data else end
-    return counts, end
-
-
-def _records(stream: BinaryIO, end: int) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, start and end of each complete record, with the stream at its content."""
-    start = len(MAGIC)
-    while start + HEAD.size <= end:
-        stream.seek(start)
-        opcode, length = HEAD.unpack(stream.read(HEAD.size))
-        after = start + HEAD.size + length
-        if after > end:
-            return
-        yield opcode, start, after
+            _note(opcode, stream.read(length), summary)
         start = after
+    return counts
 
 
 def _chunk_index(stream: BinaryIO, start: int, after: int) -> ChunkIndex:

@@ -16,7 +16,7 @@ from zlib import crc32
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.reader import make_reader
+from mcap.reader import FOOTER_SIZE, make_reader
 from mcap.records import Footer, Statistics
 from mcap.summary import Summary
 
@@ -33,9 +33,6 @@ from pneu_rig_ros.records.mcap_chunks import (
 
 CHUNK_CRC_OFFSET = 33
 """From the start of a chunk record to its checksum [byte]: after opcode, length, times, size."""
-
-FOOTER_SIZE = 29
-"""Of the record at the end of the file [byte]."""
 
 
 class McapFile:
@@ -152,4 +149,4 @@ def read_index(stream: BinaryIO) -> Summary:
     summary = make_reader(stream).get_summary()
     if summary and summary.chunk_indexes and summary.channels and summary.statistics:
         return summary
-    return scan_chunks(stream)[0]
+    return scan_chunks(stream)

@@ -54,11 +54,13 @@ class GrowingFile:
     After each piece stands the end of an MCAP file without an index, and the next piece overwrites
     it in one call. A file that is still being recorded, or whose recorder was killed, is therefore
     read by every MCAP reader.
+
+    :ivar size: of the pieces, without the end that follows them [byte]
     """
 
     def __init__(self, path: Path) -> None:
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
-        self._size = 0
+        self.size = 0
         self.closed = False
 
     def append(self, piece: bytes, ending: bytes = _ENDING) -> None:
@@ -72,13 +74,13 @@ class GrowingFile:
         try:
             done = 0
             while done < len(data):
-                done += os.pwrite(self._descriptor, data[done:], self._size + done)
+                done += os.pwrite(self._descriptor, data[done:], self.size + done)
         except OSError:
             # The blocks of the previous ending are still allocated, so this needs no space.
-            os.ftruncate(self._descriptor, self._size + len(_ENDING))
-            os.pwrite(self._descriptor, _ENDING, self._size)
+            os.ftruncate(self._descriptor, self.size + len(_ENDING))
+            os.pwrite(self._descriptor, _ENDING, self.size)
             raise
-        self._size += len(piece)
+        self.size += len(piece)
 
     def close(self) -> None:
         """Close the file."""

@@ -212,15 +212,16 @@ class BagWriter:
         """Write index and metadata.yaml for the messages that are in the file."""
         try:
             with self._storage.open('rb') as stream:
-                summary, start = scan_chunks(stream)
+                summary = scan_chunks(stream)
             # those in the file, and topics without a message, which may be in no chunk
             summary.schemas = {schema.id: schema for schema in self._schemas.values()}
             summary.channels = {channel.id: channel for channel in self._channels.values()}
             text = format_metadata(self._storage.name, summary, custom_data)
             # rosbag2 finds the text in the file too, should metadata.yaml be lost
             record = encode(Metadata('rosbag2', {'serialized_metadata': text}))
+            start, end = self._file.size, self._file.size + len(record)
             summary.metadata_indexes = [MetadataIndex(start, len(record), 'rosbag2')]
-            self._file.append(record, index_bytes(summary, start + len(record)))
+            self._file.append(record, index_bytes(summary, end))
         finally:
             self.abort()
         write_metadata(self.path, text)
