@@ -23,7 +23,7 @@ from pneu_rig_ros.records.cdr_encoding import (
     NANOSECONDS,
     TIME,
 )
-from pneu_rig_ros.records.topics import PISTON
+from pneu_rig_ros.records.topics import FLOAT64, JOINT, PISTON, PRESSURE, VOLTAGES
 
 _Value = TypeVar('_Value')
 _MOST_PADDING = 3
@@ -197,6 +197,14 @@ def unpack_string(reader: Reader) -> str:
 
 Decoder = Callable[[bytes | Reader], Any]
 """One of those above."""
+
+DECODERS: dict[str, Decoder] = {
+    FLOAT64: unpack_float64,
+    VOLTAGES: unpack_valve_voltages,
+    JOINT: unpack_joint_state,
+    PRESSURE: unpack_fluid_pressure,
+}
+"""Message type -> decoder of the numbers in it."""
 
 
 def decode_all(

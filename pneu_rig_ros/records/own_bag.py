@@ -8,14 +8,7 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.bag import Bag, custom_data, find_namespace, open_bag
-from pneu_rig_ros.records.cdr_decoding import (
-    Decoder,
-    decode_all,
-    unpack_float64,
-    unpack_fluid_pressure,
-    unpack_joint_state,
-    unpack_valve_voltages,
-)
+from pneu_rig_ros.records.cdr_decoding import DECODERS, decode_all
 from pneu_rig_ros.records.conditions import conditions_of
 from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps, fit_grid, shortest_decimal
@@ -32,17 +25,6 @@ MOST_JITTER = 0.25
 Stamps within this share of the interval of a uniform grid are those of samples on it [-]: messages
 are stamped after the converter was read, whose clock is steadier than the processor's.
 """
-
-_DECODERS: dict[str, Decoder] = {
-    'joint_states': unpack_joint_state,
-    'chamber_1/pressure': unpack_fluid_pressure,
-    'chamber_2/pressure': unpack_fluid_pressure,
-    'friction': unpack_joint_state,
-    'force': unpack_joint_state,
-    'u': unpack_float64,
-    'valve_voltages': unpack_valve_voltages,
-}
-"""Topic -> decoder of its messages."""
 
 _POSITION, _VELOCITY, _EFFORT = 0, 1, 2
 """Columns in the values of a JointState."""
@@ -111,13 +93,15 @@ def read_own_bag(path: Path, name: str) -> Recording | None:
 
 def _read_streams(bag: Bag, namespace: str) -> dict[str, Stream]:
     """Decode the topics of a recording in one pass over the bag."""
-    names = {f'{namespace}/{topic}': topic for topic in _DECODERS}
-    connections = [c for c in bag.connections if c.topic in names]
+    types = {
+        f'{namespace}/{topic}': TOPICS['friction' if topic == 'force' else topic].type
+        for topic in (*STAMPED, 'u', 'valve_voltages')
+    }
+    connections = [c for c in bag.connections if c.topic in types]
     for name, kind, _ in connections:
-        wanted = TOPICS['friction' if names[name] == 'force' else names[name]].type
-        if kind != wanted:
-            raise RigError(f'{name} is {kind}, must be {wanted}')
-    found: dict[str, tuple[list[int], list[bytes]]] = {name: ([], []) for name in names}
+        if kind != types[name]:
+            raise RigError(f'{name} is {kind}, must be {types[name]}')
+    found: dict[str, tuple[list[int], list[bytes]]] = {name: ([], []) for name in types}
     for connection, arrival_ns, cdr in bag.messages(connections):
         arrivals, messages = found[connection.topic]
         arrivals.append(arrival_ns)
@@ -127,9 +111,9 @@ def _read_streams(bag: Bag, namespace: str) -> dict[str, Stream]:
             raise RigError(f'{name}: {count} messages, the index says {indexed}')
     streams = {}
     for name, (arrivals, messages) in found.items():
-        topic = names[name]
         with prefixed(name):
-            stamps, values = decode_all(_DECODERS[topic], messages)
+            stamps, values = decode_all(DECODERS[types[name]], messages)
+        topic = name.removeprefix(f'{namespace}/')
         streams[topic] = Stream(np.array(arrivals, dtype=np.int64), values, stamps)
     return streams
 
