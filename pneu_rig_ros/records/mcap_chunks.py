@@ -47,9 +47,6 @@ MESSAGE = struct.Struct('<HIQQ')
 
 _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 
-_CHUNK = struct.Struct('<QQQII')
-"""First and last log time [ns], size [byte] and checksum of the content, length of a name."""
-
 Message = tuple[int, int, bytes]
 """Log time [ns], channel, data."""
 
@@ -128,14 +125,13 @@ def scan_records(stream: BinaryIO, summary: Summary) -> Counter[int]:
 
 
 def _chunk_index(stream: BinaryIO, start: int, after: int) -> ChunkIndex:
-    first, last, size, _, name_length = _CHUNK.unpack(stream.read(_CHUNK.size))
-    compression = stream.read(name_length).decode()
-    (compressed,) = struct.unpack('<Q', stream.read(8))
+    data = ReadDataStream(stream)
+    first, last, size, _ = data.read8(), data.read8(), data.read8(), data.read4()
     return ChunkIndex(
         chunk_length=after - start,
         chunk_start_offset=start,
-        compression=compression,
-        compressed_size=compressed,
+        compression=data.read_prefixed_string(),
+        compressed_size=data.read8(),
         message_end_time=last,
         message_index_length=0,
         message_index_offsets={},
@@ -241,5 +237,5 @@ def index_bytes(summary: Summary, end: int) -> bytes:
     data_end, content = encode(DataEnd(0)), encode(*records)
     start = end + len(data_end)
     # The checksum covers the summary and the footer up to the checksum itself.
-    head = struct.pack('<BQQQ', Opcode.FOOTER, 20, start, 0)
-    return data_end + content + encode(Footer(start, 0, crc32(content + head))) + MAGIC
+    checksum = crc32(content + encode(Footer(start, 0, 0))[:-4])
+    return data_end + content + encode(Footer(start, 0, checksum)) + MAGIC

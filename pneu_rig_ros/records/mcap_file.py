@@ -143,7 +143,7 @@ def read_index(stream: BinaryIO) -> Summary:
     if 0 < footer.summary_start <= end and footer.summary_crc:
         stream.seek(footer.summary_start)
         # The checksum covers the summary and the footer up to the checksum itself.
-        if crc32(stream.read(end + 25 - footer.summary_start)) != footer.summary_crc:
+        if crc32(stream.read(end + FOOTER_SIZE - 4 - footer.summary_start)) != footer.summary_crc:
             raise RigError('the index was changed, its checksum does not fit')
     stream.seek(0)
     summary = make_reader(stream).get_summary()
