@@ -96,18 +96,14 @@ class MessageWaitSet:
         self._context = context
         self._size = -1
 
-    def _make(self, size: int) -> None:
-        """Make a wait set of another size."""
-        assert self._context.handle is not None
-        with self._context.handle:
-            self._set = rclpy_implementation.WaitSet(size, 0, 0, 0, 0, 0, self._context.handle)
-        self._size = size
-
     def wait(self) -> None:
         """Return when there is a message to take, or after 20 ms."""
-        handles = [handle for one in self._subscriptions for handle in one.handles]
+        handles = [each.handle for one in self._subscriptions for each in one.subscriptions]
         if len(handles) != self._size:
-            self._make(len(handles))
+            self._size, context = len(handles), self._context.handle
+            assert context is not None
+            with context:
+                self._set = rclpy_implementation.WaitSet(self._size, 0, 0, 0, 0, 0, context)
         self._set.clear_entities()
         for handle in handles:
             self._set.add_subscription(handle)

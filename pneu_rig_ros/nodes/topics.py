@@ -131,12 +131,12 @@ class PolledSubscription:
         self._depth = depth
         self._taken: dict[tuple[int, int], None] = {}
         self.sequence = SequenceNumbers()
-        self._subscriptions: list[Subscription] = []
-        self.handles: list[Any] = []
-        """Of its one or two subscriptions."""
-        self.name: str = self._subscribe(reliable=True).topic_name
+        self.subscriptions: list[Subscription] = []
+        """The reliable one, and that which is best effort."""
+        self._subscribe(reliable=True)
+        self.name: str = self.subscriptions[0].topic_name
 
-    def _subscribe(self, reliable: bool) -> Subscription:
+    def _subscribe(self, reliable: bool) -> None:
         monitor = self._monitor
         subscription = self._node.create_subscription(
             self._class,
@@ -149,30 +149,18 @@ class PolledSubscription:
             else None,
             raw=True,
         )
-        self._subscriptions.append(subscription)
-        self.handles.append(subscription.handle)
-        return subscription
+        self.subscriptions.append(subscription)
 
     def destroy(self) -> None:
         """End the subscription."""
-        self.handles.clear()
-        while self._subscriptions:
-            self._node.destroy_subscription(self._subscriptions.pop())
+        while self.subscriptions:
+            self._node.destroy_subscription(self.subscriptions.pop())
 
     def _accept_best_effort(self) -> None:
-        if len(self.handles) == 1:
+        if len(self.subscriptions) == 1:
             self._subscribe(reliable=False)
             text = 'a publisher is best effort: its messages may be lost'
             self._node.get_logger().info(f'{self.name}: {text}')
-
-    def _take(self) -> tuple[bytes, dict[str, int]] | None:
-        """Return the next message and its info."""
-        for handle in self.handles:
-            while (taken := handle.take_message(self._class, True)) is not None:
-                if len(self.handles) == 1 or self._first_time(taken[1]):
-                    self.sequence.add(taken[1]['publication_sequence_number'])
-                    return taken  # type: ignore[no-any-return]
-        return None
 
     def _first_time(self, info: dict[str, int]) -> bool:
         """Return whether a message has not come by the other subscription before."""
@@ -185,21 +173,23 @@ class PolledSubscription:
             del self._taken[next(iter(self._taken))]
         return True
 
-    def take(self) -> bytes | None:
-        """Return the oldest waiting message, None if there is none."""
-        taken = self._take()
-        return None if taken is None else taken[0]
+    def take_all_with_info(self) -> Iterator[ReceivedMessage]:
+        """Yield all waiting messages with the message info of the middleware, oldest first."""
+        for subscription in self.subscriptions:
+            while taken := subscription.handle.take_message(self._class, True):
+                cdr, info = taken
+                if len(self.subscriptions) == 1 or self._first_time(info):
+                    self.sequence.add(info['publication_sequence_number'])
+                    sent_ns, received_ns = info['source_timestamp'], info['received_timestamp']
+                    yield ReceivedMessage(self, cdr, sent_ns, received_ns)
 
     def take_all(self) -> Iterator[bytes]:
         """Yield all waiting messages, oldest first."""
-        while (cdr := self.take()) is not None:
-            yield cdr
+        return (message.cdr for message in self.take_all_with_info())
 
-    def take_all_with_info(self) -> Iterator[ReceivedMessage]:
-        """Yield all waiting messages with the message info of the middleware, oldest first."""
-        while (taken := self._take()) is not None:
-            cdr, info = taken
-            yield ReceivedMessage(self, cdr, info['source_timestamp'], info['received_timestamp'])
+    def take(self) -> bytes | None:
+        """Return the oldest waiting message, None if there is none."""
+        return next(self.take_all(), None)
 
 
 def _unused_callback(message: object) -> None:
