@@ -2,12 +2,10 @@
 
 from functools import partial
 
-from rclpy.context import Context
-
 from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.rig_node import Parameter, RigNode
 from pneu_rig_ros.nodes.samples import SampleClock
 from pneu_rig_ros.records.cdr_decoding import unpack_stamp
 from pneu_rig_ros.records.cdr_encoding import pack_float64
@@ -28,8 +26,8 @@ class ExcitationNode(RigNode):
         Parameter('repeat', False, 'whether the profile is repeated'),
     )
 
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__(context, overrides)
+    def set_up(self) -> None:
+        """Load the profile; create publisher and subscription."""
         self._excitation = load_excitation(self.text('profile'))
         self._repeat = self.flag('repeat')
         self._publish = self.add_publisher(self._excitation.drives).publish

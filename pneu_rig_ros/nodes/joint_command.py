@@ -3,12 +3,10 @@
 import math
 from functools import partial
 
-from rclpy.context import Context
-
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.rig_node import Parameter, RigNode
 from pneu_rig_ros.records.cdr_decoding import JointReading, unpack_joint_command
 from pneu_rig_ros.records.cdr_encoding import pack_float64
 
@@ -29,8 +27,8 @@ class JointCommandNode(RigNode):
         Parameter('effort_scale', 0.01, 'u per effort', 'V/N', -1e3, 1e3, read_only=False),
     )
 
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__(context, overrides)
+    def set_up(self) -> None:
+        """Create publisher and subscription."""
         self._publish = self.add_publisher('u').publish
         self._commands = self.subscribe('joint_commands')
         self._idle = 0

@@ -9,13 +9,12 @@ from typing import Any
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
-from rclpy.context import Context
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.embedding import COMMAND_PERIOD_NS
-from pneu_rig_ros.nodes.rig_node import Overrides, RigNode
+from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.samples import SampleSubscription
 from pneu_rig_ros.records.cdr_decoding import (
     unpack_float64,
@@ -71,8 +70,8 @@ class LiveNode(RigNode):
     period_ns = COMMAND_PERIOD_NS
     unique = False
 
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__(context, overrides)
+    def set_up(self) -> None:
+        """Create publisher, subscriptions and clients."""
         self.streams = {
             'samples': History(('time', *SIGNALS), HISTORY_LENGTH),
             'friction': History(('time', 'friction'), HISTORY_LENGTH),

@@ -1,7 +1,7 @@
 """Nodes with the states of the ROS 2 lifecycle."""
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from rclpy.context import Context
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState
@@ -28,6 +28,9 @@ class ManagedNode(LifecycleNodeMixin, RigNode):
     def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
         self.active = self.configured = self._made = False
         RigNode.__init__(self, context, overrides)
+
+    def begin(self) -> None:
+        """Offer the transitions; go through the first two with `autostart`."""
         LifecycleNodeMixin.__init__(self)
         if self.flag('autostart'):
             for trigger in (self.trigger_configure, self.trigger_activate):
@@ -36,10 +39,7 @@ class ManagedNode(LifecycleNodeMixin, RigNode):
                     raise self._error
         self._made = True
 
-    # What a node does.
-
-    def set_up(self) -> None:
-        """Read files, compile, create publishers and subscriptions; may raise RigError."""
+    # What a node does, after `set_up`.
 
     def start(self) -> None:
         """Begin; messages that came while the node was not active have been discarded."""
@@ -49,6 +49,17 @@ class ManagedNode(LifecycleNodeMixin, RigNode):
 
     def finish(self) -> None:
         """Write what is unwritten, before publishers and subscriptions are destroyed."""
+
+    def add_service(self, kind: type, name: str, answer: Callable[[Any, Any], Any]) -> None:
+        """Create a service."""
+        self._owned.callback(self.destroy_service, self.create_service(kind, name, answer))
+
+    def release(self) -> None:
+        """Destroy publishers, subscriptions and services."""
+        self._ready = False
+        self._volatile_publishers.clear()
+        self.polled_subscriptions.clear()
+        self._owned.close()
 
     # The transitions. Only configure and activate can fail; of others an error is logged.
 

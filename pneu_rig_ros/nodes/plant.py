@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.context import Context
 from rclpy.parameter import Parameter as RosParameter
 from std_srvs.srv import SetBool, Trigger
 
@@ -16,7 +15,7 @@ from pneu_rig_ros.model.parameters import FRICTION_MODELS
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter
+from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.timing import (
     LoopTimer,
     MessageWaitSet,
@@ -88,10 +87,6 @@ class PlantNode(ManagedNode):
         ),
         Parameter('paused', False, 'whether to start paused; ~/pause changes it'),
     )
-
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__(context, overrides)
-        self.add_on_set_parameters_callback(self._on_parameters)
 
     def dependent_parameters(self) -> Iterator[Parameter]:
         """Return the quantities, whose defaults come from the cylinder."""
@@ -254,16 +249,17 @@ class PlantNode(ManagedNode):
         response.message = 'paused' if self._paused else 'running'
         return response
 
-    def _on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
+    def on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
         """Apply changed parameters to the running rig and publish its new description."""
+        result = super().on_parameters(changes)
         operation = {one.name: one.value for one in changes if one.name in RUNTIME}
-        if self.configured and operation:
+        if result.successful and self.configured and operation:
             try:
                 self._rig.change_operation(**operation)
             except RigError as error:
                 return SetParametersResult(successful=False, reason=str(error))
             self._describe()
-        return SetParametersResult(successful=True)
+        return result
 
     def status(self) -> NodeStatus:
         """Return tick errors, late ticks and saturation for `/diagnostics`."""

@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Any, cast
 
-from rclpy.context import Context
-
 from pneu_rig_ros.control.controller import (
     NONE,
     Compensation,
@@ -20,7 +18,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity, specifications
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.rig_node import Parameter, RigNode
 from pneu_rig_ros.nodes.samples import SampleClock
 from pneu_rig_ros.records.cdr_decoding import JointReading, unpack_float64, unpack_joint_state
 from pneu_rig_ros.records.cdr_encoding import pack_float64
@@ -55,8 +53,8 @@ class PositionControllerNode(RigNode):
         *_section_parameters(Compensation),
     )
 
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__(context, overrides)
+    def set_up(self) -> None:
+        """Make the controller, load the profile; create publishers and subscriptions."""
         law = self._section(LAWS[self.text('law')])
         compensation = self._section(Compensation) if self.flag('compensation') else NONE
         self._controller = PositionController(law, compensation, self.number('command_limit'))

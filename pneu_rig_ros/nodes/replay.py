@@ -4,14 +4,13 @@ import time
 from collections.abc import Iterator
 from functools import partial
 
-from rclpy.context import Context
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
-from pneu_rig_ros.nodes.rig_node import Overrides, Parameter, RigNode
+from pneu_rig_ros.nodes.rig_node import Parameter, RigNode
 from pneu_rig_ros.nodes.timing import LoopTimer
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS
 from pneu_rig_ros.records.playback import Message, Playback
@@ -46,8 +45,8 @@ class ReplayNode(RigNode):
         Parameter('paused', False, 'whether to start paused; ~/pause changes it'),
     )
 
-    def __init__(self, context: Context | None = None, overrides: Overrides = None) -> None:
-        super().__init__(context, overrides)
+    def set_up(self) -> None:
+        """Open the bag; create publishers and the service."""
         if not self.text('bag'):
             raise RigError('replay: bag is empty; pass the bag directory')
         topics, exclude = self._names('topics'), self._names('exclude')

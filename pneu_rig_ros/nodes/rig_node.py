@@ -3,9 +3,8 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import astuple
-from functools import partial
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from rcl_interfaces.msg import (
@@ -104,13 +103,6 @@ COMMON = (
 )
 
 
-def _keep_time_source(changes: list[RosParameter]) -> SetParametersResult:
-    """Refuse another time source for a running node: stamps would jump by decades."""
-    if any(change.name == 'use_sim_time' for change in changes):
-        return SetParametersResult(reason='use_sim_time is fixed while the node runs')
-    return SetParametersResult(successful=True)
-
-
 class RigNode(Node):
     """A node that polls its subscriptions: `Runner` calls `update` when `loop_timer` returns."""
 
@@ -135,7 +127,7 @@ class RigNode(Node):
         super().__init__(self.NAME, context=context, parameter_overrides=given)
         self._declare((*self.SHARED, *self.PARAMETERS))
         self._declare(self.dependent_parameters())
-        self.add_on_set_parameters_callback(_keep_time_source)
+        self.add_on_set_parameters_callback(self.on_parameters)
         self.rate = RateCounter()
         """Messages published, or recorded."""
         self.refused = 0
@@ -146,7 +138,8 @@ class RigNode(Node):
         self._ready = False
         self.process_nodes: Iterable[RigNode] = ()
         """The nodes of this process, once a `Runner` has them."""
-        self._owned: list[Callable[[], object]] = []
+        self._owned = ExitStack()
+        self.begin()
 
     def _declare(self, table: Iterable[Parameter]) -> None:
         """Declare parameters; RigError when a given value has a wrong type or is out of range."""
@@ -159,6 +152,19 @@ class RigNode(Node):
             if one.choices and value not in one.choices:
                 raise RigError(f'{where}: {value!r}, allowed {one.names}')
 
+    def begin(self) -> None:
+        """Make the new node ready to run."""
+        self.set_up()
+
+    def set_up(self) -> None:
+        """Read files, compile, create publishers and subscriptions; may raise RigError."""
+
+    def on_parameters(self, changes: list[RosParameter]) -> SetParametersResult:
+        """Refuse another time source for a running node: stamps would jump by decades."""
+        if any(change.name == 'use_sim_time' for change in changes):
+            return SetParametersResult(reason='use_sim_time is fixed while the node runs')
+        return SetParametersResult(successful=True)
+
     def dependent_parameters(self) -> Iterable[Parameter]:
         """Return the parameters whose defaults depend on the value of another."""
         return ()
@@ -168,27 +174,15 @@ class RigNode(Node):
         publisher = create_publisher(self, topic_name, self._qos_monitor)
         if not TOPICS[topic_name].transient_local:
             self._volatile_publishers.append(publisher)
-        self._owned.append(partial(self.destroy_publisher, publisher))
+        self._owned.callback(self.destroy_publisher, publisher)
         return publisher
 
     def subscribe(self, topic_name: str, depth: int = 0) -> PolledSubscription:
         """Create a polled subscription to a topic in `records.topics`; depth 0: as published."""
         subscription = PolledSubscription(self, topic_name, self._qos_monitor, depth)
         self.polled_subscriptions.append(subscription)
-        self._owned.append(subscription.destroy)
+        self._owned.callback(subscription.destroy)
         return subscription
-
-    def add_service(self, kind: type, name: str, answer: Callable[[Any, Any], Any]) -> None:
-        """Create a service."""
-        self._owned.append(partial(self.destroy_service, self.create_service(kind, name, answer)))
-
-    def release(self) -> None:
-        """Destroy publishers, subscriptions and services."""
-        self._ready = False
-        for owned in (self._volatile_publishers, self.polled_subscriptions):
-            owned.clear()
-        while self._owned:
-            self._owned.pop()()
 
     def take_decoded(
         self, subscription: PolledSubscription, decode: Callable[[bytes], _Value]
