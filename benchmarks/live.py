@@ -146,7 +146,7 @@ def _drive(nodes: Sequence[NodeProcess], seconds: float) -> dict[str, float]:
 
 
 def _processor_seconds(nodes: Sequence[NodeProcess]) -> dict[str, float]:
-    return {node.name: sum(psutil.Process(node.number).cpu_times()[:2]) for node in nodes}
+    return {node.name: sum(psutil.Process(node.process.pid).cpu_times()[:2]) for node in nodes}
 
 
 class Content(NamedTuple):

@@ -39,8 +39,7 @@ class NodeProcess:
     :param name: module under `pneu_rig_ros.nodes`
     :param parameters: of the node
     :param log: file for its output
-    :param domain: ROS_DOMAIN_ID; that of this process when not given
-    :param environment: variables besides those of this process
+    :param environment: variables besides those of this process, or in their place
     """
 
     def __init__(
@@ -48,7 +47,6 @@ class NodeProcess:
         name: str,
         parameters: Mapping[str, Value],
         log: Path,
-        domain: int | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> None:
         self.name = name
@@ -58,10 +56,8 @@ class NodeProcess:
             # JSON is YAML, in which ROS reads parameters: names, numbers and odd paths survive.
             self._command += ['-p', f'{key}:={json.dumps(value)}']
         self._environment = {OWNER: str(os.getpid()), **(environment or {})}
-        if domain is not None:
-            self._environment['ROS_DOMAIN_ID'] = str(domain)
         log.write_text('')
-        self._process = self._start()
+        self.process = self._start()
 
     def _start(self) -> subprocess.Popen[bytes]:
         with self._log.open('a') as output:
@@ -74,32 +70,19 @@ class NodeProcess:
                 start_new_session=True,  # Ctrl-C stops the nodes in order, through `stop`.
             )
 
-    @property
-    def number(self) -> int:
-        """Number of its process."""
-        return self._process.pid
-
-    @property
-    def code(self) -> int | None:
-        """Exit code of its process, None while it runs."""
-        return self._process.poll()
-
-    def ended(self) -> bool:
-        """Return whether its process has ended, by itself or killed."""
-        return self.code is not None
-
     def revive(self) -> bool:
         """Start the node again if it was killed; RigError if it has ended by itself."""
-        if not self.ended():
+        code = self.process.poll()
+        if code is None:
             return False
-        if self._process.returncode >= 0:
+        if code >= 0:
             self.check()
-        self._process = self._start()
+        self.process = self._start()
         return True
 
     def check(self) -> None:
         """Raise RigError if the node has ended."""
-        code = self.code
+        code = self.process.poll()
         if code is None:
             return
         if code < 0:
@@ -113,19 +96,18 @@ class NodeProcess:
 
     def done(self) -> bool:
         """Return whether the node has ended by itself; RigError if it has failed."""
-        if self._process.poll():
+        if self.process.poll():
             self.check()
-        return self._process.returncode == 0
+        return self.process.returncode == 0
 
     def stop(self) -> bool:
         """Stop the node; return whether it ended well and by itself."""
-        if not self.ended():
-            self._process.send_signal(signal.SIGINT)
+        self.process.send_signal(signal.SIGINT)  # which does nothing once it has ended
         try:
-            return self._process.wait(STOPPING_TIME) == 0
+            return self.process.wait(STOPPING_TIME) == 0
         except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+            self.process.kill()
+            self.process.wait()
             return False
 
 

@@ -89,7 +89,7 @@ def _start(run: Run, index: int, folder: Path) -> NodeProcess:
     setup = run.setup(load_configuration(run.rig))
     parameters |= {f'plant:{name}': value for name, value in setup.items()}
     # Demonstrations that run at the same time must not share a domain.
-    domain = 1 + (16 * os.getpid() + index) % DOMAINS
+    domain = {'ROS_DOMAIN_ID': str(1 + (16 * os.getpid() + index) % DOMAINS)}
     return NodeProcess('rig_with_excitation', parameters, folder / f'{index}.log', domain)
 
 

@@ -102,7 +102,7 @@ def test_killed_node_is_started_anew_and_nothing_else_is_lost(
     witness.received.clear()
     for _ in range(kills):
         witness.listen(chance.uniform(0.3, 1.5))
-        os.kill(rig.nodes[name].number, signal.SIGKILL)
+        os.kill(rig.nodes[name].process.pid, signal.SIGKILL)
         deaths.append(time.time_ns())
         witness.until(rig.nodes[name].revive, f'{name} can be restarted')
         witness.listen(0.1)  # for what it had sent before
@@ -128,7 +128,7 @@ def test_killed_recorder_has_written_all_but_the_last_second(
         bag, recorder = rig.newest_bag(), rig.nodes['recorder']
         witness.received.clear()
         witness.listen(chance.uniform(1.5, 3.0))
-        os.kill(recorder.number, signal.SIGKILL)
+        os.kill(recorder.process.pid, signal.SIGKILL)
         until_ns = time.time_ns() - SECOND_NS
         witness.until(recorder.revive, 'the recorder can be restarted')
         repair(bag)
@@ -145,7 +145,7 @@ def test_late_listeners_and_recorders_get_the_descriptions(
     latched = [name for name, topic in TOPICS.items() if topic.transient_local]
     with Witness(commands=False, topics=latched) as late:
         late.until(lambda: all(late.received[name] for name in latched), 'descriptions')
-    os.kill(rig.nodes['recorder'].number, signal.SIGKILL)
+    os.kill(rig.nodes['recorder'].process.pid, signal.SIGKILL)
     witness.until(rig.nodes['recorder'].revive, 'the recorder can be restarted')
     witness.until(partial(begun, rig, rig.bag), 'a second bag')
     assert read_recording(rig.newest_bag()).configuration is not None
@@ -154,7 +154,7 @@ def test_late_listeners_and_recorders_get_the_descriptions(
 def test_processes_that_stand_still_get_everything_afterwards(
     rig: ProcessRig, witness: Witness
 ) -> None:
-    numbers = [rig.nodes[name].number for name in ORDER[1:]]
+    numbers = [rig.nodes[name].process.pid for name in ORDER[1:]]
     for number in numbers:
         os.kill(number, signal.SIGSTOP)
     witness.listen(3.0)
@@ -188,8 +188,11 @@ def test_second_rig_of_the_same_names_gives_way(
     rig: ProcessRig, witness: Witness, tmp_path: Path
 ) -> None:
     with ProcessRig(tmp_path / 'second') as second:
-        witness.until(lambda: all(n.ended() for n in second.nodes.values()), 'the second ends')
-        assert {node.code for node in second.nodes.values()} == {2}
+        witness.until(
+            lambda: all(n.process.poll() is not None for n in second.nodes.values()),
+            'the second ends',
+        )
+        assert {node.process.poll() for node in second.nodes.values()} == {2}
         assert len(second.errors('plant')) == 1
     assert not (tmp_path / 'second').exists()
     rig.check()
@@ -272,7 +275,7 @@ def test_removed_bag_is_told_and_the_rig_goes_on(rig: ProcessRig, witness: Witne
     witness.listen(1.0)
     assert witness.hears('joint_states') < PAUSE
     rig.nodes['recorder'].stop()
-    assert rig.nodes['recorder'].code == 2
+    assert rig.nodes['recorder'].process.poll() == 2
     assert len(rig.errors('recorder')) == 1
 
 
@@ -289,7 +292,7 @@ def test_full_disk_ends_the_recording_and_keeps_it(tmp_path: Path) -> None:
             (line,) = [one for one in rig.log('recorder').splitlines() if 'No space' in one]
             full_ns = round(float(line.split('[')[2].split(']')[0]) * 1e9)
             rig.nodes['recorder'].stop()
-            assert rig.nodes['recorder'].code == 2
+            assert rig.nodes['recorder'].process.poll() == 2
         shutil.copytree(disk / 'bag', kept)
     finally:
         subprocess.run(['umount', str(disk)], check=True)
@@ -304,7 +307,7 @@ def test_folder_that_cannot_be_written_is_told_at_the_start(bag: str, tmp_path: 
     (tmp_path / 'file').write_text('')
     with ProcessRig(tmp_path / bag, only=('recorder',)) as rig:
         until(rig.nodes['recorder'].ended, 'the recorder ends')
-        assert rig.nodes['recorder'].code == 2
+        assert rig.nodes['recorder'].process.poll() == 2
         assert len(rig.errors('recorder')) == 1
 
 

@@ -22,7 +22,7 @@ LARGEST_GROWTH_MB, LATE_GROWTH_MB = 50.0, 5.0
 def memory_mb(rig: ProcessRig) -> dict[str, float]:
     """Return the memory of each node but the recorder, without pages of files [MB]."""
     held = {
-        name: psutil.Process(node.number).memory_info()
+        name: psutil.Process(node.process.pid).memory_info()
         for name, node in rig.nodes.items()
         if name != 'recorder'
     }
@@ -35,7 +35,7 @@ def test_memory_is_bounded_however_often_the_recorder_is_killed(
     kills = int(request.config.getoption('kills') or KILLS)
     held = [memory_mb(rig)]
     for _ in range(kills):
-        os.kill(rig.nodes['recorder'].number, signal.SIGKILL)
+        os.kill(rig.nodes['recorder'].process.pid, signal.SIGKILL)
         witness.until(rig.nodes['recorder'].revive, 'the recorder can be restarted')
         witness.listen(BETWEEN_KILLS)
         witness.received.clear()

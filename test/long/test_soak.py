@@ -124,7 +124,7 @@ def test_nothing_is_lost_and_memory_does_not_grow(
             witness.received.clear()
             for name, node in rig.nodes.items() if elapsed > min(SETTLE, seconds / 3) else ():
                 # Pages of files, which the kernel reads and drops as it likes, do not count.
-                memory = psutil.Process(node.number).memory_info()
+                memory = psutil.Process(node.process.pid).memory_info()
                 held[name].append(memory.rss - memory.shared)
         stop.set()
         looks, failures = seen.get(timeout=120.0)
