@@ -114,20 +114,15 @@ def parse_yaml(
     if len(text) > largest:
         raise RigError(f'{origin}: longer than {largest} characters')
     try:
-        check_yaml(text, longest)
+        _check(text, longest)
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         # invalid dates and numbers raise ValueError
         raise RigError(f'{origin}: not valid YAML: {error}') from None
 
 
-def check_yaml(text: str, longest: int = LONGEST_TEXT) -> None:
-    """
-    Look at a YAML text before anything is built of it.
-
-    :param longest: allowed length of one text in it [character]
-    :raises ValueError: for what goes beyond the limits; YAMLError for what is no YAML
-    """
+def _check(text: str, longest: int) -> None:
+    """Raise ValueError for what goes beyond the limits, before anything is built of it."""
     depth = 0
     for event in yaml.parse(text, Loader=_Base):
         depth += isinstance(event, yaml.CollectionStartEvent)
