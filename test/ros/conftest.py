@@ -7,6 +7,9 @@ import rclpy
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions
 
+from pneu_rig_ros.nodes.rig_node import RigNode
+from pneu_rig_ros.nodes.runner import Runner
+
 from .bystander import DOMAIN, Bystander
 
 
@@ -38,6 +41,20 @@ def new_context() -> Iterator[Callable[..., Context]]:
 def context(new_context: Callable[..., Context]) -> Context:
     """Return the one context of a test."""
     return new_context()
+
+
+@pytest.fixture
+def loop_of(new_context: Callable[..., Context]) -> Iterator[Callable[..., Runner]]:
+    """Put nodes into loops, which end before the contexts of the test do."""
+    runners = []
+
+    def make(*nodes: RigNode) -> Runner:
+        runners.append(Runner(nodes))
+        return runners[-1]
+
+    yield make
+    for runner in runners:
+        runner.close()
 
 
 @pytest.fixture

@@ -16,7 +16,6 @@ from pneu_rig_ros.nodes.live import LiveNode
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.recorder import RecorderNode
-from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_joint_state, unpack_valve_voltages
@@ -49,60 +48,54 @@ WILD = (math.nan, math.inf, -math.inf, 1e308, -1e308)
 BAD_BYTES = (b'', b'\0', b'\0\1\0\0', b'\0\1\0\0' + b'\xff' * 60, b'\0\0\0\0' + bytes(8))
 
 
+JOINT, PRESSURE = template('predicted/joint_states'), template('chamber_1/pressure')
+MAKE: dict[str, Callable[[float, int], bytes]] = {
+    'u': lambda value, stamp_ns: pack_float64(value),
+    'reference': lambda value, stamp_ns: pack_float64(value),
+    'valve_voltages': lambda value, stamp_ns: pack_valve_voltages(value, value),
+    'rig_description': lambda value, stamp_ns: pack_string(f'name: {value}\n'),
+    'joint_states': lambda value, stamp_ns: JOINT.at(stamp_ns, value, value, value),
+    'joint_commands': lambda value, stamp_ns: JOINT.at(stamp_ns, value, value, value),
+    'chamber_1/pressure': lambda value, stamp_ns: PRESSURE.at(stamp_ns, value),
+}
+
+
 def bad_messages(topic: str) -> list[bytes]:
     """Return messages of a topic that nobody should act upon."""
-    joint, pressure = template('predicted/joint_states'), template('chamber_1/pressure')
-    made = {
-        'u': lambda value, k: pack_float64(value),
-        'reference': lambda value, k: pack_float64(value),
-        'valve_voltages': lambda value, k: pack_valve_voltages(value, value),
-        'rig_description': lambda value, k: pack_string(f'name: {value}\n\udc80'[:-1]),
-        'joint_states': lambda value, k: joint.at(10**9 + k * 1_160_000, value, value, value),
-        'chamber_1/pressure': lambda value, k: pressure.at(10**9 + k * 1_160_000, value),
-    }
-    made['joint_commands'] = made['joint_states']
-    wild = [made[topic](value, k) for k, value in enumerate(WILD)]
+    wild = [MAKE[topic](value, 10**9 + k * 1_160_000) for k, value in enumerate(WILD)]
     torn = [message[:cut] for message in wild[:1] for cut in range(0, len(message), 3)]
     return [*wild, *torn, *BAD_BYTES]
 
 
 @pytest.mark.parametrize('name', NODES)
 def test_node_goes_on_after_bad_messages(
-    name: str, context: Any, bystander: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+    name: str,
+    context: Any,
+    bystander: Any,
+    loop_of: Any,
+    tmp_path: Any,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     kind, parameters = NODES[name]
-    runner = Runner([kind(context, parameters)])
-    try:
-        for subscription in runner.nodes[0].polled_subscriptions:
-            topic = subscription.topic.name
-            if topic not in (
-                'u',
-                'reference',
-                'valve_voltages',
-                'rig_description',
-                'joint_states',
-                'joint_commands',
-                'chamber_1/pressure',
-            ):
-                continue
-            say = bystander.speak(topic)
-            until(lambda topic=topic: runner.nodes[0].count_publishers(topic))
-            for message in bad_messages(topic):
-                with contextlib.suppress(RCLError):  # DDS takes none that are too long
-                    say(message)
-                runner.spin_once()
-        for _ in range(20):
+    runner = loop_of(kind(context, parameters))
+    heard = {subscription.topic.name for subscription in runner.nodes[0].polled_subscriptions}
+    for topic in filter(heard.__contains__, MAKE):
+        say = bystander.speak(topic)
+        until(lambda topic=topic: runner.nodes[0].count_publishers(topic))
+        for message in bad_messages(topic):
+            with contextlib.suppress(RCLError):  # DDS takes none that are too long
+                say(message)
             runner.spin_once()
-        runner.nodes[0].full_status()
-    finally:
-        runner.close()
+    for _ in range(20):
+        runner.spin_once()
+    runner.nodes[0].full_status()
 
 
 def test_wild_commands_are_refused_and_told_once_a_second(
-    context: Any, bystander: Any, capfd: pytest.CaptureFixture[str]
+    context: Any, bystander: Any, loop_of: Any, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    runner = Runner([ValveCommandNode(context, {'command_timeout': 0.0})])
+    runner = loop_of(ValveCommandNode(context, {'command_timeout': 0.0}))
     voltages, say = bystander.hear('valve_voltages'), bystander.speak('u')
     heard: set[tuple[float, float]] = set()
 
@@ -116,15 +109,16 @@ def test_wild_commands_are_refused_and_told_once_a_second(
     refused = runner.nodes[0].refused
     until(lambda: followed(1e308) or runner.nodes[0].refused >= refused + 50)
     until(lambda: followed(0.34))
-    runner.close()
     assert heard == {valve_voltages(-9.0), valve_voltages(0.34)}
     warnings = [line for line in capfd.readouterr().err.splitlines() if '1e+308' in line]
     assert 1 <= len(warnings) <= 5
     assert '/u: u is 1e+308 V, allowed are -1000 to 1000 V; keeping -1000 V' in warnings[0]
 
 
-def test_estimator_tells_no_force_of_positions_that_are_none(context: Any, bystander: Any) -> None:
-    runner = Runner([FrictionEstimatorNode(context, {'cylinder': 'cylinder_1'})])
+def test_estimator_tells_no_force_of_positions_that_are_none(
+    context: Any, bystander: Any, loop_of: Any
+) -> None:
+    runner = loop_of(FrictionEstimatorNode(context, {'cylinder': 'cylinder_1'}))
     forces = bystander.hear('friction')
     topics = ('joint_states', 'chamber_1/pressure', 'chamber_2/pressure')
     say = {topic: bystander.speak(topic) for topic in topics}
@@ -137,7 +131,6 @@ def test_estimator_tells_no_force_of_positions_that_are_none(context: Any, bysta
             say[topic](packed[topic])
         runner.spin_once()
     until(lambda: (runner.spin_once(), heard.extend(forces.take_all()), len(heard) > 100)[-1])
-    runner.close()
     assert all(math.isfinite(unpack_joint_state(message).effort) for message in heard)
     assert runner.nodes[0].refused == 2
 

@@ -9,7 +9,6 @@ from pneu_rig_ros.control.excitation import load_excitation
 from pneu_rig_ros.nodes import timing
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
-from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.samples import SampleClock
 from pneu_rig_ros.nodes.timing import WallClock
 from pneu_rig_ros.records.cdr_decoding import unpack_float64
@@ -102,14 +101,13 @@ def test_time_of_samples_starts_again_where_stamps_jump_back() -> None:
     ('kind', 'profile'), [(ExcitationNode, 'ramp'), (PositionControllerNode, 'reference_sine')]
 )
 def test_profile_starts_again_where_stamps_jump_back(
-    kind: Any, profile: str, context: Context, bystander: Bystander
+    kind: Any, profile: str, context: Context, bystander: Bystander, loop_of: Any
 ) -> None:
     excitation, message = load_excitation(profile), template('joint_states')
     levels, commands = bystander.hear(excitation.drives), bystander.hear('u')
-    runner = Runner([kind(context, {'profile': profile, 'wait_for_subscribers': 1})])
+    runner = loop_of(kind(context, {'profile': profile, 'wait_for_subscribers': 1}))
     publish = bystander.speak('joint_states')
     for seconds in (5, 8, 2, 3):
         publish(message.at(seconds * 10**9, 0.1, 0.0))
     heard, _ = gather(runner, [levels, commands], 4)
-    runner.close()
     assert [unpack_float64(cdr) for cdr in heard] == [excitation.level(t) for t in (0, 3, 0, 1)]

@@ -13,7 +13,6 @@ from yourdfpy import URDF
 
 from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
 from pneu_rig_ros.nodes.plant import PlantNode
-from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.topics import message_class
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_string, unpack_valve_voltages
@@ -34,14 +33,14 @@ STAMPED = {
 
 @pytest.mark.parametrize('namespace', ['', 'left'])
 def test_headers_name_links_of_the_robot_and_diagnostics_the_rig(
-    new_context: Any, namespace: str
+    new_context: Any, loop_of: Any, namespace: str
 ) -> None:
     context = new_context('-r', f'__ns:=/{namespace}') if namespace else new_context()
     watcher = Bystander(context, namespace=f'/{namespace}')
     names = (*STAMPED, 'robot_description', DIAGNOSTICS)
     subscriptions = {name: watcher.hear(name) for name in names}
     nodes = [PlantNode(context), ValveCommandNode(context), FrictionEstimatorNode(context)]
-    runner = Runner(nodes)
+    runner = loop_of(*nodes)
     ids: set[str] = set()
     messages = {}
     for name, subscription in subscriptions.items():
@@ -52,7 +51,6 @@ def test_headers_name_links_of_the_robot_and_diagnostics_the_rig(
     for cdr in gather(runner, [subscriptions[DIAGNOSTICS]], len(nodes))[0]:
         array: Any = deserialize_message(cdr, DiagnosticArray)
         ids |= {status.hardware_id for status in array.status}
-    runner.close()
     watcher.destroy_node()
     prefix = f'{namespace}/' if namespace else ''
     for name, link in STAMPED.items():
@@ -62,9 +60,9 @@ def test_headers_name_links_of_the_robot_and_diagnostics_the_rig(
 
 
 def test_parameters_are_described_and_the_time_source_stays(
-    context: Context, bystander: Bystander
+    context: Context, bystander: Bystander, loop_of: Any
 ) -> None:
-    runner = Runner([PlantNode(context)])
+    runner = loop_of(PlantNode(context))
 
     def ask(kind: Any, name: str, **request: Any) -> Any:
         return bystander.call(runner, kind, f'plant/{name}', kind.Request(**request))
@@ -80,25 +78,20 @@ def test_parameters_are_described_and_the_time_source_stays(
     change = Parameter('use_sim_time', value=True).to_parameter_msg()
     (result,) = ask(SetParameters, 'set_parameters', parameters=[change]).results
     assert 'fixed while the node runs' in result.reason
-    runner.close()
 
 
-def test_valves_are_told_to_shut_before_any_command(new_context: Any) -> None:
-    context = new_context()
-    watcher = Bystander(context)
-    voltages = watcher.hear('valve_voltages')
-    runner = Runner([ValveCommandNode(context)])
-    gather(runner, [voltages], 1)
-    runner.close()
-    watcher.destroy_node()
+def test_valves_are_told_to_shut_before_any_command(
+    context: Context, bystander: Bystander, loop_of: Any
+) -> None:
+    gather(loop_of(ValveCommandNode(context)), [bystander.hear('valve_voltages')], 1)
 
 
-def test_nodes_and_topics_are_remapped(new_context: Any) -> None:
+def test_nodes_and_topics_are_remapped(new_context: Any, loop_of: Any) -> None:
     remaps = ['-r', 'u:=/bench/command', '-r', 'valve_voltages:=/bench/volts']
     context = new_context(*remaps, '-r', 'valve_command:__node:=valves')
     driver, watcher = Bystander(context), Bystander(new_context())
     voltages, statuses = driver.hear('valve_voltages'), driver.hear(DIAGNOSTICS)
-    runner = Runner([ValveCommandNode(context, {'command_timeout': 0.0})])
+    runner = loop_of(ValveCommandNode(context, {'command_timeout': 0.0}))
     driver.speak('u')(pack_float64(1.0))
     (cdr,), (status,) = gather(runner, [voltages, statuses], 1)
     array: Any = deserialize_message(status, DiagnosticArray)
@@ -109,6 +102,5 @@ def test_nodes_and_topics_are_remapped(new_context: Any) -> None:
     assert {'u', 'valve_voltages'}.isdisjoint(
         name.strip('/') for name, _ in watcher.get_topic_names_and_types()
     )
-    runner.close()
     driver.destroy_node()
     watcher.destroy_node()

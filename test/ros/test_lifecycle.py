@@ -1,7 +1,7 @@
 """The managed nodes through all transitions, as `ros2 lifecycle` asks for them."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,6 @@ from rclpy.context import Context
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
-from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
@@ -34,8 +33,8 @@ Make = Callable[..., 'Managed']
 class Managed:
     """Nodes in a loop, and a client of their transitions."""
 
-    def __init__(self, client: Bystander, nodes: list[ManagedNode]) -> None:
-        self.runner = Runner(nodes)
+    def __init__(self, client: Bystander, runner: Runner) -> None:
+        self.runner = runner
         self._client = client
 
     def state(self, node: str) -> str:
@@ -55,16 +54,8 @@ class Managed:
 
 
 @pytest.fixture
-def managed(context: Context, bystander: Bystander) -> Iterator[Make]:
-    made: list[Managed] = []
-
-    def make(*nodes: ManagedNode) -> Managed:
-        made.append(Managed(bystander, list(nodes)))
-        return made[-1]
-
-    yield make
-    for one in made:
-        one.runner.close()
+def managed(bystander: Bystander, loop_of: Callable[..., Runner]) -> Make:
+    return lambda *nodes: Managed(bystander, loop_of(*nodes))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from pneu_rig_ros.nodes.plant import PlantNode
-from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_joint_state
 
@@ -42,16 +41,12 @@ def test_it_is_short():
 @pytest.mark.parametrize(
     'cylinder', [pytest.param('cylinder_1', marks=pytest.mark.long), 'cylinder_2']
 )
-def test_it_takes_the_piston_to_its_target(context, bystander, controller, cylinder):
+def test_it_takes_the_piston_to_its_target(context, bystander, loop_of, controller, cylinder):
     simulated = {'use_sim_time': True}
     plant = {**simulated, 'speed': 2.0, 'cylinder': cylinder, 'initial_position': 0.07}
     samples = bystander.hear('joint_states')
-    runner = Runner(
-        [
-            PlantNode(context, plant),
-            ValveCommandNode(context, {**simulated, 'command_timeout': 0.0}),
-        ]
-    )
+    valves = ValveCommandNode(context, {**simulated, 'command_timeout': 0.0})
+    runner = loop_of(PlantNode(context, plant), valves)
     commands = bystander.hear('u')
     start = gather(runner, [samples], 1)[0][0]
     gather(runner, [commands], 1)  # until the controller has found the rig
@@ -59,7 +54,6 @@ def test_it_takes_the_piston_to_its_target(context, bystander, controller, cylin
     while len(positions) < 5 and not (positions and abs(positions[-1] - 0.1) < NEAR):
         heard = gather(runner, [samples], 3000)[0]  # the controller may get its turn late
         positions.append(unpack_joint_state(heard[-1]).position)
-    runner.close()
     assert unpack_joint_state(start).position == pytest.approx(0.07, abs=1e-3)
     assert positions[-1] == pytest.approx(0.1, abs=NEAR), positions
     assert controller.poll() is None

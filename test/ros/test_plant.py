@@ -2,7 +2,6 @@
 
 import itertools
 import time
-from collections.abc import Iterator
 
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -15,7 +14,6 @@ from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.rig import NODES
-from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.records.cdr_decoding import (
     unpack_float64,
@@ -38,23 +36,9 @@ SUBSCRIBED = {'wait_for_subscribers': 1}
 
 
 @pytest.fixture
-def closing() -> Iterator[list[Runner]]:
-    """Close the runners that a test puts here."""
-    runners: list[Runner] = []
-    yield runners
-    for runner in runners:
-        runner.close()
-
-
-@pytest.fixture
-def start(context, closing):
+def start(context, loop_of):
     """Start a plant with parameters; return its runner."""
-
-    def run(**parameters) -> Runner:
-        closing.append(Runner([PlantNode(context, parameters)]))
-        return closing[-1]
-
-    return run
+    return lambda **parameters: loop_of(PlantNode(context, parameters))
 
 
 def stamps(messages: list[bytes]) -> list[int]:
@@ -111,13 +95,12 @@ def test_voltages_move_the_piston_and_junk_is_refused(start, bystander):
     assert unpack_float64(moved[-1]) > 0.01
 
 
-def test_two_rigs_in_two_namespaces(new_context, closing):
+def test_two_rigs_in_two_namespaces(new_context, loop_of):
     runners = {}
     for name in ('rig_a', 'rig_b'):
         context = new_context('-r', f'__ns:=/{name}')
         seed = 1 if name == 'rig_a' else 2
-        runners[name] = Runner([PlantNode(context, {'seed': seed})])
-    closing.extend(runners.values())
+        runners[name] = loop_of(PlantNode(context, {'seed': seed}))
     heard = {}
     for name, runner in runners.items():
         watcher = Bystander(new_context(), namespace=f'/{name}')
@@ -214,11 +197,11 @@ def test_a_wrong_start_is_refused_in_one_line(context, parameters, message):
 
 @pytest.mark.parametrize('kind', [*NODES, ExcitationNode, PositionControllerNode, ShadowNode])
 def test_every_parameter_is_described_with_unit_and_range(
-    kind: type, context: Context, tmp_path, closing
+    kind: type, context: Context, tmp_path, loop_of
 ):
     overrides = {'output': str(tmp_path / 'bag')} if kind is NODES[-1] else {}
     node = kind(context, overrides)
-    closing.append(Runner([node]))
+    loop_of(node)
     ours = [name for name in node._parameters if name not in ('use_sim_time',)]
     ours = [name for name in ours if not name.startswith(('start_type', 'qos_', 'logging'))]
     assert {'realtime_priority', 'wait_for_subscribers'} <= set(ours)

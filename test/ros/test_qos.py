@@ -38,9 +38,9 @@ def mutter(bystander: Bystander, runner: Runner, topic: str) -> Callable[[bytes]
 
 
 def test_valves_follow_a_best_effort_controller_without_a_warning(
-    context: Any, bystander: Bystander
+    context: Any, bystander: Bystander, loop_of: Any
 ) -> None:
-    runner = Runner([ValveCommandNode(context, {'command_timeout': 0.0})])
+    runner = loop_of(ValveCommandNode(context, {'command_timeout': 0.0}))
     voltages, say = bystander.hear('valve_voltages'), mutter(bystander, runner, 'u')
     until(lambda: runner.nodes[0].count_subscribers('valve_voltages'))
     timer, heard = runner.nodes[0].loop_timer(), []
@@ -50,7 +50,6 @@ def test_valves_follow_a_best_effort_controller_without_a_warning(
         until(lambda: runner.spin_once() or heard.extend(voltages.take_all()) or heard)
         assert unpack_valve_voltages(heard.pop()) == valve_voltages(u)
     message = runner.nodes[0].full_status().message
-    runner.close()
     assert 'QoS' not in message
 
 
@@ -76,8 +75,10 @@ def test_recorder_keeps_each_command_once_whoever_sends_it(
     assert lost == 0
 
 
-def test_friction_of_sensors_that_are_best_effort(context: Any, bystander: Bystander) -> None:
-    runner = Runner([FrictionEstimatorNode(context, {'cylinder': 'cylinder_1'})])
+def test_friction_of_sensors_that_are_best_effort(
+    context: Any, bystander: Bystander, loop_of: Any
+) -> None:
+    runner = loop_of(FrictionEstimatorNode(context, {'cylinder': 'cylinder_1'}))
     forces = bystander.hear('friction')
     say = {topic: mutter(bystander, runner, topic) for topic in SAMPLE_TOPICS}
     samples, heard = PlantMessages(0.0), []
@@ -87,11 +88,10 @@ def test_friction_of_sensors_that_are_best_effort(context: Any, bystander: Bysta
             say[topic](packed[topic])
         runner.spin_once()
     until(lambda: runner.spin_once() or heard.extend(forces.take_all()) or len(heard) > 100)
-    runner.close()
 
 
-def test_incompatible_qos_is_reported_while_it_is_there(context, bystander):
-    runner = Runner([FrictionEstimatorNode(context)])
+def test_incompatible_qos_is_reported_while_it_is_there(context, bystander, loop_of):
+    runner = loop_of(FrictionEstimatorNode(context))
     publisher = bystander.create_publisher(String, 'rig_description', 1)
     latched = qos_profile(TOPICS['rig_description'])
     kept = bystander.create_subscription(JointState, 'friction', lambda _: None, latched)
@@ -110,4 +110,3 @@ def test_incompatible_qos_is_reported_while_it_is_there(context, bystander):
     until(lambda: warnings() == ['to /friction'])
     bystander.destroy_subscription(kept)
     until(lambda: warnings() == [])  # another one that is compatible remains
-    runner.close()

@@ -35,19 +35,17 @@ def play(runner: Runner) -> None:
     runner.run(lambda: not runner.nodes[0].done)
 
 
-def test_what_is_played_is_what_was_recorded(bag, context, bystander):
+def test_what_is_played_is_what_was_recorded(bag, context, bystander, loop_of):
     with Playback(bag) as playback:
         recorded = list(playback.messages())
         heard = {topic: bystander.hear(topic) for topic in playback.topics}
     node = ReplayNode(context, {'bag': str(bag), 'wait_for_subscribers': 1, **FAST})
-    runner = Runner([node])
-    play(runner)
+    play(loop_of(node))
     node.wait_for_all_acked()
     for topic, subscription in heard.items():
         assert list(subscription.take_all()) == [m.cdr for m in recorded if m.topic == topic], (
             topic
         )
-    runner.close()
 
 
 def test_friction_of_a_replayed_bag_is_that_of_the_bag(bag, context, tmp_path):
@@ -72,20 +70,19 @@ def test_friction_of_a_replayed_bag_is_that_of_the_bag(bag, context, tmp_path):
 
 
 @pytest.mark.parametrize('rate', [1.0, 4.0])
-def test_rate_is_played_over_recorded_time(bag, context, bystander, rate):
+def test_rate_is_played_over_recorded_time(bag, context, loop_of, rate):
     node = ReplayNode(context, {'bag': str(bag), 'rate': rate, 'delay': 0.0})
-    runner = Runner([node])
+    runner = loop_of(node)
     start = time.monotonic()
     runner.run(lambda: node.elapsed < 0.5 * rate)
     elapsed = time.monotonic() - start
-    runner.close()
     assert elapsed == pytest.approx(0.5, rel=0.3)
 
 
-def test_clock_runs_with_the_samples_and_pause_stops_them(bag, context, bystander):
+def test_clock_runs_with_the_samples_and_pause_stops_them(bag, context, bystander, loop_of):
     clock, samples = bystander.hear(CLOCK), bystander.hear('joint_states')
     node = ReplayNode(context, {'bag': str(bag), 'clock': True, 'delay': 0.2})
-    runner = Runner([node])
+    runner = loop_of(node)
     runner.run(lambda: node.elapsed < 0.2)
     answer = bystander.call(runner, SetBool, '/replay/pause', SetBool.Request(data=True))
     assert answer.message == 'paused'
@@ -98,18 +95,16 @@ def test_clock_runs_with_the_samples_and_pause_stops_them(bag, context, bystande
     bystander.call(runner, SetBool, '/replay/pause', SetBool.Request(data=False))
     runner.run(lambda: node.elapsed < before + 0.1)
     assert unpack_stamp(samples.take()) > stamps[-1]
-    runner.close()
 
 
-def test_repeat_begins_anew(bag, context, bystander):
+def test_repeat_begins_anew(bag, context, bystander, loop_of):
     node = ReplayNode(
         context, {'bag': str(bag), 'repeat': True, 'topics': 'u, valve_voltages', **FAST}
     )
-    runner, commands = Runner([node]), bystander.hear('u')
+    runner, commands = loop_of(node), bystander.hear('u')
     heard: list[bytes] = []
     runner.run(lambda: (heard.extend(commands.take_all()), len(heard) < 3)[1])
     assert not node.done
-    runner.close()
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from sensor_msgs.msg import JointState
 
 from pneu_rig_ros.nodes.joint_command import JointCommandNode
 from pneu_rig_ros.nodes.plant import PlantNode
-from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_float64
 from pneu_rig_ros.records.topics import PISTON
@@ -52,23 +51,9 @@ class HardwareTwin:
         return min(max(command, GAINS['u_clamp_min']), GAINS['u_clamp_max'])
 
 
-@pytest.fixture
-def start(context):
-    """Start nodes in one loop; return its runner."""
-    runners = []
-
-    def run(*nodes):
-        runners.append(Runner(nodes))
-        return runners[-1]
-
-    yield run
-    for runner in runners:
-        runner.close()
-
-
-def test_the_chain_moves_the_piston_to_its_reference_and_back(start, context, bystander):
+def test_the_chain_moves_the_piston_to_its_reference_and_back(loop_of, context, bystander):
     plant = PlantNode(context, {'cylinder': 'cylinder_1', 'initial_position': 0.1})
-    runner = start(plant, JointCommandNode(context), ValveCommandNode(context))
+    runner = loop_of(plant, JointCommandNode(context), ValveCommandNode(context))
     twin = HardwareTwin(bystander)
     for reference in (0.15, 0.06):
         settled, deadline = [], time.monotonic() + PATIENCE
@@ -98,8 +83,8 @@ def test_the_chain_moves_the_piston_to_its_reference_and_back(start, context, by
         ({'position': 0.1, 'velocity': 0.1}, 0.3),
     ],
 )
-def test_u_is_the_scaled_command(start, context, bystander, command, expected):
-    runner, twin = start(JointCommandNode(context)), HardwareTwin(bystander)
+def test_u_is_the_scaled_command(loop_of, context, bystander, command, expected):
+    runner, twin = loop_of(JointCommandNode(context)), HardwareTwin(bystander)
     heard = bystander.hear('u')
     until(
         lambda: runner.nodes[0].count_subscribers('u') and twin.publisher.get_subscription_count()
@@ -110,8 +95,8 @@ def test_u_is_the_scaled_command(start, context, bystander, command, expected):
     assert unpack_float64(messages[0]) == pytest.approx(expected)
 
 
-def test_what_is_not_a_command_has_no_answer(start, context, bystander):
-    runner, twin = start(JointCommandNode(context)), HardwareTwin(bystander)
+def test_what_is_not_a_command_has_no_answer(loop_of, context, bystander):
+    runner, twin = loop_of(JointCommandNode(context)), HardwareTwin(bystander)
     node, heard = runner.nodes[0], bystander.hear('u')
     until(lambda: node.count_subscribers('u') and twin.publisher.get_subscription_count())
 

@@ -5,7 +5,6 @@ import time
 
 import pytest
 
-from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import pack_float64, template
@@ -19,17 +18,9 @@ AT_REST = valve_voltages(0.0)
 
 
 @pytest.fixture
-def start(context):
+def start(context, loop_of):
     """Start the node with parameters; return its runner."""
-    runners = []
-
-    def run(**parameters):
-        runners.append(Runner([ValveCommandNode(context, parameters)]))
-        return runners[-1]
-
-    yield run
-    for runner in runners:
-        runner.close()
+    return lambda **parameters: loop_of(ValveCommandNode(context, parameters))
 
 
 def answers(runner, voltages, count):
