@@ -1,11 +1,18 @@
-"""Rig: valve drive, sensors, and the samples that come out."""
+"""Rig: valve drive, sensors and their noise, and what is read where sensors have effects."""
+
+import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.rig import Rig, load_configuration
-from pneu_rig_ros.rig.sensors import Channel
+from pneu_rig_ros.model import effects
+from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
+from pneu_rig_ros.rig.sensors import Channel, noise_of, reading_noise, sensor_noise, smallest_step
 from pneu_rig_ros.rig.valve_drive import DAC_STEP, valve_voltages
 
 POSITION_CODE = 0.3 / 4095
@@ -26,10 +33,11 @@ def test_valve_voltages_refuse_what_is_not_finite(u: float) -> None:
         valve_voltages(u)
 
 
-def run(count: int = 3000, **overrides: object) -> tuple[Rig, np.ndarray, np.ndarray]:
-    """Return the rig, its samples and the true states of an outstroke."""
-    rig = Rig(load_configuration('cylinder_1', **overrides))
-    volts = valve_voltages(0.3)
+def outstroke(
+    configuration: RigConfiguration, u: float = 0.3, count: int = 3000
+) -> tuple[Rig, Floats, Floats]:
+    """Return the rig, its readings and the true values, each of shape (count, 4)."""
+    rig, volts = Rig(configuration), valve_voltages(u)
     samples, truth = [], []
     for _ in range(count):
         sample = rig.step(*volts)
@@ -40,13 +48,13 @@ def run(count: int = 3000, **overrides: object) -> tuple[Rig, np.ndarray, np.nda
 
 
 def test_ideal_sensors_give_the_true_state() -> None:
-    rig, samples, truth = run(sensors='ideal')
+    rig, samples, truth = outstroke(load_configuration('cylinder_1', sensors='ideal'))
     assert np.array_equal(samples, truth)
     assert rig.pressure_variance == 0.0
 
 
 def test_rig_sensors_are_quantised_noisy_and_within_their_class() -> None:
-    rig, samples, truth = run()
+    rig, samples, truth = outstroke(load_configuration('cylinder_1'))
     codes = samples[:, 0] / POSITION_CODE
     assert codes == pytest.approx(np.round(codes), abs=1e-6)
     codes = (samples[:, 2:] - 1e5) / PRESSURE_CODE
@@ -68,7 +76,7 @@ def test_pressure_variance_is_that_of_the_readings() -> None:
 
 
 def test_measured_velocity_follows_the_true_one() -> None:
-    _, samples, truth = run()
+    _, samples, truth = outstroke(load_configuration('cylinder_1'))
     lag = 5  # time constant of 32 Hz in samples
     error = samples[lag:, 1] - truth[:-lag, 1]
     assert np.sqrt(np.mean(error**2)) < 0.006
@@ -76,9 +84,9 @@ def test_measured_velocity_follows_the_true_one() -> None:
 
 
 def test_seed_decides_noise_and_calibration() -> None:
-    _, first, _ = run(300, seed=5)
-    _, again, _ = run(300, seed=5)
-    _, other, _ = run(300, seed=6)
+    first, again, other = (
+        outstroke(load_configuration('cylinder_1', seed=seed), count=300)[1] for seed in (5, 5, 6)
+    )
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
 
@@ -112,3 +120,105 @@ def test_operation_changes_are_checked() -> None:
     with pytest.raises(RigError, match='supply_pressure'):
         rig.change_operation(supply_pressure=float('inf'))
     assert rig.configuration.model.total_mass == pytest.approx(3.25)
+
+
+@pytest.mark.parametrize('motion', [0.0, 0.02])
+def test_noise_of_a_reading_is_found_beside_motion(motion: float) -> None:
+    rng = np.random.default_rng(0)
+    time = np.arange(5000) * 1.16e-3
+    signal = motion * np.sin(2.0 * np.pi * time) + 1e-4 * rng.standard_normal(time.size)
+    assert reading_noise(signal, 1e-5) == pytest.approx(1e-4, rel=0.05)
+    assert noise_of(signal) == pytest.approx(1e-4, rel=0.05)
+
+
+def test_a_resting_reading_within_one_code_has_the_noise_of_the_data_sheet() -> None:
+    assert reading_noise(np.full(1000, 0.1), 3e-5) == 3e-5
+
+
+@pytest.mark.parametrize('step', [1e-5, 1e-3])
+def test_step_of_a_converter_is_seen_and_is_the_least_noise(step: float) -> None:
+    read = step * np.round(np.linspace(0.0, 0.1, 50_000) / step)
+    assert smallest_step(read) == pytest.approx(step, rel=1e-6)
+    assert noise_of(read) == pytest.approx(step / np.sqrt(12.0), rel=0.7)
+    assert noise_of(read) >= 0.999 * step / np.sqrt(12.0)
+
+
+def test_gaps_and_constants_have_no_step() -> None:
+    assert smallest_step(np.full(10, np.nan)) == smallest_step(np.full(10, 2.5)) == 0.0
+    assert noise_of(np.full(10, np.nan)) == noise_of(np.array([1.0])) == 0.0
+
+
+def test_data_sheet_counts_the_converter_in() -> None:
+    sensors = load_configuration('cylinder_2').sensors
+    assert sensor_noise(sensors)[0] == pytest.approx(
+        np.hypot(20e-6, 0.3 / 4095 / np.sqrt(12.0)), rel=1e-6
+    )
+
+
+X, V, P1, P2 = range(4)
+
+
+def drive(name: str, *values: float, sensors: str = 'ideal') -> tuple[Floats, Floats]:
+    """Return readings and true values, each of shape (2500, 4), of an outstroke with an effect."""
+    configuration = load_configuration('cylinder_1', sensors=sensors, initial_position=0.0)
+    null: dict[str, Any] = {other: effects.load(other).null for other in effects.names()}
+    chosen = null | {name: effects.load(name).parameters(*values)}
+    _, read, true = outstroke(replace(configuration, effects=chosen), u=0.5, count=2500)
+    return read, true
+
+
+def test_position_scale_scales_position_and_velocity() -> None:
+    read, true = drive('position_scale', 0.02)
+    assert read[:, [X, V]] == pytest.approx(1.02 * true[:, [X, V]])
+    assert np.array_equal(read[:, [P1, P2]], true[:, [P1, P2]])
+    assert np.ptp(true[:, X]) > 0.03
+
+
+def test_pressure_offset_shifts_each_pressure() -> None:
+    read, true = drive('pressure_offset', 3e3, -2e3)
+    assert read[:, P1] - true[:, P1] == pytest.approx(3e3)
+    assert read[:, P2] - true[:, P2] == pytest.approx(-2e3)
+    assert np.array_equal(read[:, [X, V]], true[:, [X, V]])
+
+
+def test_delayed_position_is_the_true_one_through_a_low_pass() -> None:
+    time_constant, interval = 0.02, 1.16e-3
+    read, true = drive('sensor_delay', time_constant)
+    decay = math.exp(-interval / time_constant)
+    slope = time_constant / interval * (1.0 - decay)
+    expected, before = 0.0, 0.0
+    for i, x in enumerate(true[:, X]):  # exact for a position that is linear within an interval
+        expected = decay * expected + (1.0 - slope) * x + (slope - decay) * before
+        before = x
+        assert read[i, X] == pytest.approx(expected, abs=5e-6)
+    assert read[:, V] == pytest.approx((true[:, X] - read[:, X]) / time_constant, abs=1e-9)
+    assert np.abs(read[:, X] - true[:, X]).max() > 1e-3
+
+
+def test_delay_too_short_to_be_followed_is_one_of_speed_times_time() -> None:
+    read, true = drive('sensor_delay', 2e-4)
+    behind = true[:, X] - read[:, X]
+    # of the second order is the time constant times the one that is followed, 1 ms
+    assert behind == pytest.approx(2e-4 * true[:, V], abs=2e-6)
+    assert behind.max() > 1e-5
+
+
+def test_rig_sensors_show_the_effect_and_differentiate_what_they_read() -> None:
+    read, true = drive('position_scale', 0.05, sensors='rig')
+    plain, same = drive('position_scale', 0.0, sensors='rig')
+    assert np.array_equal(true, same)
+    assert read[-1, X] == pytest.approx(1.05 * plain[-1, X], abs=3e-4)
+    moving = np.abs(plain[:, V]) > 0.02
+    assert np.sum(read[moving, V]) == pytest.approx(1.05 * np.sum(plain[moving, V]), rel=0.02)
+
+
+def test_readings_without_effects_are_the_true_values_bit_for_bit() -> None:
+    voltages = np.tile(valve_voltages(0.5), (2000, 1))
+    model = load_configuration('cylinder_1').model
+    null = {name: effects.load(name).null for name in effects.names()}
+    for plant in (Plant(model), Plant(model, null)):
+        run = plant.run(voltages, 1.16e-3)
+        assert np.array_equal(run.position_reading, run.position)
+        assert np.array_equal(run.velocity_reading, run.velocity)
+        assert np.array_equal(run.pressure_1_reading, run.pressure_1)
+        assert np.array_equal(run.pressure_2_reading, run.pressure_2)

@@ -1,7 +1,6 @@
 """The live page, in a browser: a running rig is shown, moves with the slider, and is let go."""
 
 import http.client
-import os
 import signal
 import socket
 import subprocess
@@ -45,7 +44,6 @@ class LiveRig:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=dict(os.environ),
         )
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().split(' ')[0]

@@ -1,6 +1,5 @@
 """The controller of docs/controllers.md as a reader runs it, beside a simulated plant."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -25,9 +24,7 @@ EXAMPLE = ROOT / 'examples' / 'own_controller.py'
 
 @pytest.fixture
 def controller():
-    process = subprocess.Popen(
-        [sys.executable, str(EXAMPLE)], stderr=subprocess.PIPE, text=True, env=dict(os.environ)
-    )
+    process = subprocess.Popen([sys.executable, str(EXAMPLE)], stderr=subprocess.PIPE, text=True)
     yield process
     process.kill()
     process.communicate()

@@ -1,7 +1,6 @@
 """The nodes as the user starts them: processes, signals, exit codes."""
 
 import itertools
-import os
 import resource
 import signal
 import subprocess
@@ -72,7 +71,6 @@ def start() -> Iterator:
                 command,
                 stderr=subprocess.PIPE,
                 text=True,
-                env=dict(os.environ),
                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
             )
         )
@@ -108,7 +106,7 @@ def contents(bag: Path) -> tuple[Counter, list[int]]:
 def test_lock_step_of_the_page_goes_on_when_all_are_there(start, bystander):
     plant = start('plant', 'use_sim_time:=true', 'speed:=0.0', 'paused:=true')
     valves = start('valve_command', 'use_sim_time:=true', 'command_timeout:=0.0')
-    controller = subprocess.Popen([sys.executable, str(CONTROLLER)], env=dict(os.environ))
+    controller = subprocess.Popen([sys.executable, str(CONTROLLER)])
     try:
         samples = bystander.hear('joint_states')
         found = (
@@ -319,7 +317,6 @@ def test_signal_while_a_node_loads_ends_it_without_a_word(name: str, outside: bo
     code = IN_A_CALLBACK.format(signal=name, outside=outside)
     done = subprocess.run(
         [sys.executable, '-c', code],
-        env=dict(os.environ),
         capture_output=True,
         text=True,
         timeout=60,
@@ -337,7 +334,7 @@ from pneu_rig_ros.nodes.runner import exit_after
 exit_after(1, {code})
 ctypes.PyDLL(None).sleep(60)
 """
-    done = subprocess.run([sys.executable, '-c', hang], env=dict(os.environ), timeout=30)
+    done = subprocess.run([sys.executable, '-c', hang], timeout=30)
     assert done.returncode == code
 
 
@@ -357,7 +354,6 @@ def test_signal_while_a_node_imports_ends_it_without_a_word(
         [sys.executable, '-X', 'importtime', *words],  # a line for each module
         stderr=subprocess.PIPE,
         text=True,
-        env=dict(os.environ),
     )
     assert process.stderr is not None
     while not (line := process.stderr.readline()).endswith(' numpy\n'):
@@ -377,7 +373,7 @@ before = signal.getsignal(signal.{name})
 import pneu_rig_ros.nodes.plant
 assert signal.getsignal(signal.{name}) is before
 """
-    subprocess.run([sys.executable, '-c', code], env=dict(os.environ), timeout=60, check=True)
+    subprocess.run([sys.executable, '-c', code], timeout=60, check=True)
 
 
 def test_node_ends_with_the_process_that_owns_it(start, monkeypatch, bystander):
