@@ -6,9 +6,8 @@ from itertools import islice
 from threading import Lock
 from typing import Any
 
-from rcl_interfaces.msg import Parameter as ParameterMessage
-from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -177,10 +176,8 @@ class LiveNode(RigNode):
         if not self._supply.service_is_ready():
             self._message = f'supply: service {self._supply.srv_name} not available'
             return
-        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=pressure)
-        request = SetParameters.Request(
-            parameters=[ParameterMessage(name='supply_pressure', value=value)]
-        )
+        change = Parameter('supply_pressure', value=pressure).to_parameter_msg()
+        request = SetParameters.Request(parameters=[change])
         self._supply.call_async(request).add_done_callback(self._on_supply_pressure)
 
     def _on_supply_pressure(self, future: Future) -> None:

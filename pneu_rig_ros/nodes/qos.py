@@ -1,6 +1,6 @@
 """QoS of every topic, and detection of endpoints that are incompatible with it."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -59,7 +59,7 @@ class QosMonitor:
 
         def incompatible() -> bool:
             others = self._node.get_publishers_info_by_topic(topic.name)
-            return not _all_compatible((o.qos_profile, requested) for o in others)
+            return not all(_compatible(other.qos_profile, requested) for other in others)
 
         name = self._node.resolve_topic_name(topic.name)
         text = f'a publisher of {name} offers incompatible QoS: its messages are not received'
@@ -75,10 +75,11 @@ class QosMonitor:
 
     def publisher_callbacks(self, topic: Topic) -> PublisherEventCallbacks:
         """Return the event callbacks for a new publisher."""
+        offered = qos_profile(topic)
 
         def incompatible() -> bool:
             others = self._node.get_subscriptions_info_by_topic(topic.name)
-            return not _all_compatible((qos_profile(topic), o.qos_profile) for o in others)
+            return not all(_compatible(offered, other.qos_profile) for other in others)
 
         name = self._node.resolve_topic_name(topic.name)
         text = f'a subscription to {name} requests incompatible QoS: it receives no messages'
@@ -100,12 +101,12 @@ class QosMonitor:
         return list(present)
 
 
-def _all_compatible(pairs: Iterable[tuple[QoSProfile, QoSProfile]]) -> bool:
-    """Return whether each offered profile satisfies the requested one."""
-    checks = (qos_check_compatible(_compared(a), _compared(b)) for a, b in pairs)
-    return all(compatibility != QoSCompatibility.ERROR for compatibility, _ in checks)
-
-
-def _compared(profile: QoSProfile) -> QoSProfile:
-    """Return a profile without deadline: the graph reports none as infinite, which is refused."""
-    return QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)
+def _compatible(offered: QoSProfile, requested: QoSProfile) -> bool:
+    """Return whether an offered profile satisfies the requested one."""
+    # without their deadlines: the graph reports none as infinite, which is refused
+    compared = (
+        QoSProfile(depth=1, reliability=profile.reliability, durability=profile.durability)
+        for profile in (offered, requested)
+    )
+    compatibility, _ = qos_check_compatible(*compared)
+    return bool(compatibility != QoSCompatibility.ERROR)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Iterator
 from functools import partial
 
+from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
@@ -113,9 +114,8 @@ class ReplayNode(RigNode):
 
     def _send(self, message: Message) -> None:
         if self._clock_publisher and message.topic == SAMPLES:
-            now = Clock()
-            now.clock.sec, now.clock.nanosec = divmod(message.time_ns, NANOSECONDS)
-            self._clock_publisher.publish(now)
+            now = Time(nanoseconds=message.time_ns).to_msg()
+            self._clock_publisher.publish(Clock(clock=now))
         self._publish[message.topic](message.cdr)
         self.rate.count += 1
 

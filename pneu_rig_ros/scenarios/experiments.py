@@ -9,7 +9,8 @@ pressures, three loads and six places to start from.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from pneu_rig_ros.arrays import Floats
 
 CAPTION = {'cylinder_1': 0.29, 'cylinder_2': 0.34, 'cylinder_3': 0.32}
 """Command [V] at which the paper shows each cylinder stick and slip."""
@@ -24,35 +25,37 @@ FAST = {'cylinder_1': 1.0, 'cylinder_2': 1.2, 'cylinder_3': 1.4}
 
 
 class Experiment(NamedTuple):
-    """One bag: set-up, and (duration [s], command) one after the other."""
+    """
+    One bag: set-up and commands.
+
+    :param supply_pressure: [Pa]
+    :param load: which of the cylinder's ``LOADS``
+    :param start: share of the stroke [-]
+    :param rest_time: [s]
+    :param words: commands one after the other, such as ``pause 0.3, out+0.5 3.0, back 2.0``;
+        `out` and `back` command the caption's voltage, `+x` is x tenths of a volt more, a pause
+        shuts the valves; then the duration [s], a multiple of ``HOLD``
+    """
 
     supply_pressure: float
     load: int
     start: float
-    """Share of the stroke."""
     rest_time: float
-    timeline: tuple[tuple[float, float], ...]
-    """Commands from 'slow': the caption's command; one more is 0.1 V more; 0 shuts the valves."""
+    words: str
+
+    @property
+    def timeline(self) -> list[tuple[float, float]]:
+        """Durations [s], and commands: the caption's is 1, 0.1 V more is one more; 0 is shut."""
+        pieces = []
+        for word, duration in (piece.split() for piece in self.words.split(',')):
+            direction, _, tenths = word.partition('+')
+            code = {'pause': 0.0, 'out': 1.0, 'back': -1.0}[direction]
+            pieces.append((float(duration), code * (1.0 + float(tenths or 0.0))))
+        return pieces
 
 
 HOLD = 0.1
-"""Every duration below is a multiple of this [s]."""
-
-
-def timeline(text: str) -> tuple[tuple[float, float], ...]:
-    """
-    Return a timeline from words such as ``pause 0.3, out+0.5 3.0, back 2.0``.
-
-    `out` and `back` command the caption's voltage, `+x` is x tenths of a volt more; then the
-    duration [s].
-    """
-    pieces = []
-    for word, duration in (piece.split() for piece in text.split(',')):
-        direction, _, tenths = word.partition('+')
-        code = {'pause': 0.0, 'out': 1.0, 'back': -1.0}[direction]
-        pieces.append((float(duration), code * (1.0 + float(tenths or 0.0))))
-    return tuple(pieces)
-
+"""Every duration is a multiple of this [s]."""
 
 FIT = (
     # stick-slip as in the captions
@@ -61,7 +64,7 @@ FIT = (
         load=0,
         start=0.0,
         rest_time=1200.0,
-        timeline=timeline('pause 0.3, out 5.5, pause 1.5, out+0.3 2.5, pause 0.8, back+0.5 3.4'),
+        words='pause 0.3, out 5.5, pause 1.5, out+0.3 2.5, pause 0.8, back+0.5 3.4',
     ),
     # from the middle, both ways, a long dwell
     Experiment(
@@ -69,9 +72,7 @@ FIT = (
         load=1,
         start=0.5,
         rest_time=60.0,
-        timeline=timeline(
-            'pause 0.3, back+0.5 3.0, pause 1.0, out+0.5 3.5, pause 3.0, out+3 1.2, back+3 2.0'
-        ),
+        words='pause 0.3, back+0.5 3.0, pause 1.0, out+0.5 3.5, pause 3.0, out+3 1.2, back+3 2.0',
     ),
     # onto the outer stop, filled, shut, and back
     Experiment(
@@ -79,7 +80,7 @@ FIT = (
         load=2,
         start=0.75,
         rest_time=600.0,
-        timeline=timeline(
+        words=(
             'pause 0.3, out+0.5 1.5, pause 0.5, out+15 3.0, pause 3.0, back+3 3.0, '
             'pause 0.7, back+0.5 2.0'
         ),
@@ -90,7 +91,7 @@ FIT = (
         load=0,
         start=0.15,
         rest_time=1200.0,
-        timeline=timeline(
+        words=(
             'pause 0.3, back+1 1.5, pause 0.8, back+15 3.0, pause 2.5, out+4 3.0, '
             'pause 0.6, out+1 2.3'
         ),
@@ -102,16 +103,14 @@ VERIFY = (
         load=1,
         start=0.1,
         rest_time=300.0,
-        timeline=timeline(
-            'pause 0.3, out+0.1 4.0, pause 2.5, out+1 2.0, back+2 1.0, pause 1.0, back+0.6 3.2'
-        ),
+        words='pause 0.3, out+0.1 4.0, pause 2.5, out+1 2.0, back+2 1.0, pause 1.0, back+0.6 3.2',
     ),
     Experiment(
         supply_pressure=6.5e5,
         load=0,
         start=0.6,
         rest_time=900.0,
-        timeline=timeline(
+        words=(
             'pause 0.3, back+0.8 2.0, pause 1.2, out+20 2.5, pause 3.0, back+4 2.0, '
             'pause 0.5, out+1 2.5'
         ),
@@ -134,7 +133,7 @@ def levels(experiment: Experiment, cylinder: str) -> list[tuple[float, float]]:
     ]
 
 
-def command(experiment: Experiment, cylinder: str, interval: float) -> NDArray[np.float64]:
+def command(experiment: Experiment, cylinder: str, interval: float) -> Floats:
     """Return u [V] of each sampling interval."""
     pieces = levels(experiment, cylinder)
     return np.concatenate([np.full(round(duration / interval), u) for duration, u in pieces])
