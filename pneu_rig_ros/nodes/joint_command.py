@@ -47,14 +47,14 @@ class JointCommandNode(RigNode):
             'effort': self.number('effort_scale') * command.effort,
         }
         given = {name: u for name, u in scaled.items() if not math.isnan(u)}
-        u = math.fsum(given.values()) if all(map(math.isfinite, given.values())) else math.inf
-        if not given and math.isfinite(command.position):
-            raise RigError('a position only, allowed are velocity and effort')
+        u = sum(given.values())
         if not math.isfinite(u):
             raise RigError(f'{" and ".join(given)} not finite')
         if given:
             self._publish(pack_float64(u))
             self.rate.count += 1
+        elif math.isfinite(command.position):
+            raise RigError('a position only, allowed are velocity and effort')
         else:
             self._idle += 1
 

@@ -109,6 +109,7 @@ def test_what_is_not_a_command_has_no_answer(loop_of, context, bystander):
         lambda: twin.write(position=0.1),
         lambda: twin.write(velocity=math.inf),
         lambda: twin.write(velocity=math.inf, effort=-math.inf),
+        lambda: twin.write(velocity=5.98e307, effort=1.7e308),  # whose sum is infinite
         lambda: twin.publisher.publish(JointState(name=['elbow'], velocity=[0.1])),
         lambda: twin.publisher.publish(JointState(name=['elbow', PISTON], velocity=[0.1])),
     )
