@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -32,11 +33,11 @@ class Bystander(Node):
         until(lambda: publisher.get_subscription_count() >= subscribers)
         return publisher.publish
 
-    def call(self, runner: Runner | None, kind: type, name: str, request: object) -> object:
+    def call(self, runner: Runner | None, kind: Any, name: str, **request: object) -> Any:
         """Call a service of a node that the runner runs, or that runs by itself."""
         client = self.create_client(kind, name)
         until(client.service_is_ready)
-        future = client.call_async(request)
+        future = client.call_async(kind.Request(**request))
         executor = SingleThreadedExecutor(context=self.context)
         executor.add_node(self)
 

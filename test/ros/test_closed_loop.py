@@ -47,23 +47,17 @@ def step(tmp_path):
     return path
 
 
-def lock_step(context, *others, cylinder='cylinder_1') -> Runner:
+def lock_step(context, *others) -> Runner:
     """Return a loop of plant, controller and valve command, in the order of their messages."""
-    plant = PlantNode(context, {**PLANT, 'cylinder': cylinder, 'initial_position': 0.02})
+    plant = PlantNode(context, {**PLANT, 'initial_position': 0.02})
     valves = ValveCommandNode(context, {'use_sim_time': True, 'command_timeout': 0.0})
     return Runner([plant, *others, valves])
 
 
-def run(runner: Runner, samples: int) -> None:
-    runner.run(lambda: runner.nodes[0].rate.count < samples)
-
-
-def control(
-    context, bystander: Bystander, step, seconds: float, cylinder='cylinder_1', **parameters
-):
+def control(context, bystander: Bystander, step, seconds: float, **parameters):
     """Return time [s], references, positions and commands of a run in closed loop."""
     given = {'use_sim_time': True, 'profile': str(step), **parameters}
-    runner = lock_step(context, PositionControllerNode(context, given), cylinder=cylinder)
+    runner = lock_step(context, PositionControllerNode(context, given))
     subscriptions = [bystander.hear(topic) for topic in ('joint_states', 'reference', 'u')]
     heard = gather(runner, subscriptions, round(seconds * 1e9 / INTERVAL))
     runner.close()
@@ -133,7 +127,7 @@ def test_excitation_plays_its_profile_on_the_samples_stamps(context, tmp_path):
     player = ExcitationNode(context, {**given, 'profile': str(profile)})
     recorder = RecorderNode(context, {**given, 'output': str(bag)})
     runner = lock_step(context, player, recorder)
-    run(runner, round(0.8e9 / INTERVAL))
+    runner.run(lambda: runner.nodes[0].rate.count < round(0.8e9 / INTERVAL))
     assert player.status().message == 'finished'
     runner.close()
     record = read_recording(bag)

@@ -64,11 +64,9 @@ def test_parameters_are_described_and_the_time_source_stays(
 ) -> None:
     runner = loop_of(PlantNode(context))
 
-    def ask(kind: Any, name: str, **request: Any) -> Any:
-        return bystander.call(runner, kind, f'plant/{name}', kind.Request(**request))
-
     names = ['supply_pressure', 'friction', 'seed', 'speed']
-    answer = ask(DescribeParameters, 'describe_parameters', names=names)
+    service = 'plant/describe_parameters'
+    answer = bystander.call(runner, DescribeParameters, service, names=names)
     supply, friction, seed, speed = answer.descriptors
     assert (supply.floating_point_range[0].to_value, supply.read_only) == (1.1e6, False)
     assert "one of '', coulomb_viscous, lugre" in friction.additional_constraints
@@ -76,7 +74,8 @@ def test_parameters_are_described_and_the_time_source_stays(
     assert 'use_sim_time' in speed.additional_constraints
     assert all(one.read_only for one in (friction, seed, speed))
     change = Parameter('use_sim_time', value=True).to_parameter_msg()
-    (result,) = ask(SetParameters, 'set_parameters', parameters=[change]).results
+    service = 'plant/set_parameters'
+    (result,) = bystander.call(runner, SetParameters, service, parameters=[change]).results
     assert 'fixed while the node runs' in result.reason
 
 

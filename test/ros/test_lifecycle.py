@@ -38,18 +38,14 @@ class Managed:
         self._client = client
 
     def state(self, node: str) -> str:
-        answer: Any = self._client.call(
-            self.runner, GetState, f'{node}/get_state', GetState.Request()
-        )
+        answer = self._client.call(self.runner, GetState, f'{node}/get_state')
         return str(answer.current_state.label)
 
     def change(self, node: str, *labels: str) -> bool:
         """Ask for transitions; return whether the last one succeeded."""
         for label in labels:
-            request = ChangeState.Request(transition=Transition(label=label))
-            answer: Any = self._client.call(
-                self.runner, ChangeState, f'{node}/change_state', request
-            )
+            service, transition = f'{node}/change_state', Transition(label=label)
+            answer = self._client.call(self.runner, ChangeState, service, transition=transition)
         return bool(answer.success)
 
 

@@ -1,4 +1,4 @@
-"""config/nodes.yaml against the nodes: every parameter named, every value the default."""
+"""Parameters of the nodes: each described, each in config/nodes.yaml with its default."""
 
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import yaml
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.joint_command import JointCommandNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
+from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.rig import NODES
 from pneu_rig_ros.nodes.shadow import ShadowNode
 
@@ -17,18 +18,37 @@ FILE = Path(__file__).resolve().parents[2] / 'config' / 'nodes.yaml'
 OF_CYLINDER = {'supply_pressure', 'load_mass', 'initial_position', 'rest_time'}
 
 
-@pytest.mark.parametrize(
-    'kind', [*NODES, ExcitationNode, JointCommandNode, PositionControllerNode, ShadowNode]
-)
-def test_file_gives_every_parameter_its_default(kind, context, new_context, tmp_path):
-    def node_of(context, name):
-        overrides = {'output': str(tmp_path / name)} if kind is NODES[-1] else {}
-        return kind(context, overrides)
+KINDS = (*NODES, ExcitationNode, JointCommandNode, PositionControllerNode, ShadowNode)
 
-    plain = node_of(context, 'a')
-    loaded = node_of(new_context('--params-file', str(FILE)), 'b')
+
+def node_of(kind, context, output):
+    return kind(context, {'output': str(output)} if kind is RecorderNode else {})
+
+
+def names(node):
+    return {name for name in node._parameters if not name.startswith(('start_type', 'qos_'))}
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_every_parameter_is_described_with_unit_and_range(kind, context, tmp_path, loop_of):
+    node = node_of(kind, context, tmp_path / 'bag')
+    loop_of(node)
+    ours = names(node) - {'use_sim_time'}
+    assert {'realtime_priority', 'wait_for_subscribers'} <= ours
+    for name in ours:
+        descriptor, value = node.describe_parameter(name), node.get_parameter(name).value
+        assert len(descriptor.description) > 10, name
+        if isinstance(value, float | int) and not isinstance(value, bool):
+            assert descriptor.description.endswith(']'), name
+            assert descriptor.floating_point_range or descriptor.integer_range, name
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_file_gives_every_parameter_its_default(kind, context, new_context, tmp_path):
+    plain = node_of(kind, context, tmp_path / 'a')
+    loaded = node_of(kind, new_context('--params-file', str(FILE)), tmp_path / 'b')
     written = yaml.safe_load(FILE.read_text())[f'/**/{plain.get_name()}']['ros__parameters']
-    own = {name for name in plain._parameters if not name.startswith(('start_type', 'qos_'))}
+    own = names(plain)
     missing = own - set(written)
     assert missing <= (OF_CYLINDER if plain.get_name() == 'plant' else set())
     assert set(written) <= own

@@ -5,16 +5,11 @@ import time
 
 import pytest
 from rcl_interfaces.srv import SetParameters
-from rclpy.context import Context
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.plant import PlantNode
-from pneu_rig_ros.nodes.position_controller import PositionControllerNode
-from pneu_rig_ros.nodes.rig import NODES
-from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.records.cdr_decoding import (
     unpack_float64,
     unpack_fluid_pressure,
@@ -117,7 +112,7 @@ def test_reset_goes_back_to_the_initial_state_while_time_goes_on(start, bystande
     say(pack_valve_voltages(3.5, 1.5))
     moved = gather(runner, [joints], 1500)[0]
     assert unpack_joint_state(moved[-1]).position > 1e-3
-    assert bystander.call(runner, Trigger, '/plant/reset', Trigger.Request()).success
+    assert bystander.call(runner, Trigger, '/plant/reset').success
     after = gather(runner, [joints], 200)[0]
     positions = [unpack_joint_state(message).position for message in after]
     drop = next(i for i, (a, b) in enumerate(itertools.pairwise(positions)) if b < a - 1e-4)
@@ -132,13 +127,13 @@ def test_pause_stops_simulated_time_and_leaves_a_hole_in_real_time(start, bystan
     runner = start(**(SIMULATED if simulated else {}))
     joints = bystander.hear('joint_states')
     gather(runner, [joints], 50)
-    answer = bystander.call(runner, SetBool, '/plant/pause', SetBool.Request(data=True))
+    answer = bystander.call(runner, SetBool, '/plant/pause', data=True)
     assert (answer.success, answer.message) == (True, 'paused')
     before = stamps(list(joints.take_all()))
     for _ in range(50):
         runner.spin_once()
     assert list(joints.take_all()) == []
-    bystander.call(runner, SetBool, '/plant/pause', SetBool.Request(data=False))
+    bystander.call(runner, SetBool, '/plant/pause', data=False)
     after = stamps(gather(runner, [joints], 50)[0])
     hole = after[0] - before[-1]
     assert hole % INTERVAL == 0
@@ -152,10 +147,9 @@ def test_set_up_is_validated_and_described_anew_at_run_time(start, bystander):
     until(lambda: (runner.spin_once(), descriptions.take())[1])
 
     def change(name, value):
-        request = SetParameters.Request()
-        request.parameters = [Parameter(name, value=value).to_parameter_msg()]
-        result = bystander.call(runner, SetParameters, '/plant/set_parameters', request)
-        return result.results[0]
+        changes = [Parameter(name, value=value).to_parameter_msg()]
+        service = '/plant/set_parameters'
+        return bystander.call(runner, SetParameters, service, parameters=changes).results[0]
 
     assert change('supply_pressure', 5e5).successful
     described = configuration_from_yaml(unpack_string(next(descriptions.take_all())), 'test')
@@ -193,23 +187,3 @@ def test_a_wrong_start_is_refused_in_one_line(context, parameters, message):
         PlantNode(context, parameters)
     assert message in str(caught.value)
     assert '\n' not in str(caught.value)
-
-
-@pytest.mark.parametrize('kind', [*NODES, ExcitationNode, PositionControllerNode, ShadowNode])
-def test_every_parameter_is_described_with_unit_and_range(
-    kind: type, context: Context, tmp_path, loop_of
-):
-    overrides = {'output': str(tmp_path / 'bag')} if kind is NODES[-1] else {}
-    node = kind(context, overrides)
-    loop_of(node)
-    ours = [name for name in node._parameters if name not in ('use_sim_time',)]
-    ours = [name for name in ours if not name.startswith(('start_type', 'qos_', 'logging'))]
-    assert {'realtime_priority', 'wait_for_subscribers'} <= set(ours)
-    for name in ours:
-        descriptor = node.describe_parameter(name)
-        assert len(descriptor.description) > 10, name
-        if isinstance(node.get_parameter(name).value, float | int) and not isinstance(
-            node.get_parameter(name).value, bool
-        ):
-            assert descriptor.description.endswith(']'), name
-            assert descriptor.floating_point_range or descriptor.integer_range, name

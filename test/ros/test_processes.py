@@ -117,7 +117,7 @@ def test_lock_step_of_the_page_goes_on_when_all_are_there(start, bystander):
         until(lambda: bystander.count_subscribers('joint_states') == 2)  # this node and another
         time.sleep(2.0)  # they find each other as this node finds them
         assert samples.take() is None
-        bystander.call(None, SetBool, '/plant/pause', SetBool.Request(data=False))
+        bystander.call(None, SetBool, '/plant/pause', data=False)
         heard: list[int] = []
         until(lambda: heard.extend(map(unpack_stamp, samples.take_all())) or len(heard) > 500)
         assert heard == list(range(0, len(heard) * INTERVAL, INTERVAL))

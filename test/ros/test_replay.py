@@ -91,7 +91,7 @@ def test_clock_runs_with_the_samples_and_pause_stops_them(bag, context, bystande
     node = ReplayNode(context, {'bag': str(bag), 'clock': True, 'delay': 0.2})
     runner = loop_of(node)
     runner.run(lambda: node.elapsed < 0.2)
-    answer = bystander.call(runner, SetBool, '/replay/pause', SetBool.Request(data=True))
+    answer = bystander.call(runner, SetBool, '/replay/pause', data=True)
     assert answer.message == 'paused'
     stamps = [unpack_stamp(cdr) for cdr in samples.take_all()]
     assert [unpack_stamp(cdr) for cdr in clock.take_all()] == stamps
@@ -99,7 +99,7 @@ def test_clock_runs_with_the_samples_and_pause_stops_them(bag, context, bystande
         runner.spin_once()
     assert samples.take() is None
     before = node.elapsed
-    bystander.call(runner, SetBool, '/replay/pause', SetBool.Request(data=False))
+    bystander.call(runner, SetBool, '/replay/pause', data=False)
     runner.run(lambda: node.elapsed < before + 0.1)
     assert unpack_stamp(samples.take()) > stamps[-1]
 
