@@ -77,7 +77,8 @@ def _messages(
     """Yield topic, log time [ns] and bytes of all messages under a constant command [V]."""
     configuration, interval_ns = rig.configuration, rig.configuration.interval_ns
     estimator = CausalFriction(ForceBalance.of(configuration), rig.interval)
-    plant, friction = PlantMessages(rig.pressure_variance, clock=True), template('friction')
+    plant = PlantMessages(rig.sensors.pressure_variance, clock=True)
+    friction = template('friction')
     voltages = valve_voltages(u)
     command = pack_valve_voltages(*voltages)
     yield 'rig_description', 0, pack_string(description)

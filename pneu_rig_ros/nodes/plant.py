@@ -102,7 +102,7 @@ class PlantNode(ManagedNode):
         self._description = self.add_publisher('rig_description')
         self._robot = self.add_publisher('robot_description')
         self._messages = PlantMessages(
-            self._rig.pressure_variance, self.frame_prefix, self.simulated_time
+            self._rig.sensors.pressure_variance, self.frame_prefix, self.simulated_time
         )
         topics = self._messages.pack(self._rig.sample, 0)
         self._publish = {topic: self.add_publisher(topic).publish for topic in topics}
@@ -215,7 +215,7 @@ class PlantNode(ManagedNode):
     def _advance(self) -> None:
         """Hold the voltages for one interval."""
         self._rig.step(*self._voltages)
-        self._saturated += self._rig.saturated
+        self._saturated += self._rig.sensors.saturated
         self._tick += 1
         self._prepare()
 

@@ -52,6 +52,8 @@ class ReplayNode(RigNode):
             raise RigError('replay: bag is empty; pass the bag directory')
         topics, exclude = self._names('topics'), self._names('exclude')
         self._playback = Playback(self.text('bag'), topics, exclude)
+        self.duration = self._playback.duration
+        """Length of the bag [s]."""
         self._publish = {t: self.add_publisher(t).publish for t in self._playback.topics}
         self._clock_publisher = self.add_publisher(CLOCK) if self.flag('clock') else None
         self._repeat = self.flag('repeat')
@@ -72,11 +74,6 @@ class ReplayNode(RigNode):
         if self._next is None:
             return self.duration if self._started else 0.0
         return (self._next.time_ns - self._playback.start_ns) * 1e-9
-
-    @property
-    def duration(self) -> float:
-        """Length of the bag [s]."""
-        return self._playback.duration
 
     def loop_timer(self) -> LoopTimer:
         """Return itself: it sleeps until the next message is due."""

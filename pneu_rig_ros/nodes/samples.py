@@ -26,6 +26,7 @@ class TimeSynchronizer:
     def __init__(self, size: int) -> None:
         self.queues: tuple[deque[tuple[int, Any]], ...] = tuple(deque() for _ in range(size))
         self.dropped = 0
+        """Values whose stamp another queue lacks."""
 
     def complete(self) -> Iterator[tuple[int, list[Any]]]:
         """Yield stamp [ns] and one value of each queue for every complete stamp, in order."""
@@ -58,19 +59,14 @@ class Sample(NamedTuple):
     pressure_2: float
 
 
-class SampleSubscription:
+class SampleSubscription(TimeSynchronizer):
     """Takes whole samples of a rig; a reading that is not plausible is refused by the node."""
 
     def __init__(self, node: RigNode) -> None:
+        super().__init__(len(SAMPLE_TOPICS))
         self._node = node
         self._joints, *self._chambers = map(node.subscribe, SAMPLE_TOPICS)
-        self._synchronizer = TimeSynchronizer(len(SAMPLE_TOPICS))
         self._stamps: deque[int] = deque(maxlen=2)
-
-    @property
-    def dropped(self) -> int:
-        """Number of messages dropped because their sample is incomplete."""
-        return self._synchronizer.dropped
 
     def off_grid(self, interval_ns: int) -> str | None:
         """Return a warning if the last samples were not on a grid of this interval."""
@@ -84,7 +80,7 @@ class SampleSubscription:
 
     def take_all(self) -> Iterator[Sample]:
         """Yield the samples that have become complete, in order."""
-        joints, *pressures = self._synchronizer.queues
+        joints, *pressures = self.queues
         for message in self._joints.take_all_with_info():
             with self._node.skip_invalid(self._joints):
                 joint = unpack_joint_state(message.cdr)
@@ -92,7 +88,7 @@ class SampleSubscription:
                 joints.append((joint.stamp_ns, (message.sent_ns, position, joint.velocity)))
         for queue, chamber in zip(pressures, self._chambers, strict=True):
             queue.extend(self._node.take_decoded(chamber, _decode_pressure))
-        for stamp_ns, (joint_values, pressure_1, pressure_2) in self._synchronizer.complete():
+        for stamp_ns, (joint_values, pressure_1, pressure_2) in self.complete():
             sent_ns, position, velocity = joint_values
             self._stamps.append(stamp_ns)
             yield Sample(stamp_ns, sent_ns, position, velocity, pressure_1, pressure_2)

@@ -42,14 +42,14 @@ class Rig:
         self.interval = configuration.interval_ns * 1e-9
         self._plant = Plant(configuration.model, configuration.effects)
         gas = configuration.model.gas
-        self._sensors = SensorSet(
+        self.sensors = SensorSet(
             configuration.sensors, gas.atmospheric_pressure, self.interval, configuration.seed
         )
         self.reset()
 
     def reset(self) -> Sample:
         """Go back to rest and restart the noise; return the sample of index 0."""
-        self._sensors.reset()
+        self.sensors.reset()
         return self._measure(0, self._plant.reset())
 
     def warm_up(self) -> None:
@@ -67,20 +67,10 @@ class Rig:
         self.configuration = override(self.configuration, changes)
         self._plant.change_operation(**changes)
 
-    @property
-    def pressure_variance(self) -> float:
-        """Variance of a pressure reading [Pa^2]."""
-        return self._sensors.pressure_variance
-
-    @property
-    def saturated(self) -> bool:
-        """Whether a sensor was out of its range at the present sample."""
-        return self._sensors.saturated
-
     def _measure(self, index: int, state: PlantState) -> Sample:
         self.state = state
         """The true state at the present sample."""
-        readings = self._sensors.read(
+        readings = self.sensors.read(
             state.position_reading,
             state.velocity_reading,
             state.pressure_1_reading,

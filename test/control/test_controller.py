@@ -1,6 +1,5 @@
 """The control laws in closed loop with the rig: limit cycles, and compensation that ends them."""
 
-import dataclasses
 import functools
 
 import numpy as np
@@ -41,9 +40,8 @@ def controlled(
     excitation = load_excitation(profile)
     configuration = load_configuration(cylinder, initial_position=excitation.level(0.0))
     if fluid_time_constant is not None:
-        friction = configuration.model.friction._replace(fluid_time_constant=fluid_time_constant)
-        model = configuration.model._replace(friction=friction)
-        configuration = dataclasses.replace(configuration, model=model)
+        key, value = 'fluid_time_constant', fluid_time_constant
+        configuration = configuration.with_parameter('friction', key, value)
     rig = Rig(configuration)
     samples = round(min(excitation.duration, 32.0) / rig.interval)
     reference = np.array([excitation.level(k * rig.interval) for k in range(samples)])

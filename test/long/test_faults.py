@@ -306,8 +306,9 @@ def test_full_disk_ends_the_recording_and_keeps_it(tmp_path: Path) -> None:
 def test_folder_that_cannot_be_written_is_told_at_the_start(bag: str, tmp_path: Path) -> None:
     (tmp_path / 'file').write_text('')
     with ProcessRig(tmp_path / bag, only=('recorder',)) as rig:
-        until(rig.nodes['recorder'].ended, 'the recorder ends')
-        assert rig.nodes['recorder'].process.poll() == 2
+        recorder = rig.nodes['recorder'].process
+        until(lambda: recorder.poll() is not None, 'the recorder ends')
+        assert recorder.returncode == 2
         assert len(rig.errors('recorder')) == 1
 
 

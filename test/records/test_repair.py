@@ -28,7 +28,7 @@ from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.rig import Rig, load_configuration
 rig = Rig(load_configuration('cylinder_1', seed=11))
-messages = PlantMessages(rig.pressure_variance, clock=True)
+messages = PlantMessages(rig.sensors.pressure_variance, clock=True)
 writer = BagWriter(sys.argv[1])
 text = pack_string(describe(rig.configuration))
 writer.write('/rig_description', 'std_msgs/msg/String', 0, text)

@@ -50,7 +50,7 @@ def outstroke(
 def test_ideal_sensors_give_the_true_state() -> None:
     rig, samples, truth = outstroke(load_configuration('cylinder_1', sensors='ideal'))
     assert np.array_equal(samples, truth)
-    assert rig.pressure_variance == 0.0
+    assert rig.sensors.pressure_variance == 0.0
 
 
 def test_rig_sensors_are_quantised_noisy_and_within_their_class() -> None:
@@ -72,7 +72,7 @@ def test_pressure_variance_is_that_of_the_readings() -> None:
         rig.step(2.8, 2.5)
     rig.step(2.5, 2.5)
     readings = np.array([rig.step(2.5, 2.5).pressure_1 for _ in range(5000)][1000:])
-    assert readings.var() == pytest.approx(rig.pressure_variance, rel=0.2)
+    assert readings.var() == pytest.approx(rig.sensors.pressure_variance, rel=0.2)
 
 
 def test_measured_velocity_follows_the_true_one() -> None:

@@ -75,7 +75,7 @@ def test_bag_is_complete_and_equal_to_what_the_plant_computes(recorded):
     bag = read(recorded)
     configuration = load_configuration('cylinder_2', **OVERRIDES)
     rig = Rig(configuration)
-    messages = PlantMessages(rig.pressure_variance, clock=True)
+    messages = PlantMessages(rig.sensors.pressure_variance, clock=True)
     expected: Bag = defaultdict(list)
     for index in range(len(bag['/joint_states'])):
         for topic, cdr in messages.pack(rig.sample, index * INTERVAL).items():
