@@ -11,7 +11,6 @@ from pneu_rig_ros.control.controller import (
     PositionController,
 )
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
@@ -138,19 +137,3 @@ def test_excitation_plays_its_profile_on_the_samples_stamps(context, tmp_path):
     # a sample's answer belongs to the interval after it, so each one is known exactly
     assert np.array_equal(record.voltage_1[:-1], expected[:, 0])
     assert np.array_equal(record.voltage_2[:-1], expected[:, 1])
-
-
-@pytest.mark.parametrize(
-    ('kind', 'parameters', 'told'),
-    [
-        (PositionControllerNode, {'profile': 'step'}, 'drives u, allowed is one that drives'),
-        (PositionControllerNode, {'law': 'fuzzy'}, 'allowed pid, sliding_mode'),
-        (PositionControllerNode, {'proportional_gain': -1.0}, 'proportional_gain'),
-        (ExcitationNode, {'profile': 'stairs'}, 'staircase'),
-    ],
-)
-def test_a_wrong_start_is_refused_in_one_line(context, kind, parameters, told):
-    with pytest.raises(RigError) as caught:
-        kind(context, parameters)
-    assert told in str(caught.value)
-    assert '\n' not in str(caught.value)

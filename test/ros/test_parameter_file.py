@@ -1,12 +1,14 @@
-"""Parameters of the nodes: each described, each in config/nodes.yaml with its default."""
+"""Parameters of the nodes: described, in config/nodes.yaml with their defaults, checked."""
 
 from pathlib import Path
 
 import pytest
 import yaml
 
+from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.excitation import ExcitationNode
 from pneu_rig_ros.nodes.joint_command import JointCommandNode
+from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.position_controller import PositionControllerNode
 from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.rig import NODES
@@ -59,3 +61,28 @@ def test_file_gives_every_parameter_its_default(kind, context, new_context, tmp_
     for node in (plain, loaded):
         node.close()
         node.destroy_node()
+
+
+@pytest.mark.parametrize(
+    ('kind', 'parameters', 'told'),
+    [
+        (PlantNode, {'speed': 2.0}, 'speed 2 needs simulated time'),
+        (PlantNode, {'speed': 1e-6, 'use_sim_time': True}, 'allowed 0'),
+        (PlantNode, {'cylinder': 'cylinder_9'}, 'cylinder_9'),
+        (PlantNode, {'friction': 'none'}, 'none'),
+        (PlantNode, {'sensors': 'broken'}, 'broken'),
+        (PlantNode, {'load_mass': -1.0}, 'load_mass'),
+        (PlantNode, {'load_mass': 3}, 'load_mass'),
+        (PlantNode, {'supply_pressure': float('nan')}, 'supply_pressure'),
+        (PlantNode, {'initial_position': 9.0}, 'initial_position'),
+        (PositionControllerNode, {'profile': 'step'}, 'drives u, allowed is one that drives'),
+        (PositionControllerNode, {'law': 'fuzzy'}, 'allowed pid, sliding_mode'),
+        (PositionControllerNode, {'proportional_gain': -1.0}, 'proportional_gain'),
+        (ExcitationNode, {'profile': 'stairs'}, 'staircase'),
+    ],
+)
+def test_a_wrong_start_is_refused_in_one_line(kind, context, parameters, told):
+    with pytest.raises(RigError) as caught:
+        kind(context, parameters)
+    assert told in str(caught.value)
+    assert '\n' not in str(caught.value)

@@ -8,7 +8,6 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.records.cdr_decoding import (
     unpack_float64,
@@ -166,24 +165,3 @@ def test_set_up_is_validated_and_described_anew_at_run_time(start, bystander):
         assert not result.successful
         assert result.reason
     assert list(descriptions.take_all()) == []
-
-
-@pytest.mark.parametrize(
-    ('parameters', 'message'),
-    [
-        ({'speed': 2.0}, 'speed 2 needs simulated time'),
-        ({'speed': 1e-6, 'use_sim_time': True}, 'allowed 0'),
-        ({'cylinder': 'cylinder_9'}, 'cylinder_9'),
-        ({'friction': 'none'}, 'none'),
-        ({'sensors': 'broken'}, 'broken'),
-        ({'load_mass': -1.0}, 'load_mass'),
-        ({'load_mass': 3}, 'load_mass'),
-        ({'supply_pressure': float('nan')}, 'supply_pressure'),
-        ({'initial_position': 9.0}, 'initial_position'),
-    ],
-)
-def test_a_wrong_start_is_refused_in_one_line(context, parameters, message):
-    with pytest.raises(RigError) as caught:
-        PlantNode(context, parameters)
-    assert message in str(caught.value)
-    assert '\n' not in str(caught.value)
