@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from . import constants as at
-from .foreign_force import MAXWELL_SLIP, slipped, viscous
+from .foreign_force import slipped
 from .kept import kept
 from .motion import (
     drag,
@@ -16,6 +16,7 @@ from .motion import (
     static_force,
     stribeck,
 )
+from .second_force import sums_elements, viscous
 
 ROUNDS = 20
 """Of Newton's method on the piecewise straight force of the bristles."""
@@ -109,7 +110,7 @@ def friction_along(
         friction[k] = bristles + c[at.SIGMA_1] * (new - z) / interval + drag_force
         if e.size > at.FOREIGN:
             friction[k] += viscous(y, c, e)
-            if e[at.AT_BRISTLE] == MAXWELL_SLIP:
+            if sums_elements(e):
                 friction[k] += y[at.ELEMENT_1 : at.ELEMENT_3 + 1].sum()
         h += interval * film
         work = abs(bristles * y[at.V]) + drag_force * y[at.V]

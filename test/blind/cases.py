@@ -8,7 +8,7 @@ from pneu_rig_ros.scenarios.hidden import true_parameters
 from . import rig, systems
 from .circumstances import WRONG
 from .files import Files
-from .foreign import is_form
+from .forms import is_form
 from .fresh import ONE_PRESSURE
 from .runs import GASES, Truth, truth_of_runs
 from .settings import settings

@@ -121,3 +121,12 @@ SLOTS = ('heat', 'leak', 'cross_leak', 'null_leak', 'supply', 'curve', 'spool', 
 spools [V/s], pressures in the lines [Pa], forces of elements [N], velocity that friction remembers
 [m/s], deflection [m] and velocity [m/s] of a swinging load, way [m] or work [J] so far."""
 FOREIGN_STATES = STATES + 15
+
+SECOND_CODE = 20
+"""Codes of the forms of the second list begin behind it, in the slots of the first."""
+(
+    STIRRED_1, STIRRED_2, SIDE_1, SIDE_2, COIL_1, COIL_2, HEATED, POCKET_1, POCKET_2,
+) = range(FOREIGN_STATES, FOREIGN_STATES + 9)  # fmt: skip
+"""Still more of it where a form is of the second list: motion of the gas [-], pressures in side
+volumes [Pa], heat of coils and of friction [-], overpressures in the pockets of cushions [-]."""
+SECOND_STATES = FOREIGN_STATES + 9

@@ -12,10 +12,10 @@ import numpy as np
 
 from . import constants as at
 from .along import friction_along
-from .foreign_sensors import misread, present
 from .gas import gas_rates
 from .kept import kept
 from .motion import elastic, joint_force, outer_forces
+from .second_sensors import misread, present
 from .sensors import lagging
 
 

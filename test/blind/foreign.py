@@ -8,9 +8,6 @@ the cylinder (``foreign_strengths``), and up to two numbers of its shape that ar
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import numpy as np
-
-from . import constants as at
 from . import foreign_force as force
 from . import foreign_gas as gas
 
@@ -293,38 +290,3 @@ KNOWN = tuple(name for name, form in FORMS.items() if form.mechanism)
 UNKNOWN = tuple(name for name, form in FORMS.items() if not form.mechanism)
 NEVER_WEAK = ('line_volume', 'line_resonance')
 """Forms that do not vanish with their strength, a volume: their pressure drop stays."""
-NUMBERS = frozenset(
-    f'{name}.{number}' for name, form in FORMS.items() for number in ('strength', *form.shape)
-)
-"""What can be hidden, form.number."""
-
-
-def is_form(name: str) -> bool:
-    """Whether form.number, or a form, is one of these."""
-    return name.split('.')[0] in FORMS
-
-
-def mechanism(name: str) -> tuple[str, ...]:
-    """Return the names that are right for what is hidden; an effect's is its own."""
-    return FORMS[name].mechanism if name in FORMS else (name,)
-
-
-def numbers(hidden: Mapping[str, float]) -> np.ndarray:
-    """
-    Return the flat numbers of the forms in the plant, none where there are none.
-
-    :param hidden: form.number -> value; numbers of other things are not read
-    """
-    names = {name.split('.')[0] for name in hidden if name in NUMBERS}
-    inside = sorted(name for name in names if FORMS[name].slot)
-    flat = np.zeros(at.WIDTH * len(at.SLOTS))
-    for name in inside:
-        form, strength = FORMS[name], hidden.get(f'{name}.strength', 0.0)
-        place = at.WIDTH * at.SLOTS.index(form.slot)
-        assert not flat[place], f'{name}: two forms in one place'
-        shape = [hidden[f'{name}.{number}'] for number in form.shape]
-        flat[place : place + 2 + len(shape)] = form.code, strength, *shape
-        if form.also:
-            place = at.WIDTH * at.SLOTS.index(form.also[0])
-            flat[place : place + 2] = form.also[1], strength
-    return flat if inside else np.empty(0)

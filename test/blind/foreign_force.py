@@ -74,7 +74,7 @@ def over_place(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Share of both levels [-] that the position adds."""
     code, s, number = e[at.AT_POSITION], e[at.AT_POSITION + 1], e[at.AT_POSITION + 2]
     place = y[at.X] / c[at.STROKE]
-    if s == 0.0:
+    if s == 0.0 or code > STICKING_PLACE:
         return 0.0
     if code == BUMP:
         return s * math.exp(-(((place - number) / e[at.AT_POSITION + 3]) ** 2))

@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 from . import scores
 from .answers import Answer
-from .foreign import mechanism
 from .foreign_scores import (
     alarm,
     all_mechanisms,
@@ -14,6 +13,7 @@ from .foreign_scores import (
     foreign_seen,
     right_mechanism,
 )
+from .forms import mechanism
 from .page_tables import percent, table
 
 CLOSES = 0.9
@@ -58,6 +58,8 @@ def judged(answers: list[Answer]) -> dict[str, tuple[list[Answer], Callable[[Ans
         'conditions': (scores.seen(answers, 'conditions'), condition_named),
         'foreign_pairs': (all_seen(answers, 'foreign_pairs'), all_mechanisms),
         'triples': (all_seen(answers, 'triples'), all_mechanisms),
+        'second': (foreign_seen(answers, 'second'), right_mechanism),
+        'second_unknown': (foreign_seen(answers, 'second_unknown'), scores.unknown),
     }
 
 

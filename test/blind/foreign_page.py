@@ -8,8 +8,9 @@ from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
 from .foreign_misses import by_draw, by_kind, seed_of
 from .foreign_scores import MATCHED, by_form, by_probability, by_verdict, figures, headline
-from .foreign_trials import FOREIGN_PARTS, drawn_foreign
+from .foreign_trials import FOREIGN_PARTS, SECOND_PARTS, drawn_foreign
 from .page_tables import percent, table
+from .second import SECOND_KNOWN, SECOND_UNKNOWN
 
 NAME = 'blind_foreign'
 SINCE = {'nuisance': 63, 'nuisance_none': 63}
@@ -32,6 +33,12 @@ among nuisances is drawn from the stronger half of the strengths of its form, an
 alone changes a signal by 3 times the noise. The list of forms is the one from which the trials for
 building were drawn, with other seeds. Formulas that were found missing are in the library since:
 as foreign forms they do not count from these seeds on: {matched}.
+
+The parts `second` and `second_unknown` have forms of a second list: {second_known} of a mechanism
+that the library has, {second_unknown} of none (`test/blind/second.py`). It is a second list of
+forms, written after the library by someone who had not read it; each draw of it is of one
+revision: {second_draws}.
+
 Every answer is a line of the file of its revision in `docs/{folder}`. Recordings, sensors and what
 is counted are as in [Blind trials](blind.md).
 
@@ -87,10 +94,30 @@ def coverage(answers: list[Answer], seeds: list[int]) -> str:
     for part in FOREIGN_PARTS:
         own = [a for a in answers if a['part'] == part]
         shown = sum(scores.shows(a) for a in own)
-        counted = [seed for seed in seeds if seed >= SINCE.get(part, 0)]
+        counted = [seed for seed in seeds if counts(part, seed, own)]
         drawn = sum(len(drawn_foreign(seed, (part,))) for seed in counted)
         rows.append((f'`{part}`', len(own), drawn, shown))
     return table(('part', 'run', 'drawn', 'visible'), rows)
+
+
+def counts(part: str, seed: int, own: list[Answer]) -> bool:
+    """Whether a draw has a part that counts; of the second list, where it was run at all."""
+    if part in SECOND_PARTS:
+        return any(seed_of(answer) == seed for answer in own)
+    return seed >= SINCE.get(part, 0)
+
+
+def second_draws(by_revision: dict[str, list[Answer]]) -> str:
+    """Return the seeds and revisions whose answers are to the second list."""
+    draws = sorted(
+        {
+            (seed_of(each), revision)
+            for revision, found in by_revision.items()
+            for each in found
+            if each['part'] in SECOND_PARTS
+        }
+    )
+    return ', '.join(f'seed {seed} at git {revision}' for seed, revision in draws) or 'none so far'
 
 
 def said(answers: list[Answer]) -> str:
@@ -138,6 +165,9 @@ def write_kept(source: Path, docs: Path) -> None:
         forms=len(FORMS),
         known=len(KNOWN),
         unknown=len(UNKNOWN),
+        second_known=len(SECOND_KNOWN),
+        second_unknown=len(SECOND_UNKNOWN),
+        second_draws=second_draws(by_revision),
         folder=FOLDER,
         draws=', '.join(f'seed {seed} at git {revision}' for seed, revision in draws),
         headline=headline(answers),

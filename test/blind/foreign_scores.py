@@ -7,7 +7,7 @@ from statistics import fmean, median
 from . import scores
 from .answers import Answer
 from .figures import Figure, middle, share
-from .foreign import FORMS, mechanism
+from .forms import ALL, mechanism
 from .page_tables import figure_row, interval, percent, table
 
 WANTED: dict[str, tuple[str, float]] = {
@@ -22,6 +22,10 @@ WANTED: dict[str, tuple[str, float]] = {
     'conditions_named': ('at least', 0.90),
     'foreign_pairs_both': ('at least', 0.85),
     'triples_all': ('at least', 0.70),
+    'second_mechanism': ('at least', 0.85),
+    'second_cut': ('at least', 0.90),
+    'second_unknown': ('at least', 0.85),
+    'second_balance': ('at least', 0.95),
 }
 """What each figure should be."""
 MEANING = {
@@ -36,6 +40,10 @@ MEANING = {
     'conditions_named': 'a wrong condition: named as such',
     'foreign_pairs_both': 'two foreign forms, each visible: both mechanisms are named',
     'triples_all': 'three foreign forms, each visible: all mechanisms are named',
+    'second_mechanism': 'a form of the second list: the right mechanism first, in the verdict',
+    'second_cut': 'of these: median cut of the gap above noise, held-out bags',
+    'second_unknown': 'a form of the second list, in no library: `unknown`',
+    'second_balance': 'of these: the right balance (of a sensor, any)',
 }
 MATCHED = {
     'outward_level': 78,
@@ -51,6 +59,8 @@ MATCHED = {
     'quadratic_droop': 84,
 }
 """Form that was found missing -> seed from which the library has its formula."""
+ALONE = 'foreign', 'foreign_unknown', 'second', 'second_unknown'
+"""Parts in which one form is hidden alone."""
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01
 """Ends of the ranges in which stated probabilities are compared with how many answers are true."""
 
@@ -110,6 +120,19 @@ def figures(answers: list[Answer]) -> dict[str, Figure]:
         'conditions_named': share(scores.seen(answers, 'conditions'), condition_named),
         'foreign_pairs_both': share(all_seen(answers, 'foreign_pairs'), all_mechanisms),
         'triples_all': share(all_seen(answers, 'triples'), all_mechanisms),
+        **second_figures(answers),
+    }
+
+
+def second_figures(answers: list[Answer]) -> dict[str, Figure]:
+    """Return the figures of the second list of forms, as those of the first."""
+    known, unknown = (foreign_seen(answers, part) for part in ('second', 'second_unknown'))
+    called = [a for a in unknown if scores.unknown(a)]
+    return {
+        'second_mechanism': share(known, right_mechanism),
+        'second_cut': middle(cuts(known)),
+        'second_unknown': share(unknown, scores.unknown),
+        'second_balance': share(called, scores.right_balance),
     }
 
 
@@ -193,7 +216,7 @@ def by_probability(answers: list[Answer]) -> tuple[str, float | None]:
 
 def by_form(answers: list[Answer]) -> str:
     """Return a row for each form that was hidden alone: what it was taken for."""
-    parts = scores.seen(answers, 'foreign') + scores.seen(answers, 'foreign_unknown')
+    parts = [a for part in ALONE for a in scores.seen(answers, part)]
     rows = []
     for name in sorted({a['names'][0] for a in parts}):
         own = [a for a in parts if a['names'] == [name]]
@@ -203,7 +226,7 @@ def by_form(answers: list[Answer]) -> str:
         rows.append(
             (
                 f'`{name}`',
-                FORMS[name].balance,
+                ALL[name].balance,
                 ', '.join(mechanism(name)) or '-',
                 f'{good} of {len(own)}',
                 answered,

@@ -5,6 +5,7 @@ Trials in a world that is not the library's, drawn from a seed when they are ask
 that it does not have. ``foreign_pairs``, ``triples``: two, three of them at a time. ``nuisance``:
 a strong cause among weak ones, sensors, stamps, air and supply that are off, friction that wears;
 ``nuisance_none``: the same without a cause. ``conditions``: something is not as stated.
+``second``, ``second_unknown``: as the first two, of the second list of forms.
 """
 
 import zlib
@@ -16,9 +17,10 @@ from numpy.random import Generator
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, LAWS, Changes, Secret, hide
 
 from .circumstances import AS_STATED, WRONG, Circumstances, drawn_wrong
-from .foreign import FORMS, KNOWN, NEVER_WEAK, UNKNOWN, mechanism
-from .foreign_strengths import STRENGTHS
+from .foreign import FORMS, KNOWN, NEVER_WEAK, UNKNOWN
+from .forms import ALL, ALL_STRENGTHS, mechanism
 from .fresh import FRESH, SETTLED, some_of
+from .second import SECOND_KNOWN, SECOND_UNKNOWN
 from .sensors import drawn_gains
 from .settings import settings
 from .trials import Trial, join, shuffled
@@ -31,9 +33,13 @@ COUNTS = {
     'conditions': 63,
     'foreign_pairs': 60,
     'triples': 60,
+    'second': 44,
+    'second_unknown': 12,
 }
 """Part -> trials of a seed."""
 FOREIGN_PARTS = tuple(COUNTS)
+SECOND_PARTS = 'second', 'second_unknown'
+"""Parts of the second list of forms."""
 SEVERAL_FORMS = 'foreign_pairs', 'triples'
 """Parts in which several forms are hidden together."""
 FIRST_STREAM = 100
@@ -59,6 +65,8 @@ def drawn_foreign(seed: int, parts: Sequence[str] = FOREIGN_PARTS) -> list[Trial
         'conditions': _conditions,
         'foreign_pairs': _pairs,
         'triples': _triples,
+        'second': _second,
+        'second_unknown': _second_unknown,
     }
     return shuffled(
         [
@@ -79,8 +87,8 @@ def hide_form(
     :param factor: multiple of its weak strength; drawn between weak and strong if not said
     :param least: 0 for all from weak to strong, 0.5 for the stronger half
     """
-    form = FORMS[name]
-    weak, strong = STRENGTHS[name][CYLINDERS.index(cylinder)]
+    form = ALL[name]
+    weak, strong = ALL_STRENGTHS[name][CYLINDERS.index(cylinder)]
     share = float(random.uniform(least, 1.0))
     strength = weak * factor if factor else weak * (strong / weak) ** share
     shape = {key: float(random.uniform(*bounds)) for key, bounds in form.shape.items()}
@@ -91,13 +99,13 @@ def hide_form(
 def together(names: Sequence[str]) -> bool:
     """Whether forms can be in one rig: each in a place of its own, under one friction law."""
     slots = [slot for name in names for slot in _slots(name)]
-    bases = {FORMS[name].base for name in names}
+    bases = {ALL[name].base for name in names}
     void = 'coulomb_viscous' in bases and 'outward_excess' in names  # that law has no F_s
     return len(set(slots)) == len(slots) and len(bases - {''}) <= 1 and not void
 
 
 def _slots(name: str) -> list[str]:
-    form = FORMS[name]
+    form = ALL[name]
     return [form.slot or name, *([form.also[0]] if form.also else [])]
 
 
@@ -109,14 +117,25 @@ def _trial(seed: int, part: str, names: tuple[str, ...], number: int, random: Ge
     return Trial(key, part, cylinder, 1.0, secret, names, strength)
 
 
+def _alone(seed: int, part: str, forms: Sequence[str], random: Generator) -> Iterator[Trial]:
+    for number, name in enumerate(some_of(forms, COUNTS[part], random)):
+        yield _trial(seed, part, (name,), number, random)
+
+
 def _foreign(seed: int, random: Generator) -> Iterator[Trial]:
-    for number, name in enumerate(some_of(KNOWN, COUNTS['foreign'], random)):
-        yield _trial(seed, 'foreign', (name,), number, random)
+    return _alone(seed, 'foreign', KNOWN, random)
 
 
 def _unknown(seed: int, random: Generator) -> Iterator[Trial]:
-    for number, name in enumerate(some_of(UNKNOWN, COUNTS['foreign_unknown'], random)):
-        yield _trial(seed, 'foreign_unknown', (name,), number, random)
+    return _alone(seed, 'foreign_unknown', UNKNOWN, random)
+
+
+def _second(seed: int, random: Generator) -> Iterator[Trial]:
+    return _alone(seed, 'second', SECOND_KNOWN, random)
+
+
+def _second_unknown(seed: int, random: Generator) -> Iterator[Trial]:
+    return _alone(seed, 'second_unknown', SECOND_UNKNOWN, random)
 
 
 def _group(size: int, random: Generator) -> tuple[str, ...]:

@@ -10,11 +10,11 @@ import numba
 import numpy as np
 
 from . import foreign_gas as foreign
+from . import second_gas as second
 from .constants import (
     A1,
     A2,
     AT_LEAK,
-    AT_SUPPLY,
     CONVECTION_1,
     CONVECTION_2,
     CONVECTION_POWER,
@@ -116,9 +116,9 @@ def bent_openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, fl
     """Areas [m^2] under a foreign curve, an orifice of the line behind them."""
     if spool > c[U_M]:
         full = FULL_VOLTAGE - c[U_M]
-        share = foreign.bent((spool - c[U_M]) / full, True, e)
+        share = second.bent((spool - c[U_M]) / full, True, e)
         return foreign.narrowed(c[K_V1] * full * share ** e[OPENING_IN], e), 0.0
-    share = foreign.bent(1.0 - spool / c[U_N], False, e)
+    share = second.bent(1.0 - spool / c[U_N], False, e)
     area = c[K_V2] * (c[U_0] - c[U_N] + c[U_N] * share ** e[OPENING_OUT])
     return 0.0, foreign.narrowed(area, e)
 
@@ -131,14 +131,14 @@ def drawn(supply: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray)
 
 
 @numba.njit
-def quadratic_droop(
+def lawful_droop(
     before: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray
 ) -> float:
-    """Supply pressure [Pa] behind a resistance that is quadratic in the flow, by bisection."""
+    """Supply pressure [Pa] behind a resistance with a law of its own, by bisection."""
     low, high = 0.0, before - c[P_ATM]
     for _ in range(60):
         droop = 0.5 * (low + high)
-        if e[AT_SUPPLY + 1] * drawn(before - droop, y, in_1, in_2, c) ** 2 > droop:
+        if second.droop(drawn(before - droop, y, in_1, in_2, c), e) > droop:
             low = droop
         else:
             high = droop
@@ -150,9 +150,9 @@ def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np
     """Supply pressure [Pa] behind a resistance, found by bisection."""
     before = c[P_S] - y[TANK]
     if e.size > FOREIGN:
-        before = foreign.source(y, c, e) - y[TANK]
-        if e[AT_SUPPLY] == foreign.QUADRATIC_DROP and e[AT_SUPPLY + 1] > 0.0:
-            return quadratic_droop(before, y, in_1, in_2, c, e)
+        before = second.source(y, c, e) - y[TANK]
+        if second.droops(e):
+            return lawful_droop(before, y, in_1, in_2, c, e)
     if e[DROOP] == 0.0 or in_1 + in_2 == 0.0:
         return before
     low, high = 0.0, min(e[DROOP] * drawn(before, y, in_1, in_2, c), before)
@@ -255,10 +255,10 @@ def foreign_rates(
 ) -> None:
     """Write the rates of pressures, gas masses, lines, spools, walls and supply; forms foreign."""
     outside, k, rt = c[P_ATM], c[KAPPA], c[R] * c[T_S] * foreign.heaviness(y, e)
-    ends = foreign.at_valve(y, 0, e), foreign.at_valve(y, 1, e)
+    ends = second.at_valve(y, 0, e), second.at_valve(y, 1, e)
     spools, inward, outward = np.empty(2), np.empty(2), np.empty(2)
     for i in range(2):
-        spools[i] = foreign.spool_of(y, dy, i, memory[TARGET_1 + i], e)
+        spools[i] = second.spool_of(y, dy, i, memory[TARGET_1 + i], e)
         if e[LAG_TIME] > 0.0:
             dy[SPOOL_1 + i] = (spools[i] - y[SPOOL_1 + i]) / e[LAG_TIME]
             spools[i] = y[SPOOL_1 + i]
@@ -271,7 +271,7 @@ def foreign_rates(
     supply = drooped_supply(valves, inward[0], inward[1], c, e)
     if e[TANK_FALL] > 0.0:
         dy[TANK] = tank_rate(valves, supply, inward[0], inward[1], c, e)
-    across = orifice(y[P1], y[P2], past_piston(y[X], c, e), c) + foreign.cross_leak(y, c, e)
+    across = orifice(y[P1], y[P2], past_piston(y[X], c, e), c) + second.cross_leak(y, c, e)
     total = 0.0
     for i in range(2):
         pressure, sign = y[P1 + i], 1.0 - 2.0 * i
@@ -281,19 +281,20 @@ def foreign_rates(
         net = into - out
         if e[LINE_DROP] > 0.0:
             net = behind_line(supply, ends[i], inward[i], outward[i], c, e)
-        flow = foreign.through_line(y, dy, i, net, c, e)
+        flow = second.through_line(y, dy, i, net, c, e)
         if e[LINE_TIME] > 0.0:
             dy[LINE_1 + i] = (flow - y[LINE_1 + i]) / e[LINE_TIME]
             flow = y[LINE_1 + i]
         if e[NULL_IN] + e[NULL_OUT] > 0.0:
             flow += null_leak(spools[i], pressure, c, e)
-        flow += foreign.null_flow(c[P_S], spools[i], pressure, c, e)
+        flow += second.null_flow(c[P_S], spools[i], pressure, c, e)
         share = e[AT_LEAK + 3] if i == 0 else 1.0
         flow -= orifice(pressure, outside, e[LEAK_1 + i], c)
         flow -= pores(pressure, e[PORES_1 + i], c, e)
-        flow -= sign * across + share * foreign.leak(y, pressure, c, e)
+        flow -= sign * across + share * second.leak(y, pressure, c, e)
+        flow -= second.side_flow(y, dy, i, c, e)
         volume = c[V10] + c[A1] * y[X] if i == 0 else c[V20] + c[A2] * (c[STROKE] - y[X])
-        warmth = foreign.heat(y, dy, i, volume, c, e)
+        warmth = second.heat(y, dy, i, volume, flow, c, e)
         if e[HEAT_1 + i] + e[CONVECTION_1 + i] + e[FORCED] > 0.0:
             gas = pressure * volume / (y[M1 + i] * c[R])
             wall = e[HEAT_1 + i] + forced(pressure, volume, c[A1 + i], e)

@@ -10,6 +10,7 @@ import numba
 import numpy as np
 
 from . import foreign_force as foreign
+from . import second_force as second
 from .constants import (
     A1,
     A2,
@@ -150,7 +151,7 @@ def levels(
     added = e[SLOPE] * max(y[P1] + y[P2] - 2.0 * c[P_ATM], 0.0)
     added += pressed(y[P1], c, e) + pressed(y[P2], c, e)
     if e.size > FOREIGN:
-        more, most = foreign.added_levels(y, bristles, memory, c, e)
+        more, most = second.added_levels(y, bristles, memory, c, e)
         coulomb = max((1.0 + share) * c[F_C] + added + more, 0.01 * c[F_C])
         return coulomb, max((1.0 + share) * c[F_S] + added + most, 0.01 * c[F_S])
     coulomb = max((1.0 + share) * c[F_C] + added, 0.01 * c[F_C])
@@ -173,7 +174,7 @@ def static_after(
 ) -> float:
     """F_s [N] after a dwell time [s], Eq. 16; the largest where the law has none."""
     if e.size > FOREIGN and e[AT_DWELL] > 0.0:
-        return coulomb + (largest - coulomb) * foreign.dwell_share(dwell, e)
+        return coulomb + (largest - coulomb) * second.dwell_share(dwell, e)
     lost, gamma, alpha = growth(c, e)
     if lost == 0.0:
         return largest
@@ -219,7 +220,7 @@ def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray, e: np.
     """g(v, h) [N], Eq. 11."""
     if c[LAW] == 0.0:
         if e.size > FOREIGN:
-            return coulomb + foreign.stribeck_excess(abs(y[V]), c, e)
+            return coulomb + second.stribeck_excess(abs(y[V]), c, e)
         return coulomb
     top = static
     if e.size > FOREIGN:
@@ -236,7 +237,7 @@ def film_rate(
 ) -> float:
     """dh/dt [1/s], Eq. 12-15."""
     if e.size > FOREIGN and e[AT_FILM] > 0.0:
-        return foreign.foreign_film_rate(y, c, e)
+        return second.film_rate(y, c, e)
     steady = min(abs(y[V]) / c[V_B], 1.0) ** (2.0 / 3.0)
     if c[FILM] == 0.0:
         steady *= max(1.0 - coulomb / static, 0.0)
@@ -268,9 +269,9 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     # what the bore is wider than stated, both chambers press on
     total += e[TAPER] * c[A1] * (y[X] / c[STROKE] - 0.5) * (y[P1] - y[P2])
     if e.size > FOREIGN:
-        total += foreign.load_force(y, c, e)
+        total += second.load_force(y, c, e)
         if e[AT_PAD] > 0.0:
-            total += foreign.pads(y, c, e)
+            total += second.pads(y, c, e)
     return total
 
 
@@ -295,7 +296,7 @@ def elastic(c: np.ndarray, e: np.ndarray) -> bool:
 def joint_force(y: np.ndarray, e: np.ndarray) -> float:
     """Force [N] with which the joint of the load pulls along the outstroke."""
     if e.size > FOREIGN and e[AT_JOINT + 1] > 0.0:
-        return foreign.foreign_joint(y, e)
+        return second.joint(y, e)
     return y[STRETCH] / e[COMPLIANCE] + e[JOINT_D] * (y[LOAD_V] - y[V])
 
 
@@ -338,9 +339,10 @@ def motion_rates(
     force = c[A1] * (y[P1] - c[P_ATM]) - c[A2] * (y[P2] - c[P_ATM]) + outer_forces(y, c, e)
     if e.size > FOREIGN:
         z_rate = foreign_bending(v, bristles, level, e)
-        other = foreign.viscous(y, c, e) + foreign.element_rates(y, dy, level, c, e)
-        foreign.history_rates(y, dy, bristles + c[SIGMA_2] * v + other, e)
+        other = second.viscous(y, c, e) + second.element_rates(y, dy, level, c, e)
+        second.history_rates(y, dy, bristles + c[SIGMA_2] * v + other, e)
         foreign.swing_rates(y, dy, e)
+        second.pocket_rates(y, dy, c, e)
         force -= other
     force -= bristles + c[SIGMA_1] * z_rate + c[SIGMA_2] * v
     inertia = c[MASS] + c[LOAD]

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from .circumstances import WRONG
-from .foreign import FORMS
+from .forms import ALL
 from .runs import Truth
 from .windows import length, shared
 
@@ -37,8 +37,8 @@ OF_FORCE = ('friction.', 'cylinder.moving_mass')
 
 def balance_of(name: str) -> str:
     """Return the balance that an effect or parameter acts on: gas, force or sensor."""
-    if name in FORMS:
-        return FORMS[name].balance
+    if name in ALL:
+        return ALL[name].balance
     if name in WRONG:
         return WRONG[name]
     if '.' in name:

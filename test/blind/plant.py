@@ -11,11 +11,12 @@ import numpy as np
 from scipy.integrate import LSODA
 
 from . import constants as at
-from . import foreign
-from .foreign_gas import RUN, targets
+from . import forms
+from .foreign_gas import RUN
 from .gas import gas_rates
 from .kept import kept
 from .motion import drag, elements, levels, motion_rates, share_left, static_after
+from .second_gas import targets
 
 TOLERANCE = 1e-7
 """Local error of LSODA as a share of full scale [-]."""
@@ -90,8 +91,8 @@ class Plant:
         self.c = np.array([*(numbers[name] for name in at.CONSTANTS), *choices], dtype=float)
         secret = {**at.NONE_HIDDEN, **(hidden or {})}
         known = np.array([secret.pop(name, 0.0) for name in at.HIDDEN], dtype=float)
-        forms = {name: secret.pop(name) for name in tuple(secret) if foreign.is_form(name)}
-        self.e = np.concatenate([known, foreign.numbers(forms)])
+        given = {name: secret.pop(name) for name in tuple(secret) if forms.is_form(name)}
+        self.e = np.concatenate([known, forms.numbers(given)])
         assert not secret, f'not in the equations: {", ".join(secret)}'
         self.stiffness = np.array(law['element_stiffness'], dtype=float)
         self.limit = np.array(law['element_limit'], dtype=float)
@@ -100,7 +101,7 @@ class Plant:
 
     def _start(self, operation: Mapping[str, float]) -> None:
         c, strange = self.c, self.e.size > at.FOREIGN
-        y = np.zeros(at.FOREIGN_STATES if strange else at.STATES)
+        y = np.zeros(forms.states(self.e))
         x, p1, p2 = (operation[f'initial_{s}'] for s in ('position', 'pressure_1', 'pressure_2'))
         rt = c[at.R] * c[at.T_S]
         y[at.X], y[at.P1], y[at.P2] = x, p1, p2
@@ -110,6 +111,8 @@ class Plant:
         if strange:
             y[[at.WALL_1, at.WALL_2]], y[at.SOURCE] = c[at.T_S], c[at.P_S]
             y[at.PIPE_1], y[at.PIPE_2] = p1, p2
+        if len(y) == at.SECOND_STATES:
+            y[at.SIDE_1], y[at.SIDE_2] = p1, p2
         self.y, self.t, self._way = y, 0.0, 0.0
         rest = operation['rest_time']
         held = static_after(rest, c[at.F_C], c[at.F_S], c, self.e)
@@ -132,6 +135,8 @@ class Plant:
             scale[[at.SOURCE, at.PIPE_1, at.PIPE_2]] = c[at.P_S]
             scale[[at.ELEMENT_1, at.ELEMENT_2, at.ELEMENT_3]] = c[at.F_S]
             scale[at.SWING] = 1e-2
+        if len(scale) == at.SECOND_STATES:
+            scale[[at.SIDE_1, at.SIDE_2]] = c[at.P_S]
         return scale
 
     def run(self, voltages: np.ndarray, interval: float) -> Motion:

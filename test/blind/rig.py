@@ -24,7 +24,7 @@ from .circumstances import (
 )
 from .constants import HIDDEN
 from .files import Files
-from .foreign import FORMS, NUMBERS
+from .forms import ALL, NUMBERS
 from .plant import Motion, Plant, flatten
 from .runs import Noise, Run, equations
 from .sensors import CALIBRATED, CLASSES, LEVELS, SENSOR_ERRORS, Gains, Readings, distorted, read
@@ -49,7 +49,7 @@ def set_up_for(rig: Settings, cylinder: str, experiment: Experiment) -> Settings
 
 def in_plant(name: str) -> bool:
     """Whether an effect.parameter is of the equations, and not of a sensor."""
-    return name in HIDDEN or (name in NUMBERS and bool(FORMS[name.split('.')[0]].slot))
+    return name in HIDDEN or (name in NUMBERS and bool(ALL[name.split('.')[0]].slot))
 
 
 def move(

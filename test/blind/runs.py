@@ -7,9 +7,9 @@ import numpy as np
 
 from . import constants as at
 from .contributions import Equations, Seen, force, gas, inertia, seen, volumes
-from .foreign_gas import targets
 from .imposed import dragged
 from .plant import Plant
+from .second_gas import targets
 from .settings import Settings
 from .windows import Interval, exceeds, force_window, gas_window, intervals
 

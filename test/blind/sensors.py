@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import bilinear, lfilter
 
-from .foreign_sensors import misread, present
 from .plant import Motion
+from .second_sensors import misread, present
 
 LEVELS = 4095
 SENSOR_ERRORS = (

@@ -4,17 +4,26 @@ import numpy as np
 import pytest
 
 from . import constants as at
-from . import foreign_force, foreign_gas
+from . import foreign, foreign_force, foreign_gas, second, second_force, second_gas
+from . import foreign_sensors as sensors
+from . import second_sensors as more_sensors
 from .contributions import Seen, force, gas, seen
-from .foreign import FORCE, FORMS, GAS, KNOWN, NUMBERS, SENSOR, UNKNOWN, mechanism, numbers
-from .foreign_sensors import NAMES, misread
+from .foreign import FORMS, KNOWN, UNKNOWN, Form
 from .foreign_strengths import STRENGTHS
+from .forms import ALL, ALL_STRENGTHS, NUMBERS, mechanism, numbers
 from .plant import Plant, rates
 from .runs import equations
+from .second import SECOND, SECOND_KNOWN, SECOND_UNKNOWN
+from .second_sensors import misread
+from .second_strengths import SECOND_STRENGTHS
 from .settings import changed, settings
 
 CYLINDER = 'cylinder_2'
-PLANT = tuple(name for name, form in FORMS.items() if form.slot)
+GAS, FORCE, SENSOR = (
+    {name: form for name, form in ALL.items() if form.balance == balance}
+    for balance in ('gas', 'force', 'sensor')
+)
+PLANT = tuple(name for name, form in ALL.items() if form.slot)
 SAMPLES, INTERVAL = 400, 1e-3
 ON_STOP = ('creeping_stop',)
 """Effects that act where the piston is held, and contribute to no rate."""
@@ -22,20 +31,20 @@ ON_STOP = ('creeping_stop',)
 
 def hidden(name: str, strength: float) -> dict[str, float]:
     """Return a form at the middle of its shape; its strength a share of the strong one."""
-    form = FORMS[name]
+    form = ALL[name]
     shape = {f'{name}.{key}': 0.5 * sum(bounds) for key, bounds in form.shape.items()}
-    return {f'{name}.strength': strength * STRENGTHS[name][1][1], **shape}
+    return {f'{name}.strength': strength * ALL_STRENGTHS[name][1][1], **shape}
 
 
 def plant(name: str, strength: float) -> Plant:
-    law = FORMS[name].base if name else ''
+    law = ALL[name].base if name else ''
     given = settings(CYLINDER)
     given = changed(given, {'friction.model': law}) if law else given
     return Plant(given, hidden(name, strength) if name else {})
 
 
 def without(name: str) -> Plant:
-    law = FORMS[name].base
+    law = ALL[name].base
     given = settings(CYLINDER)
     return Plant(changed(given, {'friction.model': law}) if law else given)
 
@@ -43,7 +52,7 @@ def without(name: str) -> Plant:
 def motion(plant: Plant) -> np.ndarray:
     """Return states that sweep stroke, speeds, pressures and all that forms remember."""
     c, t = plant.c, INTERVAL * np.arange(SAMPLES)
-    y = np.zeros((SAMPLES, at.FOREIGN_STATES))
+    y = np.zeros((SAMPLES, at.SECOND_STATES))
     turn = 2.0 * np.pi * t / t[-1]
     y[:, at.X] = c[at.STROKE] * (0.5 - 0.5 * np.cos(turn))
     y[:, at.V] = np.gradient(y[:, at.X], INTERVAL)
@@ -61,6 +70,9 @@ def motion(plant: Plant) -> np.ndarray:
     y[:, [at.ELEMENT_1, at.ELEMENT_2, at.ELEMENT_3]] = 0.3
     y[:, at.LATE], y[:, at.SWING] = 0.7 * y[:, at.V], 1e-3
     y[:, [at.STRETCH, at.LOAD_V]] = 2e-3, 0.01
+    y[:, [at.STIRRED_1, at.STIRRED_2, at.COIL_1, at.COIL_2]] = 0.8
+    y[:, [at.SIDE_1, at.SIDE_2]] = y[:, [at.P1, at.P2]] - 5e3
+    y[:, [at.HEATED, at.POCKET_1, at.POCKET_2]] = 0.5
     return y
 
 
@@ -87,21 +99,42 @@ def test_forms_are_many_and_each_is_told_of() -> None:
     assert len(FORMS) >= 60
     assert len({FORMS[name].mechanism for name in KNOWN}) >= 25
     assert len(UNKNOWN) >= 10
-    assert set(STRENGTHS) == set(FORMS)
-    assert all(form.reference for form in FORMS.values())
-    assert tuple(SENSOR) == NAMES
-    for group, forms in (('gas', GAS), ('force', FORCE), ('sensor', SENSOR)):
-        assert {form.balance for form in forms.values()} == {group}
-    used = [(form.slot, form.code) for form in FORMS.values() if form.slot]
-    assert len(set(used)) == len(used)
+    used = codes(FORMS)
     assert {slot for slot, _ in used} == set(at.SLOTS)
+    assert tuple(foreign.SENSOR) == sensors.NAMES
+    assert set(STRENGTHS) == set(FORMS)
 
 
-@pytest.mark.parametrize('name', FORMS)
+def codes(forms: dict[str, Form]) -> list[tuple[str, int]]:
+    """Return where each of the forms of the plant is, and its code."""
+    return [(form.slot, form.code) for form in forms.values() if form.slot]
+
+
+def test_second_list_has_forms_of_its_own() -> None:
+    assert (len(SECOND_KNOWN), len(SECOND_UNKNOWN)) == (22, 6)
+    assert len({SECOND[name].mechanism for name in SECOND_KNOWN}) >= 18
+    assert not set(SECOND) & set(FORMS)
+    assert not set(codes(SECOND)) & set(codes(FORMS))
+    assert all(code > at.SECOND_CODE for _, code in codes(SECOND))
+    assert all(code <= at.SECOND_CODE for _, code in codes(FORMS))
+    assert tuple(second.SENSOR) == more_sensors.NAMES
+    assert set(SECOND_STRENGTHS) == set(SECOND)
+
+
+def test_forms_have_a_source_a_balance_and_a_place() -> None:
+    assert all(form.reference for form in ALL.values())
+    for group in ('GAS', 'FORCE', 'SENSOR'):
+        both = {**getattr(foreign, group), **getattr(second, group)}
+        assert {form.balance for form in both.values()} == {group.lower()}
+    used = codes(ALL)
+    assert len(set(used)) == len(used)
+
+
+@pytest.mark.parametrize('name', ALL)
 def test_strengths_and_shapes_are_ranges(name: str) -> None:
-    form = FORMS[name]
-    assert len(STRENGTHS[name]) == 3
-    assert all(0.0 < low < high for low, high in (*STRENGTHS[name], *form.shape.values()))
+    form = ALL[name]
+    assert len(ALL_STRENGTHS[name]) == 3
+    assert all(0.0 < low < high for low, high in (*ALL_STRENGTHS[name], *form.shape.values()))
     assert len(form.shape) <= 2
     assert mechanism(name) == form.mechanism
 
@@ -115,19 +148,17 @@ def test_two_forms_in_one_place_are_refused() -> None:
 @pytest.mark.parametrize('spool', [2.9, 2.2])
 def test_without_strength_the_plant_is_the_present_one(name: str, spool: float) -> None:
     given, present = slopes(plant(name, 0.0), spool), slopes(without(name), spool)
-    if FORMS[name].slot == 'film':  # it has a film of its own, which then does nothing
+    if ALL[name].slot == 'film':  # it has a film of its own, which then does nothing
         given[:, at.H] = present[:, at.H]
     scale = np.max(np.abs(present), axis=0)
     assert np.all(np.abs(given - present) <= 1e-11 * scale)
-    assert np.array_equal(
-        foreign_gas.targets(voltages(), INTERVAL, plant(name, 0.0).e), voltages()
-    )
+    assert np.array_equal(second_gas.targets(voltages(), INTERVAL, plant(name, 0.0).e), voltages())
 
 
 @pytest.mark.parametrize('name', [name for name in PLANT if name not in ON_STOP])
 def test_with_strength_it_differs(name: str) -> None:
     strange = plant(name, 1.0)
-    driven = foreign_gas.targets(voltages(), INTERVAL, strange.e)
+    driven = second_gas.targets(voltages(), INTERVAL, strange.e)
     differs = [
         np.abs(slopes(strange, spool) - slopes(without(name), spool)).max() for spool in (2.9, 2.2)
     ]
@@ -143,30 +174,30 @@ def test_contribution_is_on_the_balance_of_the_form(name: str) -> None:
     states = motion(plant(name, 1.0))
     shown = Seen(states, np.gradient(states[:, at.V], INTERVAL))
     driven = np.resize(voltages(), (SAMPLES, 2))
-    targets = foreign_gas.targets(driven, INTERVAL, true.e)
+    targets = second_gas.targets(driven, INTERVAL, true.e)
     flows = gas(states, shown, targets, driven, true, model)
     rests = np.zeros(SAMPLES, dtype=bool)
     push = force(states, shown, rests, 10.0, INTERVAL, true, model)
     sizes = np.abs(flows).max() / 1e-5, np.abs(push).max()
-    own, other = sizes if FORMS[name].balance == 'gas' else sizes[::-1]
+    own, other = sizes if ALL[name].balance == 'gas' else sizes[::-1]
     assert own > 1e-3
     assert other < 1e-9
 
 
 def _law(name: str) -> dict[str, str]:
-    return {'friction.model': FORMS[name].base} if FORMS[name].base else {}
+    return {'friction.model': ALL[name].base} if ALL[name].base else {}
 
 
 @pytest.mark.parametrize('name', [name for name in GAS if GAS[name].slot == 'heat'])
 def test_heat_flows_from_hot_to_cold_and_none_is_lost(name: str) -> None:
     rig = plant(name, 1.0)
-    y, dy, volume = motion(rig)[50], np.zeros(at.FOREIGN_STATES), 2e-4
+    y, dy, volume = motion(rig)[50], np.zeros(at.SECOND_STATES), 2e-4
     area = foreign_gas.wetted_area(volume, rig.c[at.A1])
     flows = []
     for gas_temperature in (270.0, 300.0, 330.0):
         y[at.M1] = y[at.P1] * volume / (rig.c[at.R] * gas_temperature)
         y[at.WALL_1] = 300.0
-        flows.append(foreign_gas.heat(y, dy, 0, volume, rig.c, rig.e))
+        flows.append(second_gas.heat(y, dy, 0, volume, 1e-5, rig.c, rig.e))
     assert flows[0] > 0.0 > flows[2]
     assert flows[1] == pytest.approx(0.0, abs=1e-9)
     if name == 'thin_wall_heat':  # what the gas gets, the wall gives
@@ -188,7 +219,7 @@ def test_cross_leak_keeps_the_mass_and_goes_downhill(name: str) -> None:
 def test_leak_grows_with_the_pressure_and_vanishes_without(name: str) -> None:
     rig = plant(name, 1.0)
     y = motion(rig)[50]
-    flows = [foreign_gas.leak(y, p, rig.c, rig.e) for p in (1e5, 2e5, 4e5, 6e5)]
+    flows = [second_gas.leak(y, p, rig.c, rig.e) for p in (1e5, 2e5, 4e5, 6e5)]
     assert flows[0] == 0.0
     assert np.all(np.diff(flows) >= 0.0)
     assert flows[3] > 0.0
@@ -204,7 +235,7 @@ def test_iso_flow_is_choked_below_the_critical_ratio() -> None:
 
 def test_laminar_gap_is_the_difference_of_squares() -> None:
     rig = plant('laminar_seal_leak', 1.0)
-    leak = foreign_gas.leak(motion(rig)[50], 4e5, rig.c, rig.e)
+    leak = second_gas.leak(motion(rig)[50], 4e5, rig.c, rig.e)
     assert leak == pytest.approx(rig.e[at.AT_LEAK + 1] * (4e5**2 - 1e5**2))
 
 
@@ -233,7 +264,7 @@ def test_supply_settles_where_feed_and_flow_agree(name: str) -> None:
 def test_curve_is_shut_at_the_edge_and_never_falls(name: str) -> None:
     e = plant(name, 1.0).e
     for intake in (True, False):
-        opening = [foreign_gas.bent(share, intake, e) for share in np.linspace(0.0, 1.0, 40)]
+        opening = [second_gas.bent(share, intake, e) for share in np.linspace(0.0, 1.0, 40)]
         assert opening[0] == 0.0
         assert np.all(np.diff(opening) >= 0.0)
 
@@ -241,16 +272,17 @@ def test_curve_is_shut_at_the_edge_and_never_falls(name: str) -> None:
 @pytest.mark.parametrize('name', [name for name in GAS if GAS[name].slot == 'play'])
 def test_spool_is_never_further_off_than_its_strength(name: str) -> None:
     e, wanted = plant(name, 1.0).e, voltages()
-    found = foreign_gas.targets(wanted, INTERVAL, e)
+    found = second_gas.targets(wanted, INTERVAL, e)
     strength = e[at.AT_PLAY + 1]
     if name in ('valve_dead_time', 'delay_and_lag'):
         late = round(strength / INTERVAL)
         assert np.array_equal(found[late:], wanted[:-late])
     else:
         assert np.max(np.abs(found - wanted)) <= strength * (1.0 + 1e-12)
-        again = foreign_gas.targets(np.concatenate([wanted, wanted]), INTERVAL, e)
-        third = foreign_gas.targets(np.concatenate([wanted, wanted, wanted]), INTERVAL, e)
-        assert third[-SAMPLES:] == pytest.approx(again[-SAMPLES:], abs=1e-9)  # the loop closes
+        again = second_gas.targets(np.concatenate([wanted, wanted]), INTERVAL, e)
+        third = second_gas.targets(np.concatenate([wanted, wanted, wanted]), INTERVAL, e)
+        near = 1e-6 if name == 'bouc_wen_spool' else 1e-9  # which settles into its loop
+        assert third[-SAMPLES:] == pytest.approx(again[-SAMPLES:], abs=near)  # the loop closes
 
 
 @pytest.mark.parametrize('name', [n for n in FORCE if FORCE[n].slot in ('viscous', 'side')])
@@ -258,7 +290,7 @@ def test_viscous_friction_dissipates(name: str) -> None:
     rig = plant(name, 0.9)
     for y in motion(rig):
         y[at.LATE] = y[at.V]
-        force = foreign_force.viscous(y, rig.c, rig.e) + rig.c[at.SIGMA_2] * y[at.V]
+        force = second_force.viscous(y, rig.c, rig.e) + rig.c[at.SIGMA_2] * y[at.V]
         assert force * y[at.V] >= 0.0
 
 
@@ -287,7 +319,7 @@ def test_elements_dissipate_over_a_cycle() -> None:
 @pytest.mark.parametrize('name', [name for name in FORCE if FORCE[name].slot == 'dwell'])
 def test_static_friction_grows_with_the_dwell_to_all_of_it(name: str) -> None:
     e = plant(name, 1.0).e
-    shares = [foreign_force.dwell_share(dwell, e) for dwell in (0.0, 0.5, 4.0, 60.0, 1000.0, 3e3)]
+    shares = [second_force.dwell_share(dwell, e) for dwell in (0.0, 0.5, 4.0, 60.0, 1000.0, 3e3)]
     assert np.all(np.diff(shares) >= 0.0)
     assert shares[0] == pytest.approx(1.0 - e[at.AT_DWELL + 1])
     assert shares[-1] == shares[-2] == pytest.approx(1.0)
@@ -296,7 +328,7 @@ def test_static_friction_grows_with_the_dwell_to_all_of_it(name: str) -> None:
 @pytest.mark.parametrize('name', [name for name in FORCE if FORCE[name].slot == 'shape'])
 def test_stribeck_curve_falls_from_its_strength(name: str) -> None:
     rig = plant(name, 1.0)
-    curve = [foreign_force.stribeck_excess(v, rig.c, rig.e) for v in np.linspace(0.0, 0.5, 30)]
+    curve = [second_force.stribeck_excess(v, rig.c, rig.e) for v in np.linspace(0.0, 0.5, 30)]
     assert curve[0] == pytest.approx(rig.e[at.AT_SHAPE + 1])
     assert np.all(np.diff(curve) < 0.0)
 
@@ -308,7 +340,9 @@ def test_progressive_spring_is_cubic() -> None:
     assert foreign_force.load_force(y, c, rig.e) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize('name', [name for name in FORCE if FORCE[name].slot == 'pad'])
+@pytest.mark.parametrize(
+    'name', [name for name in foreign.FORCE if foreign.FORCE[name].slot == 'pad']
+)
 def test_cushion_pushes_away_and_only_when_it_is_touched(name: str) -> None:
     e = plant(name, 1.0).e
     assert foreign_force.pad_force(-1e-3, 0.1, e) == 0.0
@@ -349,7 +383,7 @@ def test_sensor_errs_by_its_strength_and_not_without(name: str) -> None:
     true = signals()
     assert np.array_equal(misread(true, 0.007, hidden(name, 0.0)), true)
     off = np.abs(misread(true, 0.007, hidden(name, 1.0)) - true).max(axis=1)
-    position = name.endswith('position') or 'position_' in name
+    position = 'pressure' not in name
     assert (off[0] > 1e-5) == position
     assert (max(off[1:]) > 100.0) != position
     states = np.zeros((2000, at.STATES))
@@ -365,4 +399,4 @@ def test_bowed_sensor_is_right_at_both_ends() -> None:
 
 
 def test_numbers_that_can_be_hidden_are_those_of_the_forms() -> None:
-    assert all(set(hidden(name, 1.0)) <= NUMBERS for name in FORMS)
+    assert all(set(hidden(name, 1.0)) <= NUMBERS for name in ALL)

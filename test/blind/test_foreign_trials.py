@@ -21,13 +21,14 @@ from .circumstances import (
     shown,
     stamps,
 )
-from .foreign import FORMS, KNOWN, UNKNOWN, mechanism
+from .foreign import FORMS, KNOWN, UNKNOWN
 from .foreign_page import LAST_COUNTED
-from .foreign_strengths import STRENGTHS
-from .foreign_trials import COUNTS, FOREIGN_PARTS, drawn_foreign, together
+from .foreign_trials import COUNTS, FOREIGN_PARTS, SECOND_PARTS, drawn_foreign, together
+from .forms import ALL_STRENGTHS, mechanism
 from .fresh import FRESH, drawn
 from .make_trial import find
 from .places import balance_of
+from .second import SECOND_KNOWN, SECOND_UNKNOWN
 from .settings import settings
 from .test_scores import answer
 from .trials import Trial
@@ -43,7 +44,7 @@ def of(part: str) -> list[Trial]:
 def test_each_part_has_its_trials_and_is_repeatable(part: str) -> None:
     trials = of(part)
     assert trials == of(part)
-    assert len(trials) == COUNTS[part] >= 60
+    assert len(trials) == COUNTS[part] >= (12 if part in SECOND_PARTS else 60)
     assert len({trial.key for trial in trials}) == len(trials)
     assert {trial.part for trial in trials} == {part}
     assert {trial.cylinder for trial in trials} == set(CYLINDERS)
@@ -59,6 +60,8 @@ def test_they_are_drawn_only_when_named() -> None:
 def test_every_form_is_hidden_and_the_right_kind_in_each_part() -> None:
     assert {trial.names[0] for trial in of('foreign')} == set(KNOWN)
     assert {trial.names[0] for trial in of('foreign_unknown')} == set(UNKNOWN)
+    assert {trial.names[0] for trial in of('second')} == set(SECOND_KNOWN)
+    assert {trial.names[0] for trial in of('second_unknown')} == set(SECOND_UNKNOWN)
     assert {trial.names[0] for trial in of('conditions')} == set(WRONG)
     assert all(not trial.names for trial in of('nuisance_none'))
     causes = {trial.names[0] for trial in of('nuisance')}
@@ -67,9 +70,9 @@ def test_every_form_is_hidden_and_the_right_kind_in_each_part() -> None:
 
 
 def test_strengths_are_within_their_ranges() -> None:
-    for trial in of('foreign') + of('foreign_unknown'):
+    for trial in [t for part in foreign_scores.ALONE for t in of(part)]:
         (name,) = trial.names
-        low, high = STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
+        low, high = ALL_STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
         assert low <= trial.secret.effects[name]['strength'] <= high
 
 
@@ -91,10 +94,10 @@ def test_nuisances_are_weak_and_of_other_mechanisms(part: str) -> None:
         assert 3 <= len(weak) <= 5
         for name in trial.names:
             if name in FORMS:  # in the stronger half
-                low, high = STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
+                low, high = ALL_STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
                 assert trial.secret.effects[name]['strength'] >= 0.999 * (low * high) ** 0.5
         for name in weak:
-            low = STRENGTHS[name][CYLINDERS.index(trial.cylinder)][0]
+            low = ALL_STRENGTHS[name][CYLINDERS.index(trial.cylinder)][0]
             share = trial.secret.effects[name]['strength'] / low
             assert 0.5 / 3.0 <= share <= 1.5 / 3.0
             if trial.names:
@@ -184,6 +187,12 @@ ANSWERS = [
         effects=['chamber_leak', 'position_dependent_friction'],
         least_visibility=5.0,
     ),
+    answer('second', ['inflow_heat'], 'effect', effects=['forced_convection'], cut=0.97),
+    answer('second', ['darcy_line'], 'effect', effects=['valve_lag'], cut=0.6),
+    answer('second', ['darcy_line'], 'effect', effects=['valve_lag'], visibility=1.0),
+    answer('second_unknown', ['side_volume'], 'unknown', balance='gas', cut=0.1),
+    answer('second_unknown', ['holding_magnet'], 'unknown', balance='gas', cut=0.1),
+    answer('second_unknown', ['warming_coil'], 'effect', effects=['valve_lag'], cut=0.1),
 ]
 EXPECTED = {
     'foreign_mechanism': (2 / 3, 3),
@@ -197,6 +206,10 @@ EXPECTED = {
     'conditions_named': (0.5, 2),
     'foreign_pairs_both': (1.0, 1),
     'triples_all': (0.0, 1),
+    'second_mechanism': (0.5, 2),
+    'second_cut': (pytest.approx(0.785), 2),
+    'second_unknown': (2 / 3, 3),
+    'second_balance': (0.5, 2),
 }
 
 
@@ -224,13 +237,15 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
     assert f'| `woschni_heat` | gas | {heat} | 1 of 1 | wall_heat_transfer |' in rows
     assert '| `detent` | force | - | 1 of 1 | unknown |' in rows
     assert '| `compressor_pulsation` | gas | - | 0 of 1 | unknown |' in rows
+    assert '| `darcy_line` | gas | line_lag, line_resistance | 0 of 1 | valve_lag |' in rows
+    assert '| `side_volume` | gas | - | 1 of 1 | unknown |' in rows
     worth = foreign_scores.by_verdict(ANSWERS)
     for row in (
         '`conditions` | 1 of 1',
-        '`effect` | 5 of 8',
+        '`effect` | 6 of 12',
         '`parameter` | 1 of 2',
         '`uncalibrated` | 1 of 1',
-        '`unknown` | 2 of 3',
+        '`unknown` | 4 of 5',
     ):
         assert f'| {row} |' in worth
 
@@ -245,7 +260,7 @@ def test_wrong_answers_have_a_kind_and_right_ones_a_draw() -> None:
         '`conditions` | another cause, no gap on the held-out recordings | 1 of 2 | `load_mass`',
     ):
         assert f'| {row} |' in kinds
-    assert kinds.count('\n| `') == 5
+    assert kinds.count('\n| `') == 7
     by_seed = foreign_misses.by_draw(drawn_from).splitlines()
     assert by_seed[2].startswith('| 60 | 1 of 2 |')
     assert by_seed[3].startswith('| 61 | 1 of 1 |')
@@ -273,7 +288,8 @@ def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
 
 
 def test_nothing_of_a_foreign_form_is_in_the_package() -> None:
-    for name in ('foreign', 'foreign_gas', 'foreign_force', 'foreign_sensors', 'circumstances'):
+    laws = [f'{of}{kind}' for of in ('foreign', 'second') for kind in ('', '_gas', '_force')]
+    for name in (*laws, 'foreign_sensors', 'second_sensors', 'forms', 'circumstances'):
         assert 'pneu_rig_ros' not in Path(__file__).with_name(f'{name}.py').read_text()
 
 
