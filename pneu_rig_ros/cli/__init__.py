@@ -8,11 +8,10 @@ from collections.abc import Sequence
 
 import click
 
-from pneu_rig_ros.cli import bags, exchange, models, run
+from pneu_rig_ros.cli import bags, exchange, models, options, run
 from pneu_rig_ros.cli.claims import claims
 from pneu_rig_ros.cli.diagnose import diagnose
 from pneu_rig_ros.cli.gap import gap
-from pneu_rig_ros.cli.options import examples
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 
 UNEXPECTED, ERROR, INTERRUPTED = 1, 2, 130
@@ -24,10 +23,46 @@ Ctrl-C or SIGTERM.
 SHELLS = ('bash', 'zsh', 'fish')
 
 
+@options.command(
+    'eval "$(pneu-rig completion bash)"       in this shell; in ~/.bashrc for every one',
+    'eval "$(pneu-rig completion zsh)"        in ~/.zshrc',
+    'pneu-rig completion fish | source        in ~/.config/fish/config.fish',
+)
+@click.argument('shell', type=click.Choice(SHELLS))
+@click.pass_context
+def completion(context: click.Context, shell: str) -> None:
+    """Print the script that makes a shell complete commands."""
+    from click.shell_completion import get_completion_class
+
+    script = get_completion_class(shell)
+    assert script is not None, f'click knows {shell}'
+    group = context.find_root().command
+    click.echo(script(group, {}, 'pneu-rig', '_PNEU_RIG_COMPLETE').source())
+
+
 @click.group(
+    commands=[
+        run.demo,
+        run.simulate,
+        models.sweep,
+        run.replay,
+        bags.info,
+        bags.view,
+        run.live,
+        bags.friction,
+        bags.repair,
+        claims,
+        models.effects,
+        exchange.import_,
+        exchange.export,
+        bags.compare,
+        diagnose,
+        gap,
+        completion,
+    ],
     invoke_without_command=True,
     context_settings={'help_option_names': ['-h', '--help'], 'max_content_width': 99},
-    epilog=examples(
+    epilog=options.examples(
         'pneu-rig demo                       the rig live over ROS 2, recorded and summarised',
         'pneu-rig simulate --duration 60     the same bag offline, many times faster',
         'pneu-rig sweep --u 0.3:0.6:31       strokes at 31 commands, one summary row each',
@@ -51,47 +86,6 @@ def command(context: click.Context) -> None:
     """Run the emulated pneumatic servo rig and analyse its recordings, in SI units."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
-
-
-@click.command(
-    epilog=examples(
-        'eval "$(pneu-rig completion bash)"       in this shell; in ~/.bashrc for every one',
-        'eval "$(pneu-rig completion zsh)"        in ~/.zshrc',
-        'pneu-rig completion fish | source        in ~/.config/fish/config.fish',
-    ),
-)
-@click.argument('shell', type=click.Choice(SHELLS))
-@click.pass_context
-def completion(context: click.Context, shell: str) -> None:
-    """Print the script that makes a shell complete commands."""
-    from click.shell_completion import get_completion_class
-
-    script = get_completion_class(shell)
-    assert script is not None, f'click knows {shell}'
-    group = context.find_root().command
-    click.echo(script(group, {}, 'pneu-rig', '_PNEU_RIG_COMPLETE').source())
-
-
-for _subcommand in (
-    run.demo,
-    run.simulate,
-    models.sweep,
-    run.replay,
-    bags.info,
-    bags.view,
-    run.live,
-    bags.friction,
-    bags.repair,
-    claims,
-    models.effects,
-    exchange.import_,
-    exchange.export,
-    bags.compare,
-    diagnose,
-    gap,
-    completion,
-):
-    command.add_command(_subcommand)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -15,11 +15,9 @@ if TYPE_CHECKING:
     from pneu_rig_ros.analysis.comparison import Comparison
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig info runs/2026-01-31_12-00-00_cylinder_2',
-        'pneu-rig info runs/BAG --json | jq .lost',
-    ),
+@options.command(
+    'pneu-rig info runs/2026-01-31_12-00-00_cylinder_2',
+    'pneu-rig info runs/BAG --json | jq .lost',
 )
 @options.bag_argument
 @options.json_option
@@ -51,12 +49,10 @@ def info(bag: Path, as_json: bool) -> None:
     output.print_table(('topic', 'type', '>messages', '>lost'), rows)
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig view runs/BAG                       writes BAG.html beside the bag',
-        'pneu-rig view runs/BAG --out stroke.html',
-        'pneu-rig view runs/BAG --from 12 --to 14.5   every sample of a part of a long bag',
-    ),
+@options.command(
+    'pneu-rig view runs/BAG                       writes BAG.html beside the bag',
+    'pneu-rig view runs/BAG --out stroke.html',
+    'pneu-rig view runs/BAG --from 12 --to 14.5   every sample of a part of a long bag',
 )
 @options.bag_argument
 @options.out_file(help='page to write; must not exist  [default: BAG.html]')
@@ -83,12 +79,10 @@ def view(
         output.print_values({'page': page})
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig friction runs/BAG',
-        'pneu-rig friction runs/BAG --csv friction.csv --png stroke.png',
-        'pneu-rig friction runs/BAG --json | jq .cycles[0].peak_friction',
-    ),
+@options.command(
+    'pneu-rig friction runs/BAG',
+    'pneu-rig friction runs/BAG --csv friction.csv --png stroke.png',
+    'pneu-rig friction runs/BAG --json | jq .cycles[0].peak_friction',
 )
 @options.bag_argument
 @click.option('--csv', type=options.NewFile(), metavar='FILE', help='write the signals as CSV')
@@ -143,11 +137,9 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
     output.print_values({'mean friction': f'{mean:.2f} N', **files})
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig repair runs/2026-01-31_12-00-00_cylinder_2',
-        'for bag in runs/*; do pneu-rig repair "$bag"; done',
-    ),
+@options.command(
+    'pneu-rig repair runs/2026-01-31_12-00-00_cylinder_2',
+    'for bag in runs/*; do pneu-rig repair "$bag"; done',
 )
 @options.bag_argument
 @options.output_options
@@ -180,12 +172,10 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
     terminal.print(f'the damaged file is kept: {report.cut_file}', style='dim')
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig compare runs/measured --model cylinder_2',
-        'pneu-rig compare runs/measured --model improved.yaml --out comparison.html',
-        'pneu-rig compare runs/monday --model runs/tuesday --json | jq .signals.position',
-    ),
+@options.command(
+    'pneu-rig compare runs/measured --model cylinder_2',
+    'pneu-rig compare runs/measured --model improved.yaml --out comparison.html',
+    'pneu-rig compare runs/monday --model runs/tuesday --json | jq .signals.position',
 )
 @click.argument('measured', type=options.PATH)
 @click.option(

@@ -21,14 +21,12 @@ if TYPE_CHECKING:
 STDOUT = '-'
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig claims',
-        'pneu-rig claims --html claims.html',
-        'pneu-rig claims --reading plainest --no-neighbours',
-        'pneu-rig claims --reading my_reading.yaml --json | jq .[].holds',
-    )
-    + '\b\nA reading is a YAML file with the values that differ from the shipped cylinders:\n'
+@options.command(
+    'pneu-rig claims',
+    'pneu-rig claims --html claims.html',
+    'pneu-rig claims --reading plainest --no-neighbours',
+    'pneu-rig claims --reading my_reading.yaml --json | jq .[].holds',
+    after='A reading is a YAML file with the values that differ from the shipped cylinders:\n'
     '  friction: {stop_velocity: 0.001 m/s, static_friction_reading: follows_clock}\n'
     '  operation: {rest_time: 900.0 s}\n',
 )

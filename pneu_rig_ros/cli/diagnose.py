@@ -25,15 +25,13 @@ OF_BALANCES = 'the balances of mass and force; to the RMSE, slips at another tim
 RANKING = ('candidate', 'kind', 'stage', '>remaining excess', '>probability', '')
 
 
-@click.command(
+@options.command(
+    'pneu-rig diagnose runs/a runs/b runs/c --model cylinder_1 --out answer',
+    'pneu-rig diagnose runs/a runs/b --verify runs/c --model rig.yaml --out answer',
+    'pneu-rig diagnose daq_*.csv --map map.yaml --model rig.yaml --out answer',
+    'pneu-rig diagnose bench_*.csv --map map.yaml --model chambers.yaml --out answer',
     cls=options.VariadicOptionCommand,
-    epilog=options.examples(
-        'pneu-rig diagnose runs/a runs/b runs/c --model cylinder_1 --out answer',
-        'pneu-rig diagnose runs/a runs/b --verify runs/c --model rig.yaml --out answer',
-        'pneu-rig diagnose daq_*.csv --map map.yaml --model rig.yaml --out answer',
-        'pneu-rig diagnose bench_*.csv --map map.yaml --model chambers.yaml --out answer',
-    )
-    + '\b\nThen:\n'
+    after='Then:\n'
     '  ros2 run pneu_rig_ros plant --ros-args -p cylinder:=answer/improved.yaml\n'
     '\b\nThe conditions of a bag are in its conditions.yaml, those of daq.csv beside it in\n'
     'daq.conditions.yaml:\n'

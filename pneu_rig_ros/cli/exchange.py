@@ -11,13 +11,11 @@ READING = 0.4
 """Share of an import that the reading of a table takes [-]."""
 
 
-@click.command(
-    'import',
-    epilog=options.examples(
-        'pneu-rig import daq.csv --map map.yaml --conditions cond.yaml --out runs/measured',
-        'pneu-rig import other_bag --map topics.yaml --cylinder cylinder_2 --out runs/measured',
-    )
-    + '\b\nA mapping names the columns (or their numbers, from 1) and their units:\n'
+@options.command(
+    'pneu-rig import daq.csv --map map.yaml --conditions cond.yaml --out runs/measured',
+    'pneu-rig import other_bag --map topics.yaml --cylinder cylinder_2 --out runs/measured',
+    name='import',
+    after='A mapping names the columns (or their numbers, from 1) and their units:\n'
     '  time: {column: "t [ms]", unit: ms}\n'
     '  position: {column: 5, unit: mm}\n'
     '  pressure_1: {column: p_cap, unit: bar, gauge: true}\n'
@@ -107,11 +105,9 @@ def import_(
     output.print_values({**rows, 'bag': out})
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig export runs/BAG --csv',
-        'pneu-rig export runs/BAG --parquet --out stroke.parquet',
-    ),
+@options.command(
+    'pneu-rig export runs/BAG --csv',
+    'pneu-rig export runs/BAG --parquet --out stroke.parquet',
 )
 @options.bag_argument
 @click.option('--csv', is_flag=True, help='write a CSV file')

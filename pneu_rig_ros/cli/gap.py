@@ -25,12 +25,10 @@ CLEAR = 1.5
 GAPS = ('signal', '>before', '>after', '>noise of two runs', 'unit', '>gap closed')
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig gap',
-        'pneu-rig gap --seed 7 --out runs/seven',
-        'pneu-rig gap --effect inclination',
-    ),
+@options.command(
+    'pneu-rig gap',
+    'pneu-rig gap --seed 7 --out runs/seven',
+    'pneu-rig gap --effect inclination',
 )
 @options.seed_option(help='seed of the effect and of the noise  [default: random]')
 @options.out_directory(help='directory to create  [default: runs/DATE_gap]')

@@ -25,12 +25,10 @@ PRINTED = 40
 """Strokes that are printed."""
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig effects',
-        'pneu-rig effects --json | jq .supply_droop.parameters',
-    )
-    + '\b\nAn effect is switched on in the YAML file of a rig:\n'
+@options.command(
+    'pneu-rig effects',
+    'pneu-rig effects --json | jq .supply_droop.parameters',
+    after='An effect is switched on in the YAML file of a rig:\n'
     '  effects: {supply_droop: {resistance: 2e9 Pa*s/kg}}\n',
 )
 @options.json_option
@@ -99,15 +97,13 @@ def _rows(data: dict[str, dict[str, Any]], describes: bool) -> Iterator[tuple[st
         yield name, effect['balance'].replace('_', ' '), description
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig sweep --u 0.3:0.6:31 --out table.csv',
-        'pneu-rig sweep --cylinder cylinder_1 --u 0.29,0.32 --supply-pressure 4e5:8e5:5',
-        'pneu-rig sweep --vary friction.stribeck_velocity=0.005:0.05:10 --json',
-        'pneu-rig sweep --vary chamber_leak.area_1=0:4e-9:9 --u 0.34',
-        'pneu-rig sweep --u 0.2:1:999 --load-mass 0:5:999 --scheduler tcp://host:8786 --json',
-    )
-    + '\b\nVALUES are a number, A,B,... or LOW:HIGH:COUNT, in SI units.\n',
+@options.command(
+    'pneu-rig sweep --u 0.3:0.6:31 --out table.csv',
+    'pneu-rig sweep --cylinder cylinder_1 --u 0.29,0.32 --supply-pressure 4e5:8e5:5',
+    'pneu-rig sweep --vary friction.stribeck_velocity=0.005:0.05:10 --json',
+    'pneu-rig sweep --vary chamber_leak.area_1=0:4e-9:9 --u 0.34',
+    'pneu-rig sweep --u 0.2:1:999 --load-mass 0:5:999 --scheduler tcp://host:8786 --json',
+    after='VALUES are a number, A,B,... or LOW:HIGH:COUNT, in SI units.\n',
 )
 @options.cylinder_option
 @options.friction_option

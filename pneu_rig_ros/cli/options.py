@@ -28,6 +28,14 @@ def examples(*lines: str) -> str:
     return '\b\nExamples:\n' + ''.join(f'  {line}\n' for line in lines)
 
 
+def command(
+    *lines: str, after: str = '', **settings: Any
+) -> Callable[[Callable[..., Any]], click.Command]:
+    """Return what makes a command whose help text ends with examples, and a text after them."""
+    more = f'\b\n{after}' if after else ''
+    return click.command(epilog=examples(*lines) + more, **settings)
+
+
 class Finite(click.types.FloatParamType):
     """A number that is neither infinite nor 'nan'."""
 
@@ -88,7 +96,9 @@ def together(*decorators: Callable[[Any], Any]) -> Callable[[Function], Function
     """Return what adds several options, in the order of the help text."""
 
     def add(function: Function) -> Function:
-        return functools.reduce(lambda wrapped, add: add(wrapped), decorators[::-1], function)
+        for decorator in reversed(decorators):
+            function = decorator(function)
+        return function
 
     return add
 

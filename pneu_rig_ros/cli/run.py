@@ -18,13 +18,11 @@ if TYPE_CHECKING:
     from pneu_rig_ros.demo import NodeProcess
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig demo',
-        'pneu-rig demo --cylinder cylinder_1 --u 0.29 --duration 30',
-        'pneu-rig demo --supply-pressure 7e5 --out runs/six_bar_gauge',
-    )
-    + '\b\nWatch it from another terminal with the printed ROS_DOMAIN_ID, e.g.:\n'
+@options.command(
+    'pneu-rig demo',
+    'pneu-rig demo --cylinder cylinder_1 --u 0.29 --duration 30',
+    'pneu-rig demo --supply-pressure 7e5 --out runs/six_bar_gauge',
+    after='Watch it from another terminal with the printed ROS_DOMAIN_ID, e.g.:\n'
     '  ros2 topic hz /joint_states\n',
 )
 @options.stroke_options
@@ -72,13 +70,11 @@ def demo(
     _summarise(path, path / 'stroke.png', as_json, quiet)
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig simulate',
-        'pneu-rig simulate --cylinder cylinder_3 --u 0.32 --duration 60 --out runs/c3',
-        'pneu-rig simulate --sensors ideal --friction lugre --png stroke.png',
-        'pneu-rig simulate --json | jq .cycle_count',
-    ),
+@options.command(
+    'pneu-rig simulate',
+    'pneu-rig simulate --cylinder cylinder_3 --u 0.32 --duration 60 --out runs/c3',
+    'pneu-rig simulate --sensors ideal --friction lugre --png stroke.png',
+    'pneu-rig simulate --json | jq .cycle_count',
 )
 @options.stroke_options
 @options.png_option
@@ -127,12 +123,10 @@ def _summarise(bag: Path, picture: Path | None, as_json: bool, quiet: bool) -> N
         output.print_summary(summarise(recording), files)
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig live                          a rig that runs already, e.g. by rig.launch.py',
-        'pneu-rig live --start cylinder_1       starts and stops a rig too',
-        'pneu-rig live --namespace left --port 8863',
-    ),
+@options.command(
+    'pneu-rig live                          a rig that runs already, e.g. by rig.launch.py',
+    'pneu-rig live --start cylinder_1       starts and stops a rig too',
+    'pneu-rig live --namespace left --port 8863',
 )
 @options.number_option(
     '--port', options.Whole(0, 65535), 8862, 'INTEGER', 'TCP port of the page; 0: any free one'
@@ -188,13 +182,11 @@ def _serve(port: int, namespace: str, browse: bool, nodes: list[NodeProcess]) ->
                 signal.signal(number, signal.SIG_IGN)
 
 
-@click.command(
-    epilog=options.examples(
-        'pneu-rig replay runs/BAG                     at the speed of the recording',
-        'pneu-rig replay runs/BAG --rate 5 --clock    five times as fast, with /clock',
-        'pneu-rig replay runs/BAG --exclude u         for a controller that publishes u itself',
-        'pneu-rig replay runs/BAG --topic friction --topic joint_states',
-    ),
+@options.command(
+    'pneu-rig replay runs/BAG                     at the speed of the recording',
+    'pneu-rig replay runs/BAG --rate 5 --clock    five times as fast, with /clock',
+    'pneu-rig replay runs/BAG --exclude u         for a controller that publishes u itself',
+    'pneu-rig replay runs/BAG --topic friction --topic joint_states',
 )
 @options.bag_argument
 @options.number_option(
