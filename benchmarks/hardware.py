@@ -21,11 +21,10 @@ import click
 
 from pneu_rig_ros.cli import command
 from pneu_rig_ros.cli.diagnose import show
-from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.executor import open_executor
-from pneu_rig_ros.report.diagnosis_page import spans_of
+from pneu_rig_ros.report.diagnosis_page import improved_of, spans_of
 from pneu_rig_ros.report.figure import save_png
 from pneu_rig_ros.report.improvement_figures import draw_improvement, runs_of
 from pneu_rig_ros.report.latent_figures import draw_latent, tracks_of
@@ -118,8 +117,7 @@ def repeat(bench: Bench, workers: int | None) -> str:
 
 def draw(bench: Bench, diagnosis: Diagnosis, data: dict[str, Any]) -> None:
     """Draw the latent input with the given model, and the last held-out recording."""
-    unchanged = diagnosis.verdict == CONSISTENT or diagnosis.improved == diagnosis.given
-    improved = None if unchanged else diagnosis.improved
+    improved = improved_of(diagnosis)
     tracks = tracks_of(diagnosis.training, diagnosis.given, improved)[bench.balance]
     latent = draw_latent(bench.balance, tracks, spans_of(data, bench.balance))
     comparison = diagnosis.held_out.aligned(diagnosis.improved, diagnosis.held_out.comparisons[-1])

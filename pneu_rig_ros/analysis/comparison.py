@@ -10,7 +10,6 @@ import numpy as np
 from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.metrics import (
     AnalysedRun,
-    Events,
     SignalGap,
     analyse_run,
     compare_signals,
@@ -83,15 +82,15 @@ class Comparison:
                 for name, gap in self.gaps.items()
             },
             'events': {
-                'measured': _events_to_dict(self.measured.events),
-                'model': _events_to_dict(self.simulated.events),
+                'measured': _events_to_dict(self.measured),
+                'model': _events_to_dict(self.simulated),
             },
         }
 
 
-def _events_to_dict(events: Events) -> dict[str, Any]:
-    cycles = [cycle.to_dict() for cycle in events.cycles]
-    return {'cycle_count': len(cycles), 'stroke_time': events.stroke_time, 'cycles': cycles}
+def _events_to_dict(run: AnalysedRun) -> dict[str, Any]:
+    cycles = [cycle.to_dict() for cycle in run.cycles]
+    return {'cycle_count': len(cycles), 'stroke_time': run.stroke_time, 'cycles': cycles}
 
 
 def compare_with_model(

@@ -5,7 +5,7 @@ Velocity and friction of both runs are estimated by the same filters, so that di
 of the runs and not of the filters.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -57,19 +57,6 @@ class SignalGap(NamedTuple):
         return float(np.sqrt(max(self.rmse**2 - (self.noise or 0.0) ** 2, 0.0)))
 
 
-class Events(NamedTuple):
-    """
-    Events of a run.
-
-    :param cycles: stick-slip cycles in the order of time
-    :param stroke_time: from the start until the piston has gone 98 % of the way to the end stop
-        ahead of it [s], None if it does not get there or the stroke is not known
-    """
-
-    cycles: tuple[Cycle, ...]
-    stroke_time: float | None
-
-
 class AnalysedRun(NamedTuple):
     """
     A recording with the signals and events derived from it.
@@ -77,12 +64,15 @@ class AnalysedRun(NamedTuple):
     :param recording: the run
     :param signals: name of `recording.SIGNALS` -> signal, shape (n,); without friction where the
         rig is not known, or the sampling too slow for its filter
-    :param events: its events
+    :param cycles: stick-slip cycles in the order of time
+    :param stroke_time: from the start until the piston has gone 98 % of the way to the end stop
+        ahead of it [s], None if it does not get there or the stroke is not known
     """
 
     recording: Recording
     signals: Mapping[str, Floats]
-    events: Events
+    cycles: Sequence[Cycle]
+    stroke_time: float | None
 
 
 def analyse_run(recording: Recording) -> AnalysedRun:
@@ -103,7 +93,7 @@ def analyse_run(recording: Recording) -> AnalysedRun:
     stroke = rig.model.cylinder.stroke if rig else None
     cycles = cycles_of(recording, signals.get('friction'))
     reached = stroke_time(recording.position, recording.interval, stroke)
-    return AnalysedRun(recording, signals, Events(tuple(cycles), reached))
+    return AnalysedRun(recording, signals, cycles, reached)
 
 
 def derived_signals(

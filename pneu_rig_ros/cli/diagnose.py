@@ -125,10 +125,11 @@ def show(data: dict[str, Any], out: Path) -> None:
     terminal.print(data['sentence'])
     how = 'from rest to rest' if data['gap']['free_run'] else 'along the measured motion'
     bags = ', '.join(data['gap']['bags'])
+    ranked = [(*one[:5], '<-' if one.chosen else '') for one in rows.ranking(data, MOST_RANKED)]
     tables: tuple[tuple[str, Sequence[str], Sequence[Sequence[str]]], ...] = (
         ('Balances', rows.BALANCES, rows.balance_rows(data, MOST_MISSING)),
         ('Significant residuals of the given model', rows.WHERE, rows.where_rows(data)),
-        ('Candidate explanations', RANKING, rows.ranking_texts(data, MOST_RANKED)),
+        ('Candidate explanations', RANKING, ranked),
         ('Changed and added parameters', rows.ADDED, rows.added_rows(data)),
         (f'RMSE {how} on {bags}', rows.GAPS, rows.gap_rows(data)),
         (f'RMSE in a free run on {bags}', rows.GAPS, rows.gap_rows(data, 'free_run')),

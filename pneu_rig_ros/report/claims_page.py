@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -42,7 +41,7 @@ from pneu_rig_ros.claims.trends import (
     starts,
     supplies,
 )
-from pneu_rig_ros.records.whole_files import atomic_write
+from pneu_rig_ros.report import page
 from pneu_rig_ros.report.figure import (
     BAR,
     BLUE,
@@ -55,7 +54,7 @@ from pneu_rig_ros.report.figure import (
     plain_name,
     time_panels,
 )
-from pneu_rig_ros.report.page import Drawing, draw_all, render
+from pneu_rig_ros.report.page import Drawing
 
 WIDTH = 9.6
 """Width of every figure [inch]."""
@@ -79,15 +78,6 @@ SHOWS = {
 """Number of a figure of the paper -> numbers of the statements that it shows; as on the page."""
 
 
-class Value(NamedTuple):
-    """One quantity of the reading: as text for each cylinder; whether a printed value changed."""
-
-    name: str
-    meaning: str
-    texts: tuple[str, ...]
-    printed: bool
-
-
 def write_page(
     path: Path,
     rows: Sequence[Row],
@@ -104,12 +94,14 @@ def write_page(
     :param progress: callback(number of figures drawn)
     :raises RigError: when the file cannot be written
     """
-    text = render(
+    return page.write(
+        path,
         'claims_page.html',
+        _drawings(laboratory),
+        progress,
         rows=rows,
         shares=shares,
         strokes=stroke_texts(laboratory),
-        pictures=draw_all(_drawings(laboratory), progress),
         shows=SHOWS,
         reading=laboratory.reading,
         values=_reading_table(laboratory),
@@ -118,19 +110,22 @@ def write_page(
         end_share=END_SHARE,
         longest_stroke=LONGEST_STROKE,
     )
-    return atomic_write(path, text)
 
 
-def _reading_table(laboratory: Laboratory) -> Iterator[Value]:
-    """Yield what the paper does not print, and what the reading changes of the printed."""
+def _reading_table(laboratory: Laboratory) -> Iterator[tuple[str, str, list[str], bool]]:
+    """
+    Yield what the paper does not print, and what the reading changes of the printed.
+
+    Name, meaning, text of the value for each cylinder, and whether a printed value changed.
+    """
     models = [laboratory.reading.model(name) for name in CYLINDERS]
     changed = printed_values_changed(laboratory.reading)
     for name in dict.fromkeys([*open_quantities(), *changed]):
         section, key = name.split('.')
         specification = SPECIFICATIONS[section][key]
         used = [getattr(getattr(model, section), key) for model in models]
-        texts = tuple(short_text(specification, value) for value in used)
-        yield Value(key, specification.description, texts, name in changed)
+        texts = [short_text(specification, value) for value in used]
+        yield key, specification.description, texts, name in changed
 
 
 def _drawings(laboratory: Laboratory) -> Iterator[Drawing]:

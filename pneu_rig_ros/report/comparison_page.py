@@ -2,19 +2,18 @@
 
 import itertools
 import statistics
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.analysis.comparison import SIMULATED, Comparison
-from pneu_rig_ros.analysis.metrics import Events
+from pneu_rig_ros.analysis.metrics import AnalysedRun
 from pneu_rig_ros.records.conditions import CONDITIONS
-from pneu_rig_ros.records.whole_files import atomic_write
+from pneu_rig_ros.report import page
 from pneu_rig_ros.report.figure import (
     BLUE,
     GREY,
@@ -26,7 +25,7 @@ from pneu_rig_ros.report.figure import (
     thinned,
     time_panels,
 )
-from pneu_rig_ros.report.page import Drawing, draw_all, render
+from pneu_rig_ros.report.page import Drawing
 
 COLOURS = (BLUE, ORANGE)
 """Of measured and simulated."""
@@ -46,7 +45,8 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
     measured, simulated = comparison.measured, comparison.simulated
     start, end = span or (0.0, measured.recording.duration)
     shown = [SIGNALS[name] for name in comparison.gaps]
-    figure, panels = _panels([f'{one.label}\n[{one.unit}]' for one in shown], start, end)
+    labels = [f'{one.label}\n[{one.unit}]' for one in shown]
+    figure, panels = time_panels((8.6, 1.75 * len(labels) + 0.6), labels, start, end)
     for axes, name, signal in zip(panels, comparison.gaps, shown, strict=True):
         for run, colour, width in zip((measured, simulated), COLOURS, (1.4, 1.0), strict=True):
             inside = slice(*np.searchsorted(run.recording.time, (start, end)))
@@ -55,7 +55,7 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
     curves = panels[0].get_lines()
     figure.legend(curves, ('measured', comparison.second), loc='outside upper right', ncols=2)
     for run, colour, height in zip((measured, simulated), COLOURS, (1.0, 0.93), strict=True):
-        times = [cycle.breakaway_time for cycle in run.events.cycles]
+        times = [cycle.breakaway_time for cycle in run.cycles]
         times = [time for time in times if start <= time <= end]
         if times:  # the layout fails on a line without points
             panels[0].plot(
@@ -76,7 +76,8 @@ def draw_differences(comparison: Comparison) -> Figure:
     recording = comparison.measured.recording
     units = {name: display(gap.unit) for name, gap in comparison.gaps.items()}
     labels = [f'{SIGNALS[name].label}\n[{unit}]' for name, (unit, _) in units.items()]
-    figure, panels = _panels(labels, 0.0, recording.duration)
+    size = (8.6, 1.75 * len(labels) + 0.6)
+    figure, panels = time_panels(size, labels, 0.0, recording.duration)
     for axes, (name, (_, scale)) in zip(panels, units.items(), strict=True):
         difference = comparison.simulated.signals[name] - comparison.measured.signals[name]
         time, values = thinned(recording.time, difference)
@@ -90,15 +91,15 @@ def draw_differences(comparison: Comparison) -> Figure:
 def draw_cycles(comparison: Comparison) -> Figure | None:
     """Return dwell, slip and friction peak of each cycle of both; None if neither has a cycle."""
     runs = comparison.measured, comparison.simulated
-    if not any(run.events.cycles for run in runs):
+    if not any(run.cycles for run in runs):
         return None
     figure = Figure(figsize=(8.6, 2.9), layout='constrained')
     columns = ('dwell', 'slip', 'peak_friction')
     for axes, name in zip(figure.subplots(1, 3), columns, strict=True):
         unit, scale = display(CYCLE_UNITS[name])
         for run, colour, marker in zip(runs, COLOURS, 'ov', strict=True):
-            times = [cycle.breakaway_time for cycle in run.events.cycles]
-            values = [scale * getattr(cycle, name) for cycle in run.events.cycles]
+            times = [cycle.breakaway_time for cycle in run.cycles]
+            values = [scale * getattr(cycle, name) for cycle in run.cycles]
             axes.plot(times, values, marker, color=colour, markersize=4.5, alpha=0.85)
         axes.set_ylabel(f'{plain_name(name)} [{unit}]')
         axes.set_xlabel('breakaway [s]')
@@ -110,17 +111,13 @@ def draw_cycles(comparison: Comparison) -> Figure | None:
 
 def detail(comparison: Comparison) -> tuple[float, float] | None:
     """Return from and to [s] of the first measured cycles, None where they are the whole run."""
-    cycles = comparison.measured.events.cycles
+    cycles = comparison.measured.cycles
     if len(cycles) <= CYCLES_IN_DETAIL:
         return None
     first, last = cycles[0], cycles[CYCLES_IN_DETAIL - 1]
     margin = 0.15 * (last.breakaway_time - first.breakaway_time)
     start = max(0.0, first.breakaway_time - 2 * margin)
     return start, min(last.breakaway_time + 3 * margin, comparison.measured.recording.duration)
-
-
-def _panels(labels: Sequence[str], start: float, end: float) -> tuple[Figure, list[Axes]]:
-    return time_panels((8.6, 1.75 * len(labels) + 0.6), labels, start, end)
 
 
 FIGURES = 4
@@ -153,22 +150,19 @@ OF_CYCLES = (
 
 def event_rows(comparison: Comparison) -> Iterator[tuple[str, ...]]:
     """Yield the events of the measured run and of the other one in a few numbers."""
-    both = comparison.measured.events, comparison.simulated.events
-    yield 'stick-slip cycles', *(str(len(events.cycles)) for events in both)
+    both = comparison.measured, comparison.simulated
+    yield 'stick-slip cycles', *(str(len(run.cycles)) for run in both)
     for what, name, statistic in OF_CYCLES:
-        yield what, *(_of_cycles(events, name, statistic) for events in both)
-    yield 'stroke time', *(_stroke_time(events) for events in both)
+        yield what, *(_of_cycles(run, name, statistic) for run in both)
+    times = (run.stroke_time for run in both)
+    yield 'stroke time', *('not reached' if time is None else f'{time:.2f} s' for time in times)
 
 
-def _of_cycles(events: Events, name: str, statistic: Callable[[list[float]], float]) -> str:
+def _of_cycles(run: AnalysedRun, name: str, statistic: Callable[[list[float]], float]) -> str:
     unit, scale = display(CYCLE_UNITS[name])
-    values = [scale * getattr(cycle, name) for cycle in events.cycles]
+    values = [scale * getattr(cycle, name) for cycle in run.cycles]
     known = [value for value in values if value == value]
     return f'{statistic(known):.3g} {unit}' if known else '-'
-
-
-def _stroke_time(events: Events) -> str:
-    return 'not reached' if events.stroke_time is None else f'{events.stroke_time:.2f} s'
 
 
 def condition_texts(comparison: Comparison) -> list[str]:
@@ -202,19 +196,19 @@ def write_page(
     :raises RigError: when the file cannot be written
     """
     runs = comparison.measured, comparison.simulated
-    text = render(
+    return page.write(
+        path,
         'comparison_page.html',
+        _drawings(comparison),
+        progress,
         comparison=comparison,
         signal_heads=SIGNAL_HEADS,
         signals=signal_rows(comparison),
         events=event_rows(comparison),
-        pairs=list(itertools.zip_longest(*(run.events.cycles for run in runs))),
+        pairs=list(itertools.zip_longest(*(run.cycles for run in runs))),
         conditions=condition_texts(comparison),
         note=ratio_note(comparison),
-        pictures=draw_all(_drawings(comparison), progress),
-        duration=comparison.measured.recording.duration,
     )
-    return atomic_write(path, text)
 
 
 def _drawings(comparison: Comparison) -> Iterator[Drawing]:

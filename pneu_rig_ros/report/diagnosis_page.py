@@ -15,6 +15,7 @@ from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report import diagnosis_rows as rows
+from pneu_rig_ros.report import page
 from pneu_rig_ros.report.dependence import Track
 from pneu_rig_ros.report.improvement_figures import (
     draw_improvement,
@@ -23,7 +24,7 @@ from pneu_rig_ros.report.improvement_figures import (
     runs_of,
 )
 from pneu_rig_ros.report.latent_figures import draw_latent, tracks_of
-from pneu_rig_ros.report.page import Drawing, draw_all, render
+from pneu_rig_ros.report.page import Drawing
 from pneu_rig_ros.rig import configuration_from_yaml
 
 MOST_RANKED = 12
@@ -60,20 +61,12 @@ def write_files(
     :raises RigError: when a file cannot be written, or a rig does not accept a fitted value
     """
     atomic_write(out / 'diagnosis.json', json.dumps(answer, indent=2, allow_nan=False) + '\n')
-    _write_page(out / 'report.html', diagnosis, answer, progress)
-    model = diagnosis.improved_system.to_yaml()
-    if diagnosis.system.rig is not None:
-        configuration_from_yaml(model, 'improved.yaml')
-    atomic_write(out / 'improved.yaml', model)
-
-
-def _write_page(
-    path: Path, diagnosis: Diagnosis, answer: rows.Answer, progress: Callable[[float], None]
-) -> None:
     drawings = list(_drawings(diagnosis, answer))
-    text = render(
+    page.write(
+        out / 'report.html',
         'diagnosis_page.html',
-        pictures=draw_all(drawings, lambda number: progress(number / len(drawings))),
+        drawings,
+        lambda number: progress(number / len(drawings)),
         answer=answer,
         rows=rows,
         balances=[(name, TITLES[name], *rest) for name, *rest in rows.balance_rows(answer)],
@@ -82,7 +75,10 @@ def _write_page(
         most_ranked=MOST_RANKED,
         sources={one['name']: library.load(one['name']).source for one in answer['effects']},
     )
-    atomic_write(path, text)
+    model = diagnosis.improved_system.to_yaml()
+    if diagnosis.system.rig is not None:
+        configuration_from_yaml(model, 'improved.yaml')
+    atomic_write(out / 'improved.yaml', model)
 
 
 def recorded(diagnosis: Diagnosis) -> Iterator[rows.Row]:
@@ -98,10 +94,15 @@ def recorded(diagnosis: Diagnosis) -> Iterator[rows.Row]:
             yield run.name, used, f'{run.size * run.interval:.1f} s', *conditions
 
 
+def improved_of(diagnosis: Diagnosis) -> Hypothesis | None:
+    """Return the improved hypothesis, None where it is that of the system as given."""
+    unchanged = diagnosis.verdict == CONSISTENT or diagnosis.improved == diagnosis.given
+    return None if unchanged else diagnosis.improved
+
+
 def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
     """Yield the figures in the order of the page."""
-    unchanged = diagnosis.verdict == CONSISTENT or diagnosis.improved == diagnosis.given
-    improved = None if unchanged else diagnosis.improved
+    improved = improved_of(diagnosis)
     yield from _latent_drawings(diagnosis, answer, improved)
     for effect in answer['effects']:
         if effect['shape'] is not None:

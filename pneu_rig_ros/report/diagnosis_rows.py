@@ -45,8 +45,8 @@ class Ranked(NamedTuple):
     kind: str
     stage: str
     gap_left: str
-    left: float | None
     probability: str
+    left: float | None
     chosen: bool
 
 
@@ -76,9 +76,12 @@ def balance_rows(answer: Answer, most: int = 100) -> list[Row]:
             missing = one['why'].split(', ')
             more = f' and {len(missing) - most} more' if len(missing) > most else ''
             state = f'closed: no {", ".join(missing[:most])}{more}'
-        left = NOT_KNOWN if one['left'] is None else f'{one["left"]:.0%}'
-        rows.append((one['name'], state, left))
+        rows.append((one['name'], state, _share(one['left'])))
     return rows
+
+
+def _share(value: float | None, absent: str = NOT_KNOWN) -> str:
+    return absent if value is None else f'{value:.0%}'
 
 
 def where_rows(answer: Answer) -> list[Row]:
@@ -113,14 +116,10 @@ def ranking(answer: Answer, most: int) -> list[Ranked]:
     """Return the best candidates, the answer first."""
     rows = []
     for one in answer['candidates'][:most]:
-        left = one['gap_left']
+        left, likely = one['gap_left'], _share(one['probability'], '')
         stage = 'screened' if one['stage'] == 'screened' else 'fitted'
-        name = ' + '.join(one['names'])
-        likely = one['probability']
-        stated = '' if likely is None else f'{likely:.0%}'
-        kind = _kind(one['names'])
-        share = NOT_KNOWN if left is None else f'{left:.0%}'
-        rows.append(Ranked(name, kind, stage, share, left, stated, one['chosen']))
+        what = ' + '.join(one['names']), _kind(one['names']), stage
+        rows.append(Ranked(*what, _share(left), likely, left, one['chosen']))
     return rows
 
 
@@ -130,14 +129,6 @@ def _kind(names: Sequence[str]) -> str:
         for name in names
     }
     return 'mixed' if len(kinds) > 1 else kinds.pop() + ('s' if len(names) > 1 else '')
-
-
-def ranking_texts(answer: Answer, most: int) -> list[Row]:
-    """Return the best candidates as texts, an arrow beside the one that was chosen."""
-    return [
-        (one.name, one.kind, one.stage, one.gap_left, one.probability, '<-' if one.chosen else '')
-        for one in ranking(answer, most)
-    ]
 
 
 def added_rows(answer: Answer) -> list[Row]:

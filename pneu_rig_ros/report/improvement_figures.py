@@ -1,9 +1,8 @@
 """Figures of held-out runs: measured, and simulated before and after."""
 
 import contextlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -81,21 +80,20 @@ def runs_of(
     :param free: whether the simulation of a rig is started once only
     """
     run = comparison.run
-    simulate: Callable[[Hypothesis, Comparison], dict[str, Floats]]
-    if comparison.free:
-        simulate = partial(_of_rig, free=free)
-        measured = dict(zip(SIGNALS, (run.position[1:], *run.pressures[1:].T), strict=True))
-    else:
-        simulate, measured = along_the_motion, open_signals(run)
+    readings = run.position[1:], *run.pressures[1:].T
+    measured = dict(zip(SIGNALS, readings, strict=True)) if comparison.free else open_signals(run)
     signals = {MEASURED: measured}
     for name, hypothesis in ((GIVEN, given), (IMPROVED, improved)):
-        with contextlib.suppress(RigError):  # a simulation that fails
-            signals |= {} if hypothesis is None else {name: simulate(hypothesis, comparison)}
+        if hypothesis is not None:
+            with contextlib.suppress(RigError):  # a simulation that fails
+                signals[name] = _simulated(hypothesis, comparison, free)
     time: Floats = run.begin + run.interval * np.arange(1.0, run.size)
     return Traces(time, run.position[1:], signals)
 
 
-def _of_rig(hypothesis: Hypothesis, comparison: Comparison, free: bool) -> dict[str, Floats]:
+def _simulated(hypothesis: Hypothesis, comparison: Comparison, free: bool) -> dict[str, Floats]:
+    if not comparison.free:
+        return along_the_motion(hypothesis, comparison)
     simulated = MultipleShooting(comparison).simulate(hypothesis, free)
     return dict(zip(SIGNALS, simulated.T, strict=True))
 
@@ -243,12 +241,8 @@ def _draw_curves(
     axes: Axes, name: str, measured: AnalysedRun, models: Sequence[AnalysedRun]
 ) -> None:
     signal, filtered = SHOWN[name], name == 'friction'
-    styles = (
-        (measured, BLUE, 4.5, 0.4),
-        (models[0], ORANGE, 1.0, 1.0),
-        (models[1], GREEN, 1.0, 1.0),
-    )
-    for run, colour, width, alpha in styles:
+    styles = (BLUE, 4.5, 0.4), (ORANGE, 1.0, 1.0), (GREEN, 1.0, 1.0)
+    for run, (colour, width, alpha) in zip((measured, *models), styles, strict=True):
         values = signal.scale * run.signals[name]
         if filtered:
             values = smoothed(values, run.recording.interval)

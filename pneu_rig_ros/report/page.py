@@ -4,6 +4,7 @@ import base64
 import io
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
@@ -11,6 +12,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.records.description import git_revision
+from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.figure import STYLE
 from pneu_rig_ros.web import environment
 
@@ -31,33 +33,31 @@ class Drawing(NamedTuple):
     key: str = ''
 
 
-class Picture(NamedTuple):
-    """A figure on a page; ``address`` is its data URI."""
-
-    title: str
-    caption: str
-    address: str
-    key: str
-
-
-def draw_all(drawings: Iterable[Drawing], progress: Callable[[int], None]) -> list[Picture]:
+def write(
+    path: Path,
+    template: str,
+    drawings: Iterable[Drawing],
+    progress: Callable[[int], None],
+    **content: Any,
+) -> Path:
     """
-    Return the figures in which there is something to be seen.
+    Write a page.
 
+    :param template: file in the folder of this module, which extends ``page.html``
+    :param drawings: the template gets those in which there is something to be seen as
+        ``pictures``, with the data URI of each as its ``address``
     :param progress: callback(number of figures drawn)
+    :param content: what else the template gets, beside version and revision
+    :raises RigError: when the file cannot be written
     """
     pictures = []
     for number, one in enumerate(drawings, start=1):
         if (figure := one.draw()) is not None:
-            pictures.append(Picture(one.title, one.caption, data_address(figure), one.key))
+            pictures.append({**one._asdict(), 'address': data_address(figure)})
         progress(number)
-    return pictures
-
-
-def render(template: str, **content: Any) -> str:
-    """Return a page; templates extend ``page.html``, and get version and revision too."""
-    page = _TEMPLATES.get_template(template)
-    return page.render(**content, version=version('pneu_rig_ros'), revision=git_revision())
+    content |= {'version': version('pneu_rig_ros'), 'revision': git_revision()}
+    text = _TEMPLATES.get_template(template).render(pictures=pictures, **content)
+    return atomic_write(path, text)
 
 
 def data_address(figure: Figure) -> str:

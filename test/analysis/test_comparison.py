@@ -90,9 +90,9 @@ def test_model_that_made_a_run_repeats_it(ideal: RigConfiguration, record: Recor
     assert gaps['position'].largest < 7.3e-5  # a step of the rig's sensor: a slip comes at once
     assert gaps['pressure_1'].rmse < 20.0
     assert gaps['friction'].rmse < 0.05
-    dwells = [cycle.dwell for cycle in measured.events.cycles]
-    assert [cycle.dwell for cycle in again.events.cycles] == pytest.approx(dwells, abs=3e-3)
-    assert len(measured.events.cycles) > 2
+    dwells = [cycle.dwell for cycle in measured.cycles]
+    assert [cycle.dwell for cycle in again.cycles] == pytest.approx(dwells, abs=3e-3)
+    assert len(measured.cycles) > 2
 
 
 @pytest.mark.parametrize(('sensors', 'vented'), [('rig', True), ('ideal', False)])

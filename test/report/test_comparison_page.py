@@ -57,7 +57,7 @@ def test_page_is_whole_and_needs_nothing_else(comparison: Comparison, tmp_path: 
     assert 'a &lt;model&gt;' in text
     for signal, rmse, *_ in signal_rows(comparison):
         assert f'<td>{signal}</td><td class="number">{rmse}</td>' in text
-    for cycle in comparison.measured.events.cycles:
+    for cycle in comparison.measured.cycles:
         assert f'{cycle.breakaway_time:.3f}' in text
     assert list(tmp_path.iterdir()) == [tmp_path / 'page.html']
 
@@ -96,7 +96,7 @@ def test_conditions_are_those_of_the_bag(bag: Path) -> None:
     values = comparison.conditions
     assert (values['load_mass'], values['supply_pressure']) == (0.2, 4e5)
     assert set(values) <= set(comparison.measured.recording.conditions)
-    assert len(comparison.measured.events.cycles) == len(comparison.simulated.events.cycles)
+    assert len(comparison.measured.cycles) == len(comparison.simulated.cycles)
 
 
 def test_bag_without_voltages_drives_no_model(bag: Path, tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_thinned_curve_keeps_every_extreme() -> None:
 def test_detail_holds_the_first_cycles(comparison: Comparison) -> None:
     span = detail(comparison)
     assert span is not None
-    times = [cycle.breakaway_time for cycle in comparison.measured.events.cycles]
+    times = [cycle.breakaway_time for cycle in comparison.measured.cycles]
     assert span[0] < times[0]
     assert times[2] < span[1] < comparison.measured.recording.duration + 1e-9
 
