@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / 'docs' / 'hardware.md'
 BLOCK = re.compile(
     r'```\nD=(?P<data>\S+)\n(?P<command>pneu-rig diagnose .*?)\n```\n\n'
-    r'<!-- (?P<name>\w+): (?P<balance>\w+) -->\n(?P<output>.*?)<!-- end -->',
+    r'<!-- (?P<name>\w+): (?P<balance>\w+) -->\n',
     re.DOTALL,
 )
 CALIBRATED = {'seal_calibration': ROOT / 'config' / 'systems' / 'seal_O-ring257_calibrated.yaml'}
@@ -75,7 +75,7 @@ def main() -> None:
     arguments = parser.parse_args()
     os.chdir(ROOT)
     for name in arguments.names or known:
-        update(known[name].name, repeat(known[name], arguments.workers))
+        update(name, repeat(known[name], arguments.workers))
 
 
 def benches() -> list[Bench]:
@@ -100,7 +100,7 @@ def repeat(bench: Bench, workers: int | None) -> str:
         .params
     )
     settings = {name: options[name] for name in ('bags', 'model', 'verify', 'mapping', 'seed')}
-    with open_executor(workers, None) as executor:
+    with open_executor(workers) as executor:
         diagnosis = diagnose(**settings, without=options['without'], executor=executor)
     data = answer(diagnosis)
     if bench.name in CALIBRATED:
@@ -134,9 +134,7 @@ def picture(name: str, kind: str) -> Path:
 def update(name: str, printed: str) -> None:
     """Put the output of a bench into the page, and its figures where they are drawn."""
     lines = [line.rstrip() for line in printed.splitlines()]
-    kept = [
-        line for line in lines if line.split(maxsplit=1)[:1] not in [[word] for word in LEFT_OUT]
-    ]
+    kept = [line for line in lines if not line or line.split()[0] not in LEFT_OUT]
     wrapped = [part for line in kept for part in (textwrap.wrap(line, WIDTH) or [''])]
     parts = ['```text\n' + '\n'.join(wrapped).strip() + '\n```']
     parts += [
@@ -144,16 +142,15 @@ def update(name: str, printed: str) -> None:
         for kind, caption in CAPTIONS.items()
         if picture(name, kind).exists()
     ]
-    text = '\n\n'.join(parts)
+    put(name, '\n\n'.join(parts))
 
-    def put(match: re.Match[str]) -> str:
-        if match['name'] != name:
-            return match[0]
-        begin, end = (match.start('output') - match.start(), match.end('output') - match.start())
-        return f'{match[0][:begin]}\n{text}\n\n{match[0][end:]}'
 
+def put(name: str, text: str) -> None:
+    """Put a text into the page, after the comment that begins with a name."""
+    block = re.compile(rf'(<!-- {name}\b.*? -->\n).*?(<!-- end -->)', re.DOTALL)
     page = PAGE.read_text(encoding='utf-8')
-    PAGE.write_text(BLOCK.sub(put, page), encoding='utf-8')
+    page = block.sub(lambda match: f'{match[1]}\n{text}\n\n{match[2]}', page)
+    PAGE.write_text(page, encoding='utf-8')
 
 
 if __name__ == '__main__':

@@ -5,13 +5,11 @@ Repeat the table of docs/hardware.md on seals with one pressure held out after t
 fourth, and writes the table into the page.
 """
 
+import itertools
 import math
-import re
-from collections.abc import Iterator
-from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.hardware import PAGE, ROOT
+from benchmarks.hardware import ROOT, put
 from pneu_rig_ros.diagnosis.answer.improvement import signal_tables
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
@@ -26,7 +24,6 @@ HEAD = (
     '| seal | held out | given [N] | improved [N] | repeatability [N] | closed | named |',
     '| --- | --- | --- | --- | --- | --- | --- |',
 )
-TABLE = re.compile(r'(<!-- held_out_pressures -->\n).*?(<!-- end -->)', re.DOTALL)
 
 
 class Row(NamedTuple):
@@ -68,16 +65,9 @@ def _above(rmse: float, pressure: int) -> float:
     return max(rmse**2 - REPEATABILITY[pressure] ** 2, 0.0)
 
 
-def measured(executor: Executor) -> Iterator[Row]:
-    """Yield the diagnoses of each seal with each pressure held out."""
-    for seal in SEALS:
-        files = {each: DATA / f'{seal}_{each}bar.csv' for each in REPEATABILITY}
-        for pressure in REPEATABILITY:
-            yield diagnosed(seal, pressure, files, executor)
-
-
-def diagnosed(seal: str, pressure: int, files: dict[int, Path], executor: Executor) -> Row:
+def diagnosed(seal: str, pressure: int, executor: Executor) -> Row:
     """Return the diagnosis of a seal at all pressures but one [bar]."""
+    files = {each: DATA / f'{seal}_{each}bar.csv' for each in REPEATABILITY}
     diagnosis = diagnose(
         [file for each, file in files.items() if each != pressure],
         SYSTEMS / f'seal_{seal}.yaml',
@@ -93,18 +83,16 @@ def diagnosed(seal: str, pressure: int, files: dict[int, Path], executor: Execut
 
 def main() -> None:
     """Diagnose, and write the table into the page."""
-    with open_executor(None, None) as executor:
-        rows = []
-        for row in measured(executor):
-            print(row.text, flush=True)
-            rows.append(row)
+    rows = []
+    with open_executor(None) as executor:
+        for seal, pressure in itertools.product(SEALS, REPEATABILITY):
+            rows.append(diagnosed(seal, pressure, executor))
+            print(rows[-1].text, flush=True)
     lines = [*HEAD, *(row.text for row in rows)]
     for seal in SEALS:
         own = [row for row in rows if row.seal == seal]
         lines.append(f'| {seal} | all | | | | {closed(own)} | |')
-    text = '\n'.join(lines)
-    page = PAGE.read_text(encoding='utf-8')
-    PAGE.write_text(TABLE.sub(rf'\g<1>\n{text}\n\n\g<2>', page), encoding='utf-8')
+    put('held_out_pressures', '\n'.join(lines))
 
 
 if __name__ == '__main__':

@@ -71,16 +71,12 @@ def run(seconds: float = 60.0) -> dict[str, Any]:
     separate = measure(SEPARATE, seconds)
     composed = measure(COMPOSED, seconds)
     results: dict[str, Any] = separate._asdict()
-    results['composed_rate_hz'] = composed.rate_hz
-    results['composed_missed'] = composed.missed
-    results['composed_lost'] = composed.lost
-    results['composed_cpu_percent'] = composed.cpu_percent
-    results['composed_tick_error_p99_ms'] = composed.tick_error_p99_ms
+    for name in ('rate_hz', 'missed', 'lost', 'cpu_percent', 'tick_error_p99_ms'):
+        results[f'composed_{name}'] = getattr(composed, name)
     if realtime_permitted():
         urgent = measure(SEPARATE, seconds, priority=PRIORITY)
-        results['realtime_tick_error_p50_ms'] = urgent.tick_error_p50_ms
-        results['realtime_tick_error_p99_ms'] = urgent.tick_error_p99_ms
-        results['realtime_tick_error_max_ms'] = urgent.tick_error_max_ms
+        for name in ('tick_error_p50_ms', 'tick_error_p99_ms', 'tick_error_max_ms'):
+            results[f'realtime_{name}'] = getattr(urgent, name)
     results['max_rate_hz'] = highest_rate()
     return results
 

@@ -25,8 +25,8 @@ PRESSURE_RANGE = 1e6
 TOLERANCES = tuple(10.0 ** (-0.5 * half) for half in range(8, 21))
 """Tried from loose to tight, 1e-4 to 1e-10, until the error is as wanted."""
 PEERS: dict[str, Callable[[float], peers.Solve]] = {
-    'LSODA': lambda tolerance: peers.scipy_solver('LSODA', tolerance),
-    'Radau': lambda tolerance: peers.scipy_solver('Radau', tolerance),
+    'LSODA': partial(peers.scipy_solver, 'LSODA'),
+    'Radau': partial(peers.scipy_solver, 'Radau'),
     'CVODE': peers.cvode_solver,
 }
 
@@ -51,7 +51,7 @@ class Stroke(NamedTuple):
 
 
 def run(progress: Progress) -> dict[str, Any]:
-    """Run all offline benchmarks; return figures that ``page.table`` prints."""
+    """Run all offline benchmarks; return figures that ``__main__.table`` prints."""
     bar = progress.add_task('strokes at equal error', total=len(STROKES) * (2 + len(PEERS)))
     strokes = {}
     for name in STROKES:

@@ -17,8 +17,7 @@ from __future__ import annotations
 import itertools
 import json
 import time
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -205,7 +204,7 @@ def search(
     while len(drawn) < FULL or time.monotonic() - begin < RANDOM_SHARE * seconds:
         drawn.append(measure(rng.random(size), cylinder, choice, cheap=True, ignored=ignored))
     drawn.sort(key=lambda outcome: outcome.loss)
-    whole = measure_robustly if robust else partial(measure, cheap=False, conditions=None)
+    whole: Callable[..., Outcome] = measure_robustly if robust else measure
     full = [whole(outcome.place, cylinder, choice, ignored=ignored) for outcome in drawn[:FULL]]
     best, count = min(full, key=lambda outcome: outcome.loss), len(drawn) + FULL
     evolution = cma.CMAEvolutionStrategy(best.place, SPREAD, {'seed': seed, 'verbose': -9})
@@ -213,10 +212,8 @@ def search(
         asked = evolution.ask()
         outcomes = [whole(place, cylinder, choice, ignored=ignored) for place in asked]
         evolution.tell(asked, [outcome.loss for outcome in outcomes])
-        best, count = (
-            min([best, *outcomes], key=lambda outcome: outcome.loss),
-            count + len(outcomes),
-        )
+        best = min([best, *outcomes], key=lambda outcome: outcome.loss)
+        count += len(outcomes)
     return best, count
 
 

@@ -29,7 +29,8 @@ from pneu_rig_ros.model.dynamics import (
 from pneu_rig_ros.model.plant import Plant
 
 Array = NDArray[np.float64]
-Rates = Callable[[float, Array], Array]
+Into = Callable[[float, Array, Array, Array], None]
+"""Takes time, state, where the values go, and memory."""
 Solve = Callable[['Problem', float, Array, Array], tuple[Array, Array, float, Array, int]]
 
 BREAKAWAY, ARREST, TOUCH, RELEASE = range(4)
@@ -43,42 +44,17 @@ class Problem(NamedTuple):
     resting: Array
     initial: Array
     scale: Array
-    rates: Rates
-    rates_into: Callable[[float, Array, Array], None]
-    signs: Callable[[float, Array], Array]
-    signs_into: Callable[[float, Array, Array], None]
-    auxiliary: Rates
+    rates: Into
+    signs: Into
+    auxiliary: Callable[[float, Array, Array], Array]
 
 
 def problem(plant: Plant, voltages: tuple[float, float]) -> Problem:
     """Return the stroke of a plant from rest, without effects and with one bristle element."""
     carry = plant.initial_integrator_state()
     model, memory = compiled_model(plant.model), carry.memory
-    into, signs_into, auxiliary = _callbacks(plant.right_hand_side, model, voltages)
-    size = plant.state_size
-
-    def rates(t: float, y: Array) -> Array:
-        rate = np.empty(size)
-        into(t, y, rate, memory)
-        return rate
-
-    def signs(t: float, y: Array) -> Array:
-        values = np.empty(4)
-        signs_into(t, y, values, memory)
-        return values
-
-    return Problem(
-        model,
-        memory,
-        memory.copy(),
-        carry.y1.copy(),
-        carry.scale,
-        rates,
-        lambda t, y, rate: into(t, y, rate, memory),
-        signs,
-        lambda t, y, values: signs_into(t, y, values, memory),
-        lambda t, y: auxiliary(t, y, memory),
-    )
+    callbacks = _callbacks(plant.right_hand_side, model, voltages)
+    return Problem(model, memory, memory.copy(), carry.y1.copy(), carry.scale, *callbacks)
 
 
 def _callbacks(rhs: Callable[..., None], model: CompiledModel, voltages: Any) -> Any:
@@ -121,7 +97,7 @@ def carry_out(event: int, t: float, y: Array, task: Problem) -> None:
     memory = task.memory
     resting = memory[STICKING] != 0.0
     if event == BREAKAWAY:
-        grown = float(task.auxiliary(t, y)[GROWN_STATIC])
+        grown = float(task.auxiliary(t, y, memory)[GROWN_STATIC])
         events.break_away(t, memory, grown, task.model.friction)
     elif event == ARREST or (event == TOUCH and not resting):
         events.enter_rest(t, memory, task.model.friction)
@@ -139,9 +115,16 @@ def scipy_solver(method: str, tolerance: float) -> Solve:
     def solve(
         task: Problem, t: float, y: Array, samples: Array
     ) -> tuple[Array, Array, float, Array, int]:
+        def rates(time: float, state: Array) -> Array:
+            rate = np.empty(len(state))
+            task.rates(time, state, rate, task.memory)
+            return rate
+
         def guard(index: int) -> Any:
             def value(time: float, state: Array) -> float:
-                return float(task.signs(time, state)[index])
+                values = np.empty(4)
+                task.signs(time, state, values, task.memory)
+                return float(values[index])
 
             value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
             return value
@@ -149,7 +132,7 @@ def scipy_solver(method: str, tolerance: float) -> Solve:
         # SciPy's step for the numerical Jacobian overflows harmlessly where a column is zero
         with np.errstate(over='ignore'):
             solution = solve_ivp(
-                task.rates,
+                rates,
                 (t, samples[-1]),
                 y,
                 method=method,
@@ -175,10 +158,10 @@ def cvode_solver(tolerance: float) -> Solve:
         task: Problem, t: float, y: Array, samples: Array
     ) -> tuple[Array, Array, float, Array, int]:
         def rates(time: float, state: Array, rate: Array) -> None:
-            task.rates_into(time, state, rate)
+            task.rates(time, state, rate, task.memory)
 
         def signs(time: float, state: Array, values: Array) -> None:
-            task.signs_into(time, state, values)
+            task.signs(time, state, values, task.memory)
 
         signs.terminal, signs.direction = [True] * 4, [-1] * 4  # type: ignore[attr-defined]
         solver = CVODE(

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import page as figures
-from benchmarks.__main__ import RESULTS
+from benchmarks.__main__ import PAGE, RESULTS, table
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.records.topics import TOPICS
 
@@ -23,7 +22,7 @@ def test_topics_named_in_the_readme_exist() -> None:
 
 def test_figures_are_those_of_the_last_bench() -> None:
     results = json.loads(RESULTS.read_text())
-    assert figures.table(results) in figures.PAGE.read_text()
+    assert table(results) in PAGE.read_text()
     text, live = ' '.join(README.split()), results['live']
     assert f'{results["realtime_factor"]:.0f} simulated seconds per second' in text
     assert f'{results["speedup_vs_best_peer"]:.1f} times the best of' in text
