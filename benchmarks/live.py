@@ -9,10 +9,10 @@ import json
 import os
 import sys
 import tempfile
-import threading
 import time
 from collections import Counter
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -99,11 +99,8 @@ def _holds(rate: float) -> bool:
 
 def realtime_permitted() -> bool:
     """Return whether this user may run under SCHED_FIFO."""
-    trouble: list[str | None] = []
-    attempt = threading.Thread(target=lambda: trouble.append(claim_realtime_priority(PRIORITY)))
-    attempt.start()
-    attempt.join()
-    return trouble == [None]
+    with ThreadPoolExecutor() as thread:  # which has the priority, not this one
+        return thread.submit(claim_realtime_priority, PRIORITY).result() is None
 
 
 def measure(nodes: Sequence[str], seconds: float, priority: int = 0, interval_ns: int = 0) -> Run:

@@ -9,6 +9,7 @@ import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance
 from pneu_rig_ros.analysis.metrics import (
+    LEAST_SAMPLES,
     AnalysedRun,
     SignalGap,
     analyse_run,
@@ -29,9 +30,6 @@ from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import IDEAL, near_zero, sensor_noise
 from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
-LEAST_OVERLAP = 4
-"""Samples that two runs must share."""
-
 INITIAL_TIME = 0.01
 """Length of the readings whose mean is the initial position [s]."""
 
@@ -47,7 +45,6 @@ class Comparison:
     :param measured: the first bag
     :param simulated: the model's run, or the second bag
     :param gaps: signal -> error metrics
-    :param noise: signal -> standard deviation of the measured one, {} where it is not known
     :param shift: delay of the second run's time [s], 0 for a model
     :param conditions: name -> value used [SI]; those that the first bag lacks are the model's
     :param second: label of the second run
@@ -56,7 +53,6 @@ class Comparison:
     measured: AnalysedRun
     simulated: AnalysedRun
     gaps: Mapping[str, SignalGap]
-    noise: Mapping[str, float]
     shift: float
     conditions: Mapping[str, float]
     second: str
@@ -219,7 +215,7 @@ def resample_overlap(
     time = measured.time + shift
     last = other.time[-1] + 0.5 * min(measured.interval, other.interval)
     inside = np.flatnonzero((time >= -0.5 * other.interval) & (time <= last))
-    if inside.size < LEAST_OVERLAP:
+    if inside.size < LEAST_SAMPLES:
         raise RigError(
             f'{measured.name} and {other.name} do not overlap when the second is shifted by '
             f'{-shift:g} s'
@@ -245,7 +241,7 @@ def _comparison(
     levels = {} if noise is None else signal_noise(*noise, measured.interval, balance)
     sides = analyse_run(measured), analyse_run(simulated)
     gaps = compare_signals(sides[0].signals, sides[1].signals, levels)
-    return Comparison(*sides, gaps, levels, shift, used, second)
+    return Comparison(*sides, gaps, shift, used, second)
 
 
 def _rig(recording: Recording) -> RigConfiguration | None:

@@ -1,4 +1,4 @@
-"""What is measured on a stroke, what a finding, a statement and a row are, and trends."""
+"""What a finding, a statement and a row are, what is measured on a stroke, and margins."""
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,6 +17,88 @@ A sticking phase with more travel than this creeps [m].
 
 Seven steps of the position sensor; a bristle of 1e5 N/m bends by 0.2 mm under F_smax.
 """
+LONGEST_LINE = 8
+"""Values in a line of text; further ones are left to the page."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    One thing that a statement says.
+
+    :param says: what
+    :param measured: the numbers measured
+    :param margin: how far they are inside (positive) or outside of what is said, as a share of
+        it [-]; NaN when there is nothing to measure
+    """
+
+    says: str
+    measured: str
+    margin: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is so."""
+        return bool(self.margin >= 0.0)
+
+    @property
+    def clipped_margin(self) -> float:
+        """Margin within -1 to 1, -1 when there is nothing to measure [-]."""
+        return float(np.clip(self.margin, -1.0, 1.0)) if self.margin == self.margin else -1.0
+
+
+@dataclass(frozen=True)
+class Statement:
+    """
+    One statement of the paper.
+
+    :param number: of the statement, from 1
+    :param text: what the paper says, in a sentence
+    :param measure: carries out the experiments and yields the findings
+    """
+
+    number: int
+    text: str
+    measure: Callable[[Laboratory], Iterable[Finding]]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A statement measured under one reading."""
+
+    statement: Statement
+    findings: tuple[Finding, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether all findings hold."""
+        return all(finding.holds for finding in self.findings)
+
+    @property
+    def tightest(self) -> Finding:
+        """The finding with the least margin."""
+        return min(self.findings, key=lambda finding: finding.clipped_margin)
+
+
+def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> str:
+    """
+    Return a table with verdict and tightest finding of each statement.
+
+    :param rows: statements, measured
+    :param shares: number of a statement -> share of the neighbours under which it holds [-]
+    """
+    head, rule = (' neighbours |', ' --- |') if shares else ('', '')
+    lines = [
+        f'| | the paper says | holds |{head} tightest finding: measured |',
+        f'| --- | --- | --- |{rule} --- |',
+    ]
+    for row in rows:
+        number, tightest = row.statement.number, row.tightest
+        verdict = 'yes' if row.holds else 'no'
+        share = f' {shares[number]:.0%} |' if shares else ''
+        finding = f'{tightest.says}: {tightest.measured}'.replace('cylinder_', 'cylinder ')
+        lines.append(f'| {number} | {row.statement.text} | {verdict} |{share} {finding} |')
+    return '\n'.join(lines)
 
 
 def middle(values: Floats) -> float:
@@ -116,90 +198,6 @@ def gradual(values: Floats) -> float:
 def in_slips(stroke: Stroke) -> Flags:
     """Return which samples are between a breakaway and the next rest, shape (n,)."""
     return ~rest_flags(find_rests(stroke.run.position, INTERVAL), stroke.run.time.size)
-
-
-@dataclass(frozen=True)
-class Finding:
-    """
-    One thing that a statement says.
-
-    :param says: what
-    :param measured: the numbers measured
-    :param margin: how far they are inside (positive) or outside of what is said, as a share of
-        it [-]; NaN when there is nothing to measure
-    """
-
-    says: str
-    measured: str
-    margin: float
-
-    @property
-    def holds(self) -> bool:
-        """Whether it is so."""
-        return bool(self.margin >= 0.0)
-
-    @property
-    def clipped_margin(self) -> float:
-        """Margin within -1 to 1, -1 when there is nothing to measure [-]."""
-        return float(np.clip(self.margin, -1.0, 1.0)) if self.margin == self.margin else -1.0
-
-
-@dataclass(frozen=True)
-class Statement:
-    """
-    One statement of the paper.
-
-    :param number: of the statement, from 1
-    :param text: what the paper says, in a sentence
-    :param measure: carries out the experiments and yields the findings
-    """
-
-    number: int
-    text: str
-    measure: Callable[[Laboratory], Iterable[Finding]]
-
-
-@dataclass(frozen=True)
-class Row:
-    """A statement measured under one reading."""
-
-    statement: Statement
-    findings: tuple[Finding, ...]
-
-    @property
-    def holds(self) -> bool:
-        """Whether all findings hold."""
-        return all(finding.holds for finding in self.findings)
-
-    @property
-    def tightest(self) -> Finding:
-        """The finding with the least margin."""
-        return min(self.findings, key=lambda finding: finding.clipped_margin)
-
-
-def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> str:
-    """
-    Return a table with verdict and tightest finding of each statement.
-
-    :param rows: statements, measured
-    :param shares: number of a statement -> share of the neighbours under which it holds [-]
-    """
-    head, rule = (' neighbours |', ' --- |') if shares else ('', '')
-    lines = [
-        f'| | the paper says | holds |{head} tightest finding: measured |',
-        f'| --- | --- | --- |{rule} --- |',
-    ]
-    for row in rows:
-        number, tightest = row.statement.number, row.tightest
-        verdict = 'yes' if row.holds else 'no'
-        share = f' {shares[number]:.0%} |' if shares else ''
-        finding = f'{tightest.says}: {tightest.measured}'.replace('cylinder_', 'cylinder ')
-        lines.append(f'| {number} | {row.statement.text} | {verdict} |{share} {finding} |')
-    return '\n'.join(lines)
-
-
-LONGEST_LINE = 8
-"""Values in a line of text; further ones are left to the page."""
 
 
 def numbers(values: Sequence[float] | Floats, pattern: str = '.2f') -> str:

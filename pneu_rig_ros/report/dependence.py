@@ -204,13 +204,7 @@ def explained(samples: Samples, name: str, bins: int) -> float:
     """Return the share of the variance that bins of a signal explain, for their number [-]."""
     values = np.clip(samples.values, *np.percentile(samples.values, [1.0, 99.0]))
     weights = 1.0 / samples.covariance.diagonal()
-    column = samples.variables[name]
-    numbers = np.zeros(values.size, dtype=np.intp)
-    for index, direction in enumerate(np.unique(samples.direction)):
-        here = samples.direction == direction
-        cuts = cuts_of(column[here], name, bins)
-        numbers[here] = (bins + 1) * index + np.digitize(column[here], cuts)
-    kinds, groups = np.unique(numbers, return_inverse=True)
+    kinds, groups = np.unique(part_numbers(samples, name, bins), return_inverse=True)
     if kinds.size >= values.size - 1:
         return 0.0
     sums = np.bincount(groups, weights)
@@ -219,6 +213,17 @@ def explained(samples: Samples, name: str, bins: int) -> float:
     within = float(np.sum(weights * (values - means[groups]) ** 2))
     freedom = (values.size - 1) / (values.size - kinds.size)
     return max(1.0 - freedom * within / total, 0.0) if total > 0.0 else 0.0
+
+
+def part_numbers(samples: Samples, name: str, bins: int) -> NDArray[np.intp]:
+    """Return the part of the range of a signal that each value is in, of its direction alone."""
+    column = samples.variables[name]
+    numbers = np.zeros(column.size, dtype=np.intp)
+    for index, direction in enumerate(np.unique(samples.direction)):
+        here = samples.direction == direction
+        cuts = cuts_of(column[here], name, bins)
+        numbers[here] = (bins + 1) * index + np.digitize(column[here], cuts)
+    return numbers
 
 
 def cuts_of(values: Floats, name: str, bins: int) -> Floats:
@@ -237,9 +242,8 @@ def binned(samples: Samples, name: str, direction: str, bins: int) -> Bins:
     if not bins:
         deviation = np.sqrt(samples.covariance.diagonal()[here])
         return Bins(column[here], samples.values[here], deviation)
-    cuts = cuts_of(column[here], name, bins)
-    numbers = np.digitize(column, cuts)
-    parts = [here & (numbers == number) for number in range(cuts.size + 1)]
+    numbers = part_numbers(samples, name, bins)
+    parts = [numbers == number for number in np.unique(numbers[here])]
     rows = [_mean(samples, column, part) for part in parts if part.sum() >= FEWEST]
     return Bins(*np.array(rows).T) if rows else Bins(*np.empty((3, 0)))
 

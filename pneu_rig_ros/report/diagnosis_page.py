@@ -136,11 +136,14 @@ def _latent_drawings(
         return tracks_of(diagnosis.training, *hypotheses[place])
 
     def draw(balance: str, place: str) -> Figure | None:
-        spans = spans_of(answer, balance) if place == 'where' else {}
+        found = tracks(place).get(balance)
+        if found is None:
+            return None
+        if place == 'left':
+            return draw_latent(balance, found, {})
         drawn = [one for one in diagnosis.significant if one.unit != STOP_UNIT]
         marked = [one for one in drawn if one.balance == balance]
-        found, marked = tracks(place).get(balance), marked if place == 'where' else []
-        return None if found is None else draw_latent(balance, found, spans, marked)
+        return draw_latent(balance, found, spans_of(answer, balance), marked)
 
     for one in answer['balances']:
         if one['open']:
