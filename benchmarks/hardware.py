@@ -99,9 +99,11 @@ def repeat(bench: Bench, workers: int | None) -> str:
         .make_context('diagnose', arguments, parent=click.Context(command))
         .params
     )
-    settings = {name: options[name] for name in ('bags', 'model', 'verify', 'mapping', 'seed')}
+    settings = {
+        name: options[name] for name in ('bags', 'model', 'verify', 'mapping', 'seed', 'without')
+    }
     with open_executor(workers) as executor:
-        diagnosis = diagnose(**settings, without=options['without'], executor=executor)
+        diagnosis = diagnose(**settings, executor=executor)
     data = answer(diagnosis)
     if bench.name in CALIBRATED:
         path = CALIBRATED[bench.name]

@@ -1,7 +1,7 @@
 """How fast the plant is simulated, against general solvers at equal error, and how cost grows."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ WANTED = 1e-4
 PRESSURE_RANGE = 1e6
 TOLERANCES = tuple(10.0 ** (-0.5 * half) for half in range(8, 21))
 """Tried from loose to tight, 1e-4 to 1e-10, until the error is as wanted."""
+OWN = 'own'
 PEERS: dict[str, Callable[[float], peers.Solve]] = {
     'LSODA': partial(peers.scipy_solver, 'LSODA'),
     'Radau': partial(peers.scipy_solver, 'Radau'),
@@ -53,16 +54,14 @@ class Stroke(NamedTuple):
 def run(progress: Progress) -> dict[str, Any]:
     """Run all offline benchmarks; return figures that ``__main__.table`` prints."""
     bar = progress.add_task('strokes at equal error', total=len(STROKES) * (2 + len(PEERS)))
-    strokes = {}
-    for name in STROKES:
+    strokes: dict[str, list[dict[str, Any]]] = {name: [] for name in STROKES}
+    for name, rows in strokes.items():
         stroke = prepare(name)
         progress.advance(bar)
-        points = [fastest(own_points(stroke))]
-        progress.advance(bar)
-        for peer in PEERS:
-            points.append(fastest(peer_points(stroke, peer)))
+        for solver in (OWN, *PEERS):
+            if (point := fastest(stroke, solver)) is not None:
+                rows.append(point._asdict())
             progress.advance(bar)
-        strokes[name] = [point._asdict() for point in points if point is not None]
     factors = {name: rows[0]['factor'] for name, rows in strokes.items()}
     best_peers = {n: max(row['factor'] for row in rows[1:]) for n, rows in strokes.items()}
     return {
@@ -88,28 +87,26 @@ def prepare(name: str) -> Stroke:
     return Stroke(plant, voltages, samples, task, reference[:, :4])
 
 
-def own_points(stroke: Stroke) -> Iterable[Point]:
-    """Yield the plant's own solver from loose to tight, best of five runs each."""
-    plant = stroke.plant
-    for tolerance in TOLERANCES:
-        plant.tolerance = tolerance
-        seconds, trajectory = best_time(
-            lambda: simulate(plant, stroke.voltages, len(stroke.samples)), 5
-        )
-        yield Point('own', tolerance, error(observed(trajectory), stroke), DURATION / seconds)
-
-
-def peer_points(stroke: Stroke, name: str) -> Iterable[Point]:
-    """Yield a peer from loose to tight, best of two runs each."""
-    for tolerance in TOLERANCES:
-        solve = PEERS[name](tolerance)
-        seconds, states = best_time(partial(peers.run, stroke.task, solve, stroke.samples), 2)
-        yield Point(name, tolerance, error(states[:, :4], stroke), DURATION / seconds)
-
-
-def fastest(points: Iterable[Point]) -> Point | None:
+def fastest(stroke: Stroke, solver: str) -> Point | None:
     """Return the first point, from loose to tight, that is as accurate as wanted."""
-    return next((point for point in points if point.error <= WANTED), None)
+    for tolerance in TOLERANCES:
+        seconds, states = solved(stroke, solver, tolerance)
+        if (largest := error(states, stroke)) <= WANTED:
+            return Point(solver, tolerance, largest, DURATION / seconds)
+    return None
+
+
+def solved(stroke: Stroke, solver: str, tolerance: float) -> tuple[float, Array]:
+    """Return the least time [s] of several runs, and position, velocity and pressures (m, 4)."""
+    if solver != OWN:
+        solve = PEERS[solver](tolerance)
+        seconds, states = best_time(partial(peers.run, stroke.task, solve, stroke.samples), 2)
+        return seconds, states[:, :4]
+    stroke.plant.tolerance = tolerance
+    count = len(stroke.samples)
+    seconds, run = best_time(partial(simulate, stroke.plant, stroke.voltages, count), 5)
+    columns = [run.position, run.velocity, run.pressure_1, run.pressure_2]
+    return seconds, np.stack(columns, axis=1)
 
 
 def simulate(plant: Plant, voltages: tuple[float, float], count: int) -> Trajectory:
@@ -126,12 +123,6 @@ def best_time(action: Callable[[], Any], runs: int) -> tuple[float, Any]:
         result = action()
         times.append(time.perf_counter() - begin)
     return min(times), result
-
-
-def observed(trajectory: Trajectory) -> Array:
-    """Return position, velocity and pressures, shape (m, 4)."""
-    run = trajectory
-    return np.stack([run.position, run.velocity, run.pressure_1, run.pressure_2], axis=1)
 
 
 def error(states: Array, stroke: Stroke) -> float:

@@ -20,6 +20,7 @@ from pneu_rig_ros.model.parameters import (
     FOLLOWS_CLOCK,
     HELD_TO_NEXT_BREAKAWAY,
     LATCHED_AT_BREAKAWAY,
+    Model,
 )
 
 ELEMENTS = 4
@@ -31,24 +32,20 @@ def common(section: str, **fields: Any) -> Reading:
     return Reading('changed', {section: fields})
 
 
-def own(section: str, key: str, value: Any) -> Reading:
-    """Return a reading with ``value(model)`` for a field, of each cylinder's own."""
-    single = {name: {section: {key: value(Reading().model(name))}} for name in CYLINDERS}
+def own(section: str, **fields: Any) -> Reading:
+    """Return a reading with ``value(model)`` for fields of a section, of each cylinder's own."""
+    models = {name: Reading().model(name) for name in CYLINDERS}
+    single = {
+        name: {section: {key: value(model) for key, value in fields.items()}}
+        for name, model in models.items()
+    }
     return Reading('changed', {}, single)
 
 
-def elements() -> Reading:
-    """Return the reading with several elements in F(z)."""
-    single = {}
-    for name in CYLINDERS:
-        (stiffness,) = Reading().model(name).friction.element_stiffness
-        single[name] = {
-            'friction': {
-                'element_stiffness': (stiffness / ELEMENTS,) * ELEMENTS,
-                'element_limit': tuple(float(k) for k in range(1, ELEMENTS)),
-            }
-        }
-    return Reading('changed', {}, single)
+def divided(model: Model) -> tuple[float, ...]:
+    """Return the stiffness of each of several elements in F(z) [N/m]."""
+    (stiffness,) = model.friction.element_stiffness
+    return (stiffness / ELEMENTS,) * ELEMENTS
 
 
 def changes() -> Iterator[tuple[str, str, Reading]]:
@@ -77,14 +74,19 @@ def changes() -> Iterator[tuple[str, str, Reading]]:
     )
     yield 'T, Eq. 9', '0', common(friction, fluid_time_constant=0.0)
     yield 'T, Eq. 9', '0.02 s for all', common(friction, fluid_time_constant=0.02)
-    yield 'F(z), Eq. 9', f'{ELEMENTS} elements', elements()
+    limits = tuple(float(force) for force in range(1, ELEMENTS))
+    yield (
+        'F(z), Eq. 9',
+        f'{ELEMENTS} elements',
+        own(friction, element_stiffness=divided, element_limit=lambda _: limits),
+    )
     yield 'memory time', '4.6 s for all', common(friction, memory_time=4.6)
     yield 'rest before the start', '386 s for all', common('operation', rest_time=386.0)
     for share in (0.0, 0.35):
         yield (
             'start of Fig. 4-6',
             f'{share:.0%} of the stroke',
-            own('operation', 'initial_position', lambda model, s=share: s * model.cylinder.stroke),
+            own('operation', initial_position=lambda model, s=share: s * model.cylinder.stroke),
         )
     yield (
         'chambers at the start',
