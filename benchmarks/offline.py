@@ -9,7 +9,7 @@ import numpy as np
 from rich.progress import Progress
 
 from benchmarks import peers
-from benchmarks.peers import Array
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration
 
@@ -46,9 +46,9 @@ class Stroke(NamedTuple):
 
     plant: Plant
     voltages: tuple[float, float]
-    samples: Array
+    samples: Floats
     task: peers.Problem
-    reference: Array
+    reference: Floats
 
 
 def run(progress: Progress) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def fastest(stroke: Stroke, solver: str) -> Point | None:
     return None
 
 
-def solved(stroke: Stroke, solver: str, tolerance: float) -> tuple[float, Array]:
+def solved(stroke: Stroke, solver: str, tolerance: float) -> tuple[float, Floats]:
     """Return the least time [s] of several runs, and position, velocity and pressures (m, 4)."""
     if solver != OWN:
         solve = PEERS[solver](tolerance)
@@ -125,7 +125,7 @@ def best_time(action: Callable[[], Any], runs: int) -> tuple[float, Any]:
     return min(times), result
 
 
-def error(states: Array, stroke: Stroke) -> float:
+def error(states: Floats, stroke: Stroke) -> float:
     """Return the largest error of x, p1, p2 as a share of full scale [-]."""
     full_scale = np.array([stroke.plant.model.cylinder.stroke, PRESSURE_RANGE, PRESSURE_RANGE])
     difference = np.abs(states - stroke.reference)[:, [0, 2, 3]] / full_scale

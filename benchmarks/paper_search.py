@@ -25,6 +25,7 @@ import click
 import cma
 import numpy as np
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import CYLINDERS, Conditions, Laboratory, Reading, shipped
 from pneu_rig_ros.claims.findings import Finding
 from pneu_rig_ros.claims.friction import in_strokes
@@ -35,8 +36,6 @@ from pneu_rig_ros.model.parameters import (
     FILM_RESTS_BY_SPEED,
     STATIC_FRICTION_READINGS,
 )
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 RANGES = {
     'fluid_time_constant': (1e-3, 0.4),  # [s]

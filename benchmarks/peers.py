@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from sksundae.cvode import CVODE
 
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import dynamics, events
 from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.dynamics import (
@@ -28,10 +28,9 @@ from pneu_rig_ros.model.dynamics import (
 )
 from pneu_rig_ros.model.plant import Plant
 
-Array = NDArray[np.float64]
-Into = Callable[[float, Array, Array, Array], None]
+Into = Callable[[float, Floats, Floats, Floats], None]
 """Takes time, state, where the values go, and memory."""
-Solve = Callable[['Problem', float, Array, Array], tuple[Array, Array, float, Array, int]]
+Solve = Callable[['Problem', float, Floats, Floats], tuple[Floats, Floats, float, Floats, int]]
 
 BREAKAWAY, ARREST, TOUCH, RELEASE = range(4)
 
@@ -40,13 +39,13 @@ class Problem(NamedTuple):
     """A stroke at constant voltages, with compiled callbacks; ``memory`` changes under way."""
 
     model: CompiledModel
-    memory: Array
-    resting: Array
-    initial: Array
-    scale: Array
+    memory: Floats
+    resting: Floats
+    initial: Floats
+    scale: Floats
     rates: Into
     signs: Into
-    auxiliary: Callable[[float, Array, Array], Array]
+    auxiliary: Callable[[float, Floats, Floats], Floats]
 
 
 def problem(plant: Plant, voltages: tuple[float, float]) -> Problem:
@@ -92,7 +91,7 @@ def _callbacks(rhs: Callable[..., None], model: CompiledModel, voltages: Any) ->
     return rates, signs, auxiliary
 
 
-def carry_out(event: int, t: float, y: Array, task: Problem) -> None:
+def carry_out(event: int, t: float, y: Floats, task: Problem) -> None:
     """Change state and memory at an event."""
     memory = task.memory
     resting = memory[STICKING] != 0.0
@@ -113,15 +112,15 @@ def scipy_solver(method: str, tolerance: float) -> Solve:
     """Return SciPy's ``solve_ivp`` with the method; its events end each stretch."""
 
     def solve(
-        task: Problem, t: float, y: Array, samples: Array
-    ) -> tuple[Array, Array, float, Array, int]:
-        def rates(time: float, state: Array) -> Array:
+        task: Problem, t: float, y: Floats, samples: Floats
+    ) -> tuple[Floats, Floats, float, Floats, int]:
+        def rates(time: float, state: Floats) -> Floats:
             rate = np.empty(len(state))
             task.rates(time, state, rate, task.memory)
             return rate
 
         def guard(index: int) -> Any:
-            def value(time: float, state: Array) -> float:
+            def value(time: float, state: Floats) -> float:
                 values = np.empty(4)
                 task.signs(time, state, values, task.memory)
                 return float(values[index])
@@ -155,12 +154,12 @@ def cvode_solver(tolerance: float) -> Solve:
     """Return SUNDIALS CVODE (BDF); its root finding ends each stretch."""
 
     def solve(
-        task: Problem, t: float, y: Array, samples: Array
-    ) -> tuple[Array, Array, float, Array, int]:
-        def rates(time: float, state: Array, rate: Array) -> None:
+        task: Problem, t: float, y: Floats, samples: Floats
+    ) -> tuple[Floats, Floats, float, Floats, int]:
+        def rates(time: float, state: Floats, rate: Floats) -> None:
             task.rates(time, state, rate, task.memory)
 
-        def signs(time: float, state: Array, values: Array) -> None:
+        def signs(time: float, state: Floats, values: Floats) -> None:
             task.signs(time, state, values, task.memory)
 
         signs.terminal, signs.direction = [True] * 4, [-1] * 4  # type: ignore[attr-defined]
@@ -183,7 +182,7 @@ def cvode_solver(tolerance: float) -> Solve:
     return solve
 
 
-def run(task: Problem, solve: Solve, samples: Array) -> Array:
+def run(task: Problem, solve: Solve, samples: Floats) -> Floats:
     """
     Return the states at the sample times, shape (m, n), integrated from event to event.
 

@@ -210,10 +210,10 @@ def compare(
         comparison = compare_with_model(measured, options.load(model, {}), model)
     files = {'page': out} if out else {}
     if out:
-        from pneu_rig_ros.report.comparison_page import FIGURES, write_page
+        from pneu_rig_ros.report import comparison_page as page
 
-        with output.progress_bar('figures', FIGURES, quiet=quiet) as progress:
-            write_page(out, comparison, progress)
+        with output.progress_bar('figures', page.FIGURES, quiet=quiet) as progress:
+            page.write_page(out, comparison, progress)
     if as_json:
         output.print_json({**comparison.to_dict(), **files})
     elif not quiet:
@@ -221,24 +221,18 @@ def compare(
 
 
 def _print_comparison(comparison: Comparison, files: dict[str, Path]) -> None:
-    from pneu_rig_ros.report.comparison_page import (
-        SIGNAL_HEADS,
-        condition_texts,
-        event_rows,
-        ratio_note,
-        signal_rows,
-    )
+    from pneu_rig_ros.report import comparison_page as page
 
-    output.print_table(SIGNAL_HEADS, signal_rows(comparison))
+    output.print_table(page.SIGNAL_HEADS, page.signal_rows(comparison))
     output.console().print()
-    output.print_table(('', '>measured', f'>{comparison.second}'), event_rows(comparison))
+    output.print_table(('', '>measured', f'>{comparison.second}'), page.event_rows(comparison))
     output.console().print()
-    note = ratio_note(comparison)
+    note = page.ratio_note(comparison)
     output.print_values(
         {
             'measured': comparison.measured.recording.name,
             comparison.second: comparison.simulated.recording.name,
-            'conditions': ',\n'.join(condition_texts(comparison)) or output.UNKNOWN,
+            'conditions': ',\n'.join(page.condition_texts(comparison)) or output.UNKNOWN,
             **({'RMSE / noise': note} if note else {}),
             **({'shifted by': f'{-comparison.shift:.3f} s'} if comparison.shift else {}),
             **files,

@@ -73,14 +73,13 @@ def claims(
     if html and file and html.resolve() == file.resolve():
         raise RigError(f'--html and --json both name {html}; name two files')
 
-    from pneu_rig_ros.claims.experiments import Laboratory
-    from pneu_rig_ros.claims.findings import markdown as markdown_table
+    from pneu_rig_ros.claims import experiments, findings
     from pneu_rig_ros.claims.readings import load_reading
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
     from pneu_rig_ros.records.whole_files import atomic_write
     from pneu_rig_ros.report.claims_page import SHOWS, write_page
 
-    laboratory = Laboratory(load_reading(reading))
+    laboratory = experiments.Laboratory(load_reading(reading))
     rows = []
     with output.progress_bar('statements', len(STATEMENTS), quiet=quiet) as progress:
         for done, statement in enumerate(STATEMENTS, start=1):
@@ -98,7 +97,7 @@ def claims(
     if as_json == STDOUT:
         click.echo(text)
     elif markdown:
-        click.echo(markdown_table(rows, shares))
+        click.echo(findings.markdown(rows, shares))
     elif not quiet:
         _print(rows, laboratory, shares)
         output.print_values(files)

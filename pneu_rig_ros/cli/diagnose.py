@@ -93,11 +93,8 @@ def diagnose(
         diagnosis = run(bags, executor=executor, progress=progress, **settings)
         progress('comparing before and after', COMPARING)
         data = answer(diagnosis)
-
-        def drawing(fraction: float) -> None:
-            progress('drawing', DRAWING + (1 - DRAWING) * fraction)
-
-        write_files(out, diagnosis, data, drawing)
+        left = 1 - DRAWING
+        write_files(out, diagnosis, data, lambda done: progress('drawing', DRAWING + left * done))
     if as_json:
         output.print_json(data)
     elif not quiet:
