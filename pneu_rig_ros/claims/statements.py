@@ -87,9 +87,8 @@ def neighbours(reading: Reading) -> Iterator[Neighbour]:
 def varied(reading: Reading) -> list[tuple[str, str]]:
     """Return section and field of the unprinted quantities that a reading uses."""
     laws = [reading.model(name).friction for name in CYLINDERS]
-    keys = ['fluid_time_constant', 'element_stiffness', 'stop_velocity', 'start_velocity']
-    if any(law.element_limit for law in laws):
-        keys.append('element_limit')
+    speeds = ['stop_velocity', 'start_velocity']
+    keys = ['fluid_time_constant', 'element_stiffness', *speeds, 'element_limit']
     if any(law.static_friction_reading == FADES_WHILE_SLIDING for law in laws):
         keys.append('memory_time')
     if any(law.film_rest_reading == FILM_RESTS_BY_SPEED for law in laws):

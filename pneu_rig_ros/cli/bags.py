@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
     from pneu_rig_ros.analysis.comparison import Comparison
+    from pneu_rig_ros.analysis.motion import Cycle
 
 
 @options.command(
@@ -118,23 +120,27 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
         data = {'bag': bag, **files, 'mean_friction': mean, 'peak_friction': peak}
         output.print_json({**data, 'cycles': [cycle.to_dict() for cycle in cycles]})
         return
-    if cycles:
-        heads = ('>cycle', '>breakaway [s]', '>dwell [s]', '>slip [mm]', '>peak friction [N]')
-        rows = [
-            (
-                str(number),
-                f'{cycle.breakaway_time:.3f}',
-                f'{cycle.dwell:.3f}',
-                f'{cycle.slip * 1e3:.2f}',
-                f'{cycle.peak_friction:.2f}',
-            )
-            for number, cycle in enumerate(cycles, start=1)
-        ]
-        output.print_table(heads, rows)
-    else:
-        output.console().print('no stick-slip cycle: the piston did not break away')
+    _print_cycles(cycles)
     output.console().print()
     output.print_values({'mean friction': f'{mean:.2f} N', **files})
+
+
+def _print_cycles(cycles: Sequence[Cycle]) -> None:
+    if not cycles:
+        output.console().print('no stick-slip cycle: the piston did not break away')
+        return
+    heads = ('>cycle', '>breakaway [s]', '>dwell [s]', '>slip [mm]', '>peak friction [N]')
+    rows = [
+        (
+            str(number),
+            f'{cycle.breakaway_time:.3f}',
+            f'{cycle.dwell:.3f}',
+            f'{cycle.slip * 1e3:.2f}',
+            f'{cycle.peak_friction:.2f}',
+        )
+        for number, cycle in enumerate(cycles, start=1)
+    ]
+    output.print_table(heads, rows)
 
 
 @options.command(

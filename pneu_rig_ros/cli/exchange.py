@@ -1,11 +1,18 @@
 """Commands between bags and other formats: import and export."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pneu_rig_ros.cli import options, output
 from pneu_rig_ros.errors import RigError
+
+if TYPE_CHECKING:
+    from pneu_rig_ros.records import Recording
 
 READING = 0.4
 """Share of an import that the reading of a table takes [-]."""
@@ -59,9 +66,8 @@ def import_(
     out = options.bag_path(out, 'measured')
 
     from pneu_rig_ros.records import read_recording
-    from pneu_rig_ros.records.conditions import CONDITIONS, conditions_beside, read_conditions
+    from pneu_rig_ros.records.conditions import conditions_beside, read_conditions
     from pneu_rig_ros.records.conversion import write_bag
-    from pneu_rig_ros.records.recording import WHOLE
 
     known = read_conditions(conditions) if conditions else {}
     configuration = options.load(cylinder, {}) if cylinder else None
@@ -90,9 +96,17 @@ def import_(
             'notes': list(recording.notes),
         }
         output.print_json(data)
-    if as_json or quiet:
-        return
-    texts = [f'{k} {v:g} {CONDITIONS[k].unit}' for k, v in values.items()]
+    elif not quiet:
+        _print_imported(recording, samples, values, out)
+
+
+def _print_imported(
+    recording: Recording, samples: int, conditions: Mapping[str, float], out: Path
+) -> None:
+    from pneu_rig_ros.records.conditions import CONDITIONS
+    from pneu_rig_ros.records.recording import WHOLE
+
+    texts = [f'{k} {v:g} {CONDITIONS[k].unit}' for k, v in conditions.items()]
     rows = {
         'signals': ', '.join(recording.signals),
         'samples': f'{samples} every {recording.interval * 1e3:g} ms, {recording.duration:.2f} s',

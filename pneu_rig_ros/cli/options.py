@@ -78,8 +78,6 @@ class NewFile(click.Path):
 
 
 PATH = click.Path(path_type=Path)
-FINITE = Finite()
-SEED = Whole(0, LARGEST_SEED)
 LENGTH = Between(0.0, 86_400.0, min_open=True)
 
 
@@ -115,8 +113,10 @@ namespace_option = click.option(
 map_option = functools.partial(click.option, '--map', 'mapping', type=PATH, metavar='YAML')
 out_directory = functools.partial(click.option, '--out', type=PATH, metavar='DIRECTORY')
 out_file = functools.partial(click.option, '--out', type=NewFile(), metavar='FILE')
-seed_option = functools.partial(click.option, '--seed', type=SEED, metavar='INTEGER')
-seconds_option = functools.partial(click.option, type=FINITE, metavar='SECOND')
+seed_option = functools.partial(
+    click.option, '--seed', type=Whole(0, LARGEST_SEED), metavar='INTEGER'
+)
+seconds_option = functools.partial(click.option, type=Finite(), metavar='SECOND')
 cylinder_option = click.option(
     '--cylinder',
     default='cylinder_2',
