@@ -8,6 +8,7 @@ the reference of the accuracy figures and of the tests.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,9 @@ from pneu_rig_ros.model.plant import Plant
 
 Into = Callable[[float, Floats, Floats, Floats], None]
 """Takes time, state, where the values go, and memory."""
-Solve = Callable[['Problem', float, Floats, Floats], tuple[Floats, Floats, float, Floats, int]]
+Stretch = tuple[Floats, Floats, float, Floats, int]
+"""Times and states of the samples up to an event, its time, state and number; -1 is none."""
+Solve = Callable[['Problem', float, Floats, Floats], Stretch]
 
 BREAKAWAY, ARREST, TOUCH, RELEASE = range(4)
 
@@ -110,76 +113,76 @@ def carry_out(event: int, t: float, y: Floats, task: Problem) -> None:
 
 def scipy_solver(method: str, tolerance: float) -> Solve:
     """Return SciPy's ``solve_ivp`` with the method; its events end each stretch."""
+    return partial(_solve_by_scipy, method, tolerance)
 
-    def solve(
-        task: Problem, t: float, y: Floats, samples: Floats
-    ) -> tuple[Floats, Floats, float, Floats, int]:
-        def rates(time: float, state: Floats) -> Floats:
-            rate = np.empty(len(state))
-            task.rates(time, state, rate, task.memory)
-            return rate
 
-        def guard(index: int) -> Any:
-            def value(time: float, state: Floats) -> float:
-                values = np.empty(4)
-                task.signs(time, state, values, task.memory)
-                return float(values[index])
+def _solve_by_scipy(
+    method: str, tolerance: float, task: Problem, t: float, y: Floats, samples: Floats
+) -> Stretch:
+    def rates(time: float, state: Floats) -> Floats:
+        rate = np.empty(len(state))
+        task.rates(time, state, rate, task.memory)
+        return rate
 
-            value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
-            return value
+    def guard(index: int) -> Any:
+        def value(time: float, state: Floats) -> float:
+            values = np.empty(4)
+            task.signs(time, state, values, task.memory)
+            return float(values[index])
 
-        # SciPy's step for the numerical Jacobian overflows harmlessly where a column is zero
-        with np.errstate(over='ignore'):
-            solution = solve_ivp(
-                rates,
-                (t, samples[-1]),
-                y,
-                method=method,
-                t_eval=samples,
-                rtol=tolerance,
-                atol=tolerance * task.scale,
-                events=[guard(i) for i in range(4)],
-            )
-        # an empty list where an event comes before the first sample
-        states = np.array(solution.y).reshape(len(y), -1).T
-        for index, times in enumerate(solution.t_events or ()):
-            if len(times):
-                return solution.t, states, times[0], solution.y_events[index][0], index
-        return solution.t, states, samples[-1], states[-1], -1
+        value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
+        return value
 
-    return solve
+    # SciPy's step for the numerical Jacobian overflows harmlessly where a column is zero
+    with np.errstate(over='ignore'):
+        solution = solve_ivp(
+            rates,
+            (t, samples[-1]),
+            y,
+            method=method,
+            t_eval=samples,
+            rtol=tolerance,
+            atol=tolerance * task.scale,
+            events=[guard(i) for i in range(4)],
+        )
+    # an empty list where an event comes before the first sample
+    states = np.array(solution.y).reshape(len(y), -1).T
+    for index, times in enumerate(solution.t_events or ()):
+        if len(times):
+            return solution.t, states, times[0], solution.y_events[index][0], index
+    return solution.t, states, samples[-1], states[-1], -1
 
 
 def cvode_solver(tolerance: float) -> Solve:
     """Return SUNDIALS CVODE (BDF); its root finding ends each stretch."""
+    return partial(_solve_by_cvode, tolerance)
 
-    def solve(
-        task: Problem, t: float, y: Floats, samples: Floats
-    ) -> tuple[Floats, Floats, float, Floats, int]:
-        def rates(time: float, state: Floats, rate: Floats) -> None:
-            task.rates(time, state, rate, task.memory)
 
-        def signs(time: float, state: Floats, values: Floats) -> None:
-            task.signs(time, state, values, task.memory)
+def _solve_by_cvode(
+    tolerance: float, task: Problem, t: float, y: Floats, samples: Floats
+) -> Stretch:
+    def rates(time: float, state: Floats, rate: Floats) -> None:
+        task.rates(time, state, rate, task.memory)
 
-        signs.terminal, signs.direction = [True] * 4, [-1] * 4  # type: ignore[attr-defined]
-        solver = CVODE(
-            rates,
-            rtol=tolerance,
-            atol=tolerance * task.scale,
-            eventsfn=signs,
-            num_events=4,
-            max_num_steps=1_000_000,
-        )
-        solution = solver.solve(np.concatenate([[t], samples]), y)
-        kept = (solution.t > t) & np.isin(solution.t, samples)
-        if solution.i_events is not None and len(solution.i_events):
-            index = int(np.flatnonzero(solution.i_events[-1])[0])
-            time, state = solution.t_events[-1], solution.y_events[-1].copy()
-            return solution.t[kept], solution.y[kept], time, state, index
-        return solution.t[kept], solution.y[kept], samples[-1], solution.y[-1].copy(), -1
+    def signs(time: float, state: Floats, values: Floats) -> None:
+        task.signs(time, state, values, task.memory)
 
-    return solve
+    signs.terminal, signs.direction = [True] * 4, [-1] * 4  # type: ignore[attr-defined]
+    solver = CVODE(
+        rates,
+        rtol=tolerance,
+        atol=tolerance * task.scale,
+        eventsfn=signs,
+        num_events=4,
+        max_num_steps=1_000_000,
+    )
+    solution = solver.solve(np.concatenate([[t], samples]), y)
+    kept = (solution.t > t) & np.isin(solution.t, samples)
+    if solution.i_events is not None and len(solution.i_events):
+        index = int(np.flatnonzero(solution.i_events[-1])[0])
+        time, state = solution.t_events[-1], solution.y_events[-1].copy()
+        return solution.t[kept], solution.y[kept], time, state, index
+    return solution.t[kept], solution.y[kept], samples[-1], solution.y[-1].copy(), -1
 
 
 def run(task: Problem, solve: Solve, samples: Floats) -> Floats:
