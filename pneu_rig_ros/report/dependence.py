@@ -245,7 +245,7 @@ def binned(samples: Samples, name: str, direction: str, bins: int) -> Bins:
     numbers = part_numbers(samples, name, bins)
     parts = [numbers == number for number in np.unique(numbers[here])]
     rows = [_mean(samples, column, part) for part in parts if part.sum() >= FEWEST]
-    return Bins(*np.array(rows).T) if rows else Bins(*np.empty((3, 0)))
+    return Bins(*np.array(rows).reshape(-1, 3).T)
 
 
 def _mean(
