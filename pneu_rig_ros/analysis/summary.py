@@ -1,7 +1,7 @@
 """A recording in a few numbers: rig, timing, losses, travel and stick-slip cycles."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,22 +12,6 @@ from pneu_rig_ros.records.recording import NEVER, WHOLE
 
 PLAIN = ('position', 'velocity')
 """Topics sent with each sample that carry no stamp: their messages can only be counted."""
-
-
-class Timing(NamedTuple):
-    """
-    Arrival of the samples at the recorder.
-
-    :param rate: samples a second [Hz], by the times at which they arrived
-    :param jitter_p50: median of the jitter [s]
-    :param jitter_p99: its 99th percentile [s]
-    :param lost: topic -> samples that are not in the bag
-    """
-
-    rate: float
-    jitter_p50: float
-    jitter_p99: float
-    lost: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -42,10 +26,13 @@ class Summary:
     :param duration: from the first to the last sample [s]
     :param samples: on the sampling grid
     :param interval: sampling interval [s]
-    :param timing: of the samples
     :param travel: largest less smallest position [m]
     :param peak_friction: largest breakaway friction [N], None without cycles or configuration
     :param cycles: the stick-slip cycles
+    :param rate: samples a second [Hz], by the times at which they arrived
+    :param jitter_p50: median of the jitter [s]
+    :param jitter_p99: its 99th percentile [s]
+    :param lost: topic -> samples that are not in the bag
     """
 
     cylinder: str
@@ -55,17 +42,18 @@ class Summary:
     duration: float
     samples: int
     interval: float
-    timing: Timing
     travel: float
     peak_friction: float | None
     cycles: tuple[Cycle, ...]
+    rate: float
+    jitter_p50: float
+    jitter_p99: float
+    lost: dict[str, int]
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; numbers that are not known are None."""
-        data = {**vars(self), **self.timing._asdict()}
-        del data['timing']
-        data['cycles'] = [cycle.to_dict() for cycle in self.cycles]
-        data['cycle_count'] = len(self.cycles)
+        cycles = [cycle.to_dict() for cycle in self.cycles]
+        data = {**vars(self), 'cycles': cycles, 'cycle_count': len(cycles)}
         return {key: None if value != value else value for key, value in data.items()}
 
 
@@ -75,6 +63,7 @@ def summarise(recording: Recording) -> Summary:
         recording[name]  # RigError without it
     friction = known_friction(recording)
     cycles = cycles_of(recording, friction)
+    rate, jitter_p50, jitter_p99 = measure_timing(recording)
     peaks = [cycle.peak_friction for cycle in cycles] if friction is not None else []
     return Summary(
         cylinder=recording.metadata.get('cylinder', 'unknown'),
@@ -84,16 +73,19 @@ def summarise(recording: Recording) -> Summary:
         duration=recording.duration,
         samples=recording.position.size,
         interval=recording.interval,
-        timing=measure_timing(recording),
         travel=float(np.ptp(recording.position)),
         peak_friction=max(peaks, default=None),
         cycles=tuple(cycles),
+        rate=rate,
+        jitter_p50=jitter_p50,
+        jitter_p99=jitter_p99,
+        lost=lost_samples(recording),
     )
 
 
-def measure_timing(recording: Recording) -> Timing:
+def measure_timing(recording: Recording) -> tuple[float, float, float]:
     """
-    Return the timing of a recording.
+    Return the rate [Hz], and median and 99th percentile of the jitter [s] of the samples.
 
     The delay of a sample is its arrival time minus its stamp; jitter is the distance of a delay
     from the median. NaN for recordings that are too short.
@@ -105,7 +97,7 @@ def measure_timing(recording: Recording) -> Timing:
     delay = (arrival - recording.stamps[index]).astype(np.float64)
     jitter = np.abs(delay - np.median(delay)) * 1e-9
     p50, p99 = np.percentile(jitter, [50, 99])
-    return Timing(float(rate), float(p50), float(p99), lost_samples(recording))
+    return float(rate), float(p50), float(p99)
 
 
 def lost_samples(recording: Recording) -> dict[str, int]:

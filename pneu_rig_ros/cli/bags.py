@@ -43,7 +43,7 @@ def info(bag: Path, as_json: bool) -> None:
     written_by = f'pneu_rig_ros {version}, revision {revision}'
     output.print_values({'written by': written_by, 'checksums': checksums})
     output.console().print()
-    lost = summary.timing.lost
+    lost = summary.lost
     rows = [
         (topic, TOPICS[topic].type, str(count), str(lost.get(topic, output.UNKNOWN)))
         for topic, count in recording.counts.items()

@@ -93,17 +93,16 @@ def print_summary(summary: Summary, files: Mapping[str, Path]) -> None:
         origin = f'imported from {summary.source}'
     else:
         origin = f'friction {summary.friction_model}, seed {summary.seed}'
-    timing = summary.timing
-    lost = [f'{topic} {number}' for topic, number in timing.lost.items()]
+    lost = [f'{topic} {number}' for topic, number in summary.lost.items()]
     half = (len(lost) + 1) // 2
     lines = [', '.join(lost[:half]), ', '.join(lost[half:])]
     print_values(
         {
             'cylinder': f'{summary.cylinder}, {origin}',
             'recorded': f'{summary.duration:.2f} s, {summary.samples} samples',
-            'rate': f'{_number(timing.rate, "Hz", 2)} of {1 / summary.interval:.2f} Hz',
-            'jitter': f'p50 {_number(timing.jitter_p50 * 1e3, "ms", 3)}, '
-            f'p99 {_number(timing.jitter_p99 * 1e3, "ms", 3)}',
+            'rate': f'{_number(summary.rate, "Hz", 2)} of {1 / summary.interval:.2f} Hz',
+            'jitter': f'p50 {_number(summary.jitter_p50 * 1e3, "ms", 3)}, '
+            f'p99 {_number(summary.jitter_p99 * 1e3, "ms", 3)}',
             'lost samples': ',\n'.join(filter(None, lines)),
             'travel': f'{summary.travel * 1e3:.1f} mm',
             'stick-slip cycles': len(summary.cycles),
