@@ -57,6 +57,7 @@ MATCHED = {
     'small_tank': 82,
     'slow_regulator': 82,
     'quadratic_droop': 84,
+    'bowed_position': 87,
 }
 """Form that was found missing -> seed from which the library has its formula."""
 ALONE = 'foreign', 'foreign_unknown', 'second', 'second_unknown'

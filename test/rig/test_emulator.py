@@ -174,6 +174,17 @@ def test_position_scale_scales_position_and_velocity() -> None:
     assert np.ptp(true[:, X]) > 0.03
 
 
+def test_bowed_position_is_wrong_between_the_ends_and_its_velocity_is_its_derivative() -> None:
+    read, true = drive('position_scale', 0.0, 0.01)
+    stroke = load_configuration('cylinder_1').model.cylinder.stroke
+    share = true[:, X] / stroke
+    bowed = 0.01 * stroke * (1.0 - (2.0 * share - 1.0) ** 2)
+    assert read[:, X] - true[:, X] == pytest.approx(bowed, abs=1e-12)
+    middle = 0.5 * (share[1:] + share[:-1])
+    assert np.diff(read[:, X]) == pytest.approx((1.04 - 0.08 * middle) * np.diff(true[:, X]))
+    assert read[:, V] == pytest.approx((1.04 - 0.08 * share) * true[:, V])
+
+
 def test_pressure_offset_shifts_each_pressure() -> None:
     read, true = drive('pressure_offset', 3e3, -2e3)
     assert read[:, P1] - true[:, P1] == pytest.approx(3e3)

@@ -1,4 +1,4 @@
-"""A position sensor whose gain is wrong."""
+"""A position sensor whose gain is wrong, or whose characteristic is bowed."""
 
 from typing import Annotated, NamedTuple
 
@@ -10,11 +10,14 @@ from pneu_rig_ros.model.quantity import Quantity
 
 
 class Parameters(NamedTuple):
-    """Error of the gain."""
+    """Error of the gain, and of the linearity."""
 
     error: Annotated[
         float, Quantity('-', -0.05, 0.05, 'share by which the position sensor reads too much')
     ]
+    bow: Annotated[
+        float, Quantity('-', -0.05, 0.05, 'share of L that it reads too much in the middle')
+    ] = 0.0
 
 
 @compiled
@@ -22,16 +25,27 @@ def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
 ) -> tuple[float, float]:
     """Return what is added to the readings of position [m] and velocity [m/s]."""
-    return parameters.error * signals.motion.position, parameters.error * signals.motion.velocity
+    share = signals.motion.position / model.cylinder.stroke
+    gain = parameters.error + 4.0 * parameters.bow * (1.0 - share)
+    slope = parameters.error + 4.0 * parameters.bow * (1.0 - 2.0 * share)
+    return gain * signals.motion.position, slope * signals.motion.velocity
 
 
 EFFECT = Effect(
     title='the position sensor has a wrong scale',
     balance=Balance.MOTION_READING,
     regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
-    source='JCGM 200:2012 (VIM), sensitivity of a measuring system',
+    source='JCGM 200:2012 (VIM), sensitivity of a measuring system; IEC 61298-2, terminal-based '
+    'linearity: a parabola that is right at both ends of the stroke',
     null=Parameters(0.0),
     contribution=contribution,
-    probes=(Parameters(-0.03), Parameters(-0.01), Parameters(0.01), Parameters(0.03)),
+    probes=(
+        Parameters(-0.03),
+        Parameters(-0.01),
+        Parameters(0.01),
+        Parameters(0.03),
+        Parameters(0.0, -0.01),
+        Parameters(0.0, 0.01),
+    ),
     drivers=('position',),
 )
