@@ -1,27 +1,26 @@
 """The answer of a diagnosis as a JSON-compatible dict: diagnosis.json, schema in docs/."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, cast
 
 import numpy as np
-from scipy.special import ndtr
 
 from pneu_rig_ros.diagnosis.answer import probability
 from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable, ranking_rows
-from pneu_rig_ros.diagnosis.answer.condition_row import condition_row
 from pneu_rig_ros.diagnosis.answer.improvement import signal_tables
 from pneu_rig_ros.diagnosis.answer.intervals import (
-    HALF_WIDTH,
     Spans,
     contribution_intervals,
     residual_intervals,
     value_intervals,
 )
+from pneu_rig_ros.diagnosis.answer.repeatability import nuisance_rows
+from pneu_rig_ros.diagnosis.answer.varying_quantities import key_of
 from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT, UNKNOWN, of_balances
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
-from pneu_rig_ros.diagnosis.measured.run import Run
+from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, UNITS
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.localisation import (
@@ -29,19 +28,13 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
     SignificantResidual,
     localise,
 )
-from pneu_rig_ros.diagnosis.residuals.nuisances import (
-    CLOCK_OFFSET,
-    INITIAL_TEMPERATURE,
-    Ranges,
-    RunNuisances,
-)
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.profiles import Profile
 from pneu_rig_ros.diagnosis.search.scoring import excess
 from pneu_rig_ros.diagnosis.sentence import sentence
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.model.parameters import Friction
+from pneu_rig_ros.model.parameters import Friction, Operation
 from pneu_rig_ros.model.quantity import Choice, specifications
 from pneu_rig_ros.model.shape import DRIVERS
 
@@ -53,6 +46,13 @@ MOST_INTERVALS = 6
 """Intervals of each significant residual, longest first."""
 UNEXPLAINED = 3.0
 """Local means from which on a residual without a cause is listed [standard deviations]."""
+DISPLAYED = {
+    'supply_pressure': (1e-5, 'bar'),
+    'load_mass': (1.0, 'kg'),
+    POSITION_ZERO: (1e3, 'mm'),
+    SENSOR_CLOCK: (1e3, 'ms'),
+}
+"""Condition -> factor on its SI value, unit for a reader."""
 
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -70,7 +70,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     ]
     operations = [each.run.operation for each in diagnosis.training.comparisons]
     conditions = [
-        condition_row(part.name, row, operations)
+        _condition(key_of(part), row, operations)
         for part, rows in estimates
         if part.is_condition
         for row in rows.values()
@@ -89,7 +89,12 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
             'fit': [each.run.name for each in diagnosis.training.comparisons],
             'verify': [each.run.name for each in diagnosis.held_out.comparisons],
         },
-        'notes': list(_notes(diagnosis)),
+        'notes': [
+            {'recording': each.run.name, 'note': note}
+            for dataset in (diagnosis.training, diagnosis.held_out)
+            for each in dataset.comparisons
+            for note in each.run.notes
+        ],
         'verdict': diagnosis.verdict,
         'probability': likely,
         'sentence': sentence(diagnosis, parameters, effects, conditions),
@@ -107,19 +112,15 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'parameters': parameters,
         'effects': effects,
         'unknown': unknown and unknown.to_dict(),
-        'each_recording': [*_nuisances(diagnosis), *diagnosis.variation.rows()],
+        'each_recording': [
+            *nuisance_rows(diagnosis.improved, search.training),
+            *nuisance_rows(diagnosis.improved, search.held_out),
+            *diagnosis.variation.rows(),
+        ],
         'differing_recordings': [each.to_dict() for each in diagnosis.differing],
         'gap': _gap(diagnosis),
         'next_experiment': diagnosis.next_experiment and asdict(diagnosis.next_experiment),
     }
-
-
-def _notes(diagnosis: Diagnosis) -> Iterator[dict[str, str]]:
-    """Yield what was changed in each recording, or may be wrong in it."""
-    for dataset in (diagnosis.training, diagnosis.held_out):
-        for comparison in dataset.comparisons:
-            run = comparison.run
-            yield from ({'recording': run.name, 'note': note} for note in run.notes)
 
 
 def _balances(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -232,6 +233,32 @@ def _changed(part: Candidate, row: dict[str, Any], diagnosis: Diagnosis) -> bool
     return part.name not in diagnosis.system.refit or not low <= part.model_value <= high
 
 
+def _condition(
+    name: str, estimate: Mapping[str, Any], operations: Sequence[Operation]
+) -> dict[str, Any]:
+    """
+    Return a condition whose value was fitted, as in diagnosis.json.
+
+    :param estimate: value, interval and unit of the ratio to what is stated, or of the difference
+        from zero
+    :param operations: conditions as stated, of the training data
+    """
+    value = estimate['value']
+    if name in Operation._fields:
+        stated = [float(getattr(each, name)) for each in operations]
+        true = [value * each for each in stated]
+    else:
+        stated, true = [0.0], [value]
+    return {'name': name, 'stated': _range(stated, name), 'true': _range(true, name), **estimate}
+
+
+def _range(values: Sequence[float], name: str) -> str:
+    """Return the values [SI] of a condition in all recordings for a reader."""
+    factor, unit = DISPLAYED[name]
+    texts = [f'{factor * value:.3g}' for value in (min(values), max(values))]
+    return f'{" to ".join(dict.fromkeys(texts))} {unit}'
+
+
 def _effect(part: Candidate, rows: Rows, explanation: Explanation) -> dict[str, Any]:
     choices = cast(dict[str, Choice], specifications(Friction))
     return {
@@ -258,49 +285,6 @@ def _shape(effect: str, explanation: Explanation) -> dict[str, Any] | None:
                 'y_unit': part.unit,
             }
     return None
-
-
-def _nuisances(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
-    """Yield the nuisance parameters of each run under the answer."""
-    improved = diagnosis.improved
-    for dataset in (diagnosis.search.training, diagnosis.search.held_out):
-        for comparison in dataset.comparisons:
-            run, estimate = comparison.run, dataset.nuisances(improved, comparison)
-            if estimate is not None:
-                yield from _of_run(run, estimate, Ranges.of(improved, run).prior.tolist())
-
-
-def _of_run(
-    run: Run, estimate: RunNuisances, expected: Sequence[float]
-) -> Iterator[dict[str, Any]]:
-    """
-    Yield the nuisance parameters of a run, with confidence intervals and p-values.
-
-    :param expected: delay [s] and temperatures of the gas [K] of a run without such an error
-    """
-    names = CLOCK_OFFSET, f'{INITIAL_TEMPERATURE}_1', f'{INITIAL_TEMPERATURE}_2'
-    warm = run.temperature_offset > 0.0
-    used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
-    values = estimate.delay, *estimate.temperatures
-    deviations = estimate.deviations.tolist()
-    for name, shows, value, usual, deviation in zip(
-        names, used, values, expected, deviations, strict=True
-    ):
-        if shows:
-            half = HALF_WIDTH * deviation
-            yield {
-                'recording': run.name,
-                'name': name,
-                'value': value,
-                'interval': [value - half, value + half],
-                'p_value': two_sided(value - usual, deviation),
-                'unit': 's' if name == CLOCK_OFFSET else 'K',
-            }
-
-
-def two_sided(difference: float, deviation: float) -> float:
-    """Return the p-value [-] of a difference with a normal error of this standard deviation."""
-    return float(2.0 * ndtr(-abs(difference) / deviation))
 
 
 def _gap(diagnosis: Diagnosis) -> dict[str, Any]:

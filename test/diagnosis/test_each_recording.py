@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from pneu_rig_ros.diagnosis.answer.random_effects import two_sided
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.nuisances import correlated_samples
-from pneu_rig_ros.diagnosis.result import answer, two_sided
+from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effects import causes
@@ -155,7 +156,8 @@ def test_warm_gas_is_a_disagreement_where_it_is_not_named(tmp_path: Path) -> Non
 def test_p_value_is_that_of_a_normal_error(
     difference: float, deviation: float, p_value: float
 ) -> None:
-    assert two_sided(difference, deviation) == pytest.approx(p_value, rel=1e-4)
+    found = two_sided(np.array(difference), np.array(deviation))
+    assert found == pytest.approx(p_value, rel=1e-4)
 
 
 def make_gap(path: Path) -> None:

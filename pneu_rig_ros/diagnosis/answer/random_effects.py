@@ -99,7 +99,7 @@ class Marginal(NamedTuple):
     """
     Values of recordings and their common ones, given the variances between the recordings.
 
-    :param log_likelihood: of the variances
+    :param log_likelihood: of the variances, up to a constant [-]
     :param means: the common values, shape (k,)
     :param mean_covariance: of these, shape (k, k)
     :param covariances: of the values about these, shape (recordings, k, k)
@@ -135,7 +135,8 @@ def random_effects(data: Information) -> RandomEffects:
     variances = _likeliest(data, active)
     while active:
         smaller = [_likeliest(data, [q for q in active if q != dropped]) for dropped in active]
-        gains = [log_likelihood(data, variances) - log_likelihood(data, each) for each in smaller]
+        largest = Marginal.of(data, variances).log_likelihood
+        gains = [largest - Marginal.of(data, each).log_likelihood for each in smaller]
         least = int(np.argmin(gains))
         if gains[least] >= LEAST_GAIN:
             break
@@ -157,11 +158,6 @@ def _of_those_that_differ(data: Information, differs: Flags) -> RandomEffects:
     return effects
 
 
-def log_likelihood(data: Information, variances: Floats) -> float:
-    """Return the log likelihood of variances between recordings, up to a constant [-]."""
-    return Marginal.of(data, variances).log_likelihood
-
-
 def _likeliest(data: Information, active: Sequence[int]) -> Floats:
     """Return the likeliest variances, shape (k,), zero but for the active quantities."""
     variances = np.zeros(data.gradients.shape[1])
@@ -174,7 +170,7 @@ def _likeliest(data: Information, active: Sequence[int]) -> Floats:
 
     def cost(ratios: Floats) -> float:
         variances[index] = ratios * scale
-        return -log_likelihood(data, variances)
+        return -Marginal.of(data, variances).log_likelihood
 
     bounds = [(0.0, LARGEST_RATIO)] * len(index)
     found = minimize(cost, np.full(len(index), START), method='L-BFGS-B', bounds=bounds)
@@ -191,5 +187,11 @@ def _shrunk(data: Information, variances: Floats) -> RandomEffects:
     deviations = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
     alone = np.linalg.inv(a)  # not shrunk: a test of one recording ignores the others
     errors = np.sqrt(np.diagonal(alone, axis1=1, axis2=2))
-    p_values = 2.0 * ndtr(-np.abs(np.einsum('rij,rj->ri', alone, g)) / errors)
+    p_values = two_sided(np.einsum('rij,rj->ri', alone, g), errors)
     return RandomEffects(np.sqrt(variances), values, deviations, p_values)
+
+
+def two_sided(differences: Floats, deviations: Floats) -> Floats:
+    """Return the p-values [-] of differences with normal errors of these standard deviations."""
+    p_values: Floats = 2.0 * ndtr(-np.abs(differences) / deviations)
+    return p_values

@@ -1,4 +1,4 @@
-"""By how much recordings of a system differ from its model, and from each other."""
+"""By how much recordings of a system differ from its model, and from each other; their rows."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,6 +11,7 @@ from pneu_rig_ros.diagnosis.answer.random_effects import (
     Information,
     RandomEffects,
     random_effects,
+    two_sided,
 )
 from pneu_rig_ros.diagnosis.answer.run_differences import FEWEST_OTHERS
 from pneu_rig_ros.diagnosis.answer.varying_quantities import (
@@ -23,7 +24,12 @@ from pneu_rig_ros.diagnosis.causes.candidates import Candidate
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
-from pneu_rig_ros.diagnosis.residuals.nuisances import FORCE_OFFSET
+from pneu_rig_ros.diagnosis.residuals.nuisances import (
+    CLOCK_OFFSET,
+    FORCE_OFFSET,
+    INITIAL_TEMPERATURE,
+    Ranges,
+)
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
 from pneu_rig_ros.rig.configuration import REPEATABILITY
 
@@ -61,6 +67,32 @@ class Variation(NamedTuple):
                     'p_value': float(p_value),
                     'unit': REPEATABILITY[key_of(quantity)].unit,
                 }
+
+
+def nuisance_rows(hypothesis: Hypothesis, dataset: Dataset) -> Iterator[dict[str, Any]]:
+    """Yield the nuisance parameters of each run, as in diagnosis.json."""
+    names = CLOCK_OFFSET, f'{INITIAL_TEMPERATURE}_1', f'{INITIAL_TEMPERATURE}_2'
+    for comparison in dataset.comparisons:
+        run, estimate = comparison.run, dataset.nuisances(hypothesis, comparison)
+        if estimate is None:
+            continue
+        warm = run.temperature_offset > 0.0
+        used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
+        shown = np.flatnonzero(used).tolist()
+        values = np.array([estimate.delay, *estimate.temperatures])[shown]
+        deviations = estimate.deviations[shown]
+        p_values = two_sided(values - Ranges.of(hypothesis, run).prior[shown], deviations)
+        half = HALF_WIDTH * deviations
+        columns = (each.tolist() for each in (values, values - half, values + half, p_values))
+        for i, value, low, high, p_value in zip(shown, *columns, strict=True):
+            yield {
+                'recording': run.name,
+                'name': names[i],
+                'value': value,
+                'interval': [low, high],
+                'p_value': p_value,
+                'unit': 's' if names[i] == CLOCK_OFFSET else 'K',
+            }
 
 
 def stated(quantity: Candidate, value: float) -> float:
