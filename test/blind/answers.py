@@ -77,7 +77,11 @@ def carry_out(trial: Trial, executor: Executor | None = None, ask: Ask = ask) ->
 
 
 def joined(trial: Trial, said: Answer) -> Answer:
-    """Return the answer with the truth beside it, cut down to what the tables need."""
+    """
+    Return the answer with the truth beside it, cut down to what the tables need.
+
+    Of what was fitted it has the relative error, and whether the interval told holds the truth.
+    """
     line = {
         'key': trial.key,
         'part': trial.part,
@@ -91,6 +95,9 @@ def joined(trial: Trial, said: Answer) -> Answer:
         line['least_visibility'] = cases.least_visibility(trial)
     ranking = ['+'.join(row['names']) for row in said.get('candidates', [])]
     gap, unknown = said.get('gap') or {}, said.get('unknown') or {}
+    fitted = list(_fitted(trial, said))
+    # of its name, or of its verdict without one
+    chosen = [row['probability'] for row in said.get('candidates', []) if row['chosen']]
     return line | {
         'verdict': said['verdict'],
         'error': said.get('error', ''),
@@ -106,18 +113,19 @@ def joined(trial: Trial, said: Answer) -> Answer:
         'before': gap.get('before'),
         'after': gap.get('after'),
         'cut': gap.get('cut'),
-        'errors': _errors(trial, said),
-        'covered': _covered(trial, said),
+        'errors': {
+            name: abs(row['value'] - truth) / abs(truth)
+            for name, truth, row in fitted
+            if truth != 0.0
+        },
+        'covered': {
+            name: bool(row['interval'][0] <= truth <= row['interval'][1])
+            for name, truth, row in fitted
+        },
         'seconds': said.get('seconds'),
-        'probability': _probability(said),
+        'probability': chosen[0] if chosen else said.get('probability'),
         'revision': git_revision(),
     }
-
-
-def _probability(said: Answer) -> float | None:
-    """Return how probable the answer says that it is: its name, or its verdict without one."""
-    named = [row['probability'] for row in said.get('candidates', []) if row['chosen']]
-    return named[0] if named else said.get('probability')
 
 
 def _fitted(trial: Trial, said: Answer) -> Iterator[tuple[str, float, dict[str, Any]]]:
@@ -127,20 +135,3 @@ def _fitted(trial: Trial, said: Answer) -> Iterator[tuple[str, float, dict[str, 
         told |= {f'{effect["name"]}.{name}': row for name, row in effect['parameters'].items()}
     truth = cases.hidden_values(trial)
     yield from ((name, value, told[name]) for name, value in truth.items() if name in told)
-
-
-def _errors(trial: Trial, said: Answer) -> dict[str, float]:
-    """Return parameter -> relative error of what was fitted."""
-    return {
-        name: abs(row['value'] - truth) / abs(truth)
-        for name, truth, row in _fitted(trial, said)
-        if truth != 0.0
-    }
-
-
-def _covered(trial: Trial, said: Answer) -> dict[str, bool]:
-    """Return parameter -> whether its true value is within the interval told."""
-    return {
-        name: bool(row['interval'][0] <= truth <= row['interval'][1])
-        for name, truth, row in _fitted(trial, said)
-    }

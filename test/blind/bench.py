@@ -18,15 +18,7 @@ from .contributions import Equations, driving
 from .imposed import CENTRE
 from .runs import Noise, Run, equations
 from .settings import Settings, changed, settings
-from .system import (
-    ATMOSPHERE,
-    PRESSURE,
-    Sensor,
-    System,
-    log_graded,
-    names,
-    wrong,
-)
+from .system import ATMOSPHERE, PRESSURE, Sensor, System, log_graded, names, wrong
 
 RATE, EVERY, DURATION = 100.0, 40, 40.0
 """Samples a second; steps of the equations for each; length of a recording [s]."""
@@ -158,10 +150,6 @@ def _runs(
     return runs
 
 
-def _sensors(model: Settings) -> dict[str, Sensor]:
-    return {'position': POSITION, 'pressure_2': PRESSURE, 'force': FORCE}
-
-
 BENCH = System(
     'seal_bench',
     ('force',),
@@ -178,7 +166,7 @@ BENCH = System(
     _sizes,
     _hide,
     _runs,
-    _sensors,
+    lambda model: {'position': POSITION, 'pressure_2': PRESSURE, 'force': FORCE},
     {
         'cylinder': ('cap_area', 'rod_area', 'stroke'),
         'friction': FRICTION_KEYS,

@@ -8,8 +8,7 @@ from numpy.random import Generator
 from pneu_rig_ros.scenarios.hidden import Secret
 
 from .bags import DAC_STEP
-from .imposed import CENTRE
-from .paths import at_zero
+from .imposed import CENTRE, at_zero
 from .runs import Run
 from .sealed import conductance, leak_area
 from .settings import Settings, changed, settings

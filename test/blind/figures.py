@@ -1,18 +1,38 @@
 """Shares, medians and pooled scores, each with its 95 % interval."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import binomtest, quantile_test
 
 Figure = dict[str, Any]
 """``value``, ``trials``, and the bounds ``low`` and ``high``, all None of no trials."""
+
+
+class Wanted(NamedTuple):
+    """What a figure should be, ``at least`` or ``at most`` a bound, and what it is."""
+
+    sense: str
+    bound: float
+    meaning: str
+
+
 RESAMPLED, SEED = 2000, 1
 DIGITS = 9
 """Decimals of a pooled score: Python 3.12 adds floats with other last digits than 3.11."""
 NOTHING: Figure = {'value': None, 'trials': 0, 'low': None, 'high': None}
+
+
+def as_wanted(
+    at_least: Mapping[str, tuple[float, str]], at_most: Mapping[str, tuple[float, str]]
+) -> dict[str, Wanted]:
+    """Return figure -> what it should be, from bound and meaning of each."""
+    return {
+        **{name: Wanted('at least', *row) for name, row in at_least.items()},
+        **{name: Wanted('at most', *row) for name, row in at_most.items()},
+    }
 
 
 def share(answers: Sequence[Any], good: Callable[[Any], bool]) -> Figure:

@@ -1,18 +1,35 @@
 """``docs/blind_foreign.md`` and ``docs/blind_foreign.json``, written from the answers alone."""
 
 import json
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from . import scores
 from .answers import FOLDER, Answer
 from .foreign import FORMS, KNOWN, UNKNOWN
-from .foreign_misses import by_draw, by_kind, seed_of
-from .foreign_scores import MATCHED, by_form, by_probability, by_verdict, figures, headline
+from .foreign_scores import (
+    MATCHED,
+    alarm,
+    all_mechanisms,
+    all_seen,
+    by_form,
+    by_probability,
+    by_verdict,
+    condition_named,
+    figures,
+    foreign_seen,
+    headline,
+    right_mechanism,
+)
 from .foreign_trials import FOREIGN_PARTS, SECOND_PARTS, drawn_foreign
+from .forms import mechanism
 from .page_tables import percent, table
 from .second import SECOND_KNOWN, SECOND_UNKNOWN
 
 NAME = 'blind_foreign'
+CLOSES = 0.9
+"""Share of the gap from which on an answer closes it [-]: what is wanted of right ones."""
 SINCE = {'nuisance': 63, 'nuisance_none': 63}
 """
 Part -> first seed that counts: before, strong causes were weaker, and the answers were looked at
@@ -79,6 +96,71 @@ later seeds, which had no part in that, the expected calibration error is {error
 """
 
 
+def by_kind(answers: list[Answer]) -> str:
+    """Return a row for each part and kind of wrong answer, with what was hidden in them."""
+    rows = []
+    for part, (counted, right) in judged(answers).items():
+        wrong = [a for a in counted if not right(a)]
+        forms: dict[str, Counter[str]] = defaultdict(Counter)
+        for answer in wrong:
+            forms[kind(answer)]['+'.join(answer['names']) or 'nothing'] += 1
+        for name, hidden in sorted(forms.items(), key=lambda pair: -pair[1].total()):
+            listed = ', '.join(f'`{form}`' + f' x {n}' * (n > 1) for form, n in hidden.items())
+            rows.append((f'`{part}`', name, f'{hidden.total()} of {len(counted)}', listed))
+    return table(('part', 'kind', 'wrong', 'hidden'), rows)
+
+
+def by_draw(answers: list[Answer]) -> str:
+    """Return a row for each seed: in each part, how many of the visible trials are right."""
+    seeds = sorted({seed_of(a) for a in answers})
+    parts = judged(answers)
+    rows = []
+    for seed in seeds:
+        cells = []
+        for counted, right in parts.values():
+            own = [a for a in counted if seed_of(a) == seed]
+            cells.append(f'{sum(map(right, own))} of {len(own)}' if own else '-')
+        rows.append((str(seed), *cells))
+    return table(('seed', *(f'`{part}`' for part in parts)), rows)
+
+
+def judged(answers: list[Answer]) -> dict[str, tuple[list[Answer], Callable[[Answer], bool]]]:
+    """Return part -> the answers that count, and what a right one is."""
+    return {
+        'foreign': (foreign_seen(answers, 'foreign'), right_mechanism),
+        'foreign_unknown': (foreign_seen(answers, 'foreign_unknown'), scores.unknown),
+        'nuisance': (scores.seen(answers, 'nuisance'), right_mechanism),
+        'nuisance_none': (scores.seen(answers, 'nuisance_none'), lambda a: not alarm(a)),
+        'conditions': (scores.seen(answers, 'conditions'), condition_named),
+        'foreign_pairs': (all_seen(answers, 'foreign_pairs'), all_mechanisms),
+        'triples': (all_seen(answers, 'triples'), all_mechanisms),
+        'second': (foreign_seen(answers, 'second'), right_mechanism),
+        'second_unknown': (foreign_seen(answers, 'second_unknown'), scores.unknown),
+    }
+
+
+def kind(answer: Answer) -> str:
+    """Return in which way an answer is wrong."""
+    verdict, mechanisms = answer['verdict'], {m for n in answer['names'] for m in mechanism(n)}
+    first = answer['ranking'][0] if answer['ranking'] else ''
+    ranked = {each.split(' over ')[0] for each in first.split('+')}
+    if verdict in ('consistent', 'uncalibrated', 'crashed', 'refused'):
+        return f'`{verdict}`'
+    if verdict == 'unknown':
+        return '`unknown`, ' + ('a right cause' if ranked & mechanisms else 'another') + ' first'
+    if mechanisms & {*answer['effects'], *answer['parameters']}:
+        return 'a right cause is named, not first or not all'
+    if answer['before'] == 0.0 or answer['cut'] is None:
+        return 'another cause, no gap on the held-out recordings'
+    much = '' if answer['cut'] >= CLOSES else 'less than '
+    return f'another cause, which closes {much}{percent(CLOSES)} of the gap'
+
+
+def seed_of(answer: Answer) -> int:
+    """Return the seed from which the trial of an answer was drawn."""
+    return int(answer['key'].split('/')[1])
+
+
 def reliability(answers: list[Answer]) -> str:
     """Return how often answers were true by what they say; nothing where none says it."""
     later = [a for a in answers if seed_of(a) > LAST_COUNTED]
@@ -107,17 +189,23 @@ def counts(part: str, seed: int, own: list[Answer]) -> bool:
     return seed >= SINCE.get(part, 0)
 
 
-def second_draws(by_revision: dict[str, list[Answer]]) -> str:
-    """Return the seeds and revisions whose answers are to the second list."""
-    draws = sorted(
+def draws(
+    by_revision: dict[str, list[Answer]], parts: Sequence[str] = FOREIGN_PARTS
+) -> list[tuple[int, str]]:
+    """Return the seeds and revisions whose answers are to some of the parts."""
+    return sorted(
         {
             (seed_of(each), revision)
             for revision, found in by_revision.items()
             for each in found
-            if each['part'] in SECOND_PARTS
+            if each['part'] in parts
         }
     )
-    return ', '.join(f'seed {seed} at git {revision}' for seed, revision in draws) or 'none so far'
+
+
+def named(drawn: list[tuple[int, str]]) -> str:
+    """Return draws as words."""
+    return ', '.join(f'seed {seed} at git {revision}' for seed, revision in drawn) or 'none so far'
 
 
 def said(answers: list[Answer]) -> str:
@@ -156,9 +244,7 @@ def write_kept(source: Path, docs: Path) -> None:
     """
     by_revision = kept_answers(source)
     answers = [each for found in by_revision.values() for each in found]
-    draws = sorted(
-        {(seed_of(each), revision) for revision, found in by_revision.items() for each in found}
-    )
+    drawn = draws(by_revision)
     text = TEXT.format(
         since=', '.join(f'`{part}`' for part in SINCE),
         matched=', '.join(f'`{form}` {seed}' for form, seed in MATCHED.items()),
@@ -167,11 +253,11 @@ def write_kept(source: Path, docs: Path) -> None:
         unknown=len(UNKNOWN),
         second_known=len(SECOND_KNOWN),
         second_unknown=len(SECOND_UNKNOWN),
-        second_draws=second_draws(by_revision),
+        second_draws=named(draws(by_revision, SECOND_PARTS)),
         folder=FOLDER,
-        draws=', '.join(f'seed {seed} at git {revision}' for seed, revision in draws),
+        draws=named(drawn),
         headline=headline(answers),
-        coverage=coverage(answers, [seed for seed, _ in draws]),
+        coverage=coverage(answers, [seed for seed, _ in drawn]),
         by_draw=by_draw(answers),
         by_kind=by_kind(answers),
         by_form=by_form(answers),
@@ -180,5 +266,5 @@ def write_kept(source: Path, docs: Path) -> None:
         answers=said(answers),
     )
     (docs / f'{NAME}.md').write_text(text)
-    data = {**figures(answers), 'draws': [{'seed': s, 'revision': r} for s, r in draws]}
+    data = {**figures(answers), 'draws': [{'seed': s, 'revision': r} for s, r in drawn]}
     (docs / f'{NAME}.json').write_text(json.dumps(data, indent=2) + '\n')

@@ -6,45 +6,35 @@ from statistics import fmean, median
 
 from . import scores
 from .answers import Answer
-from .figures import Figure, middle, share
+from .figures import Figure, as_wanted, middle, share
+from .foreign_trials import ALONE
 from .forms import ALL, mechanism
 from .page_tables import figure_row, interval, percent, table
 
-WANTED: dict[str, tuple[str, float]] = {
-    'foreign_mechanism': ('at least', 0.85),
-    'foreign_cut': ('at least', 0.90),
-    'foreign_unknown': ('at least', 0.85),
-    'foreign_balance': ('at least', 0.95),
-    'unknown_cut': ('at least', 0.90),
-    'unknown_least_cut': ('at least', 0.50),
-    'nuisance_cause': ('at least', 0.90),
-    'nuisance_alarm': ('at most', 0.05),
-    'conditions_named': ('at least', 0.90),
-    'foreign_pairs_both': ('at least', 0.85),
-    'triples_all': ('at least', 0.70),
-    'second_mechanism': ('at least', 0.85),
-    'second_cut': ('at least', 0.90),
-    'second_unknown': ('at least', 0.85),
-    'second_balance': ('at least', 0.95),
+AT_LEAST = {
+    'foreign_mechanism': (0.85, 'a foreign form: the right mechanism first, in the verdict'),
+    'foreign_cut': (0.90, 'of these: median cut of the gap above noise, held-out bags'),
+    'foreign_unknown': (0.85, 'in no library: `unknown`'),
+    'foreign_balance': (0.95, 'of these: the right balance (of a sensor, any)'),
+    'unknown_cut': (0.90, 'in no library: median cut of the gap above noise, held-out bags'),
+    'unknown_least_cut': (0.50, 'in no library: least cut of the gap above noise, held-out bags'),
+    'nuisance_cause': (0.90, 'a strong cause among nuisances: it stands first'),
+    'conditions_named': (0.90, 'a wrong condition: named as such'),
+    'foreign_pairs_both': (0.85, 'two foreign forms, each visible: both mechanisms are named'),
+    'triples_all': (0.70, 'three foreign forms, each visible: all mechanisms are named'),
+    'second_mechanism': (
+        0.85,
+        'a form of the second list: the right mechanism first, in the verdict',
+    ),
+    'second_cut': (0.90, 'of these: median cut of the gap above noise, held-out bags'),
+    'second_unknown': (0.85, 'a form of the second list, in no library: `unknown`'),
+    'second_balance': (0.95, 'of these: the right balance (of a sensor, any)'),
 }
-"""What each figure should be."""
-MEANING = {
-    'foreign_mechanism': 'a foreign form: the right mechanism first, in the verdict',
-    'foreign_cut': 'of these: median cut of the gap above noise, held-out bags',
-    'foreign_unknown': 'in no library: `unknown`',
-    'foreign_balance': 'of these: the right balance (of a sensor, any)',
-    'unknown_cut': 'in no library: median cut of the gap above noise, held-out bags',
-    'unknown_least_cut': 'in no library: least cut of the gap above noise, held-out bags',
-    'nuisance_cause': 'a strong cause among nuisances: it stands first',
-    'nuisance_alarm': 'nuisances alone: something strong is said to be missing',
-    'conditions_named': 'a wrong condition: named as such',
-    'foreign_pairs_both': 'two foreign forms, each visible: both mechanisms are named',
-    'triples_all': 'three foreign forms, each visible: all mechanisms are named',
-    'second_mechanism': 'a form of the second list: the right mechanism first, in the verdict',
-    'second_cut': 'of these: median cut of the gap above noise, held-out bags',
-    'second_unknown': 'a form of the second list, in no library: `unknown`',
-    'second_balance': 'of these: the right balance (of a sensor, any)',
+AT_MOST = {
+    'nuisance_alarm': (0.05, 'nuisances alone: something strong is said to be missing'),
 }
+"""Figure -> what it should be, and what it is."""
+WANTED = as_wanted(AT_LEAST, AT_MOST)
 MATCHED = {
     'outward_level': 78,
     'outward_viscous': 78,
@@ -60,8 +50,6 @@ MATCHED = {
     'bowed_position': 87,
 }
 """Form that was found missing -> seed from which the library has its formula."""
-ALONE = 'foreign', 'foreign_unknown', 'second', 'second_unknown'
-"""Parts in which one form is hidden alone."""
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01
 """Ends of the ranges in which stated probabilities are compared with how many answers are true."""
 
@@ -106,14 +94,10 @@ def cuts(answers: Iterable[Answer]) -> list[float]:
 
 def figures(answers: list[Answer]) -> dict[str, Figure]:
     """Return key -> value, number of trials, interval, of what is to be seen."""
-    foreign, unknown = (foreign_seen(answers, part) for part in ('foreign', 'foreign_unknown'))
-    called = [a for a in unknown if scores.unknown(a)]
+    unknown = foreign_seen(answers, 'foreign_unknown')
     least = min(cuts(unknown), default=None)
     return {
-        'foreign_mechanism': share(foreign, right_mechanism),
-        'foreign_cut': middle(cuts(foreign)),
-        'foreign_unknown': share(unknown, scores.unknown),
-        'foreign_balance': share(called, scores.right_balance),
+        **list_figures(answers, 'foreign'),
         'unknown_cut': middle(cuts(unknown)),
         'unknown_least_cut': {'value': least, 'trials': len(unknown), 'low': None, 'high': None},
         'nuisance_cause': share(scores.seen(answers, 'nuisance'), right_mechanism),
@@ -121,19 +105,19 @@ def figures(answers: list[Answer]) -> dict[str, Figure]:
         'conditions_named': share(scores.seen(answers, 'conditions'), condition_named),
         'foreign_pairs_both': share(all_seen(answers, 'foreign_pairs'), all_mechanisms),
         'triples_all': share(all_seen(answers, 'triples'), all_mechanisms),
-        **second_figures(answers),
+        **list_figures(answers, 'second'),
     }
 
 
-def second_figures(answers: list[Answer]) -> dict[str, Figure]:
-    """Return the figures of the second list of forms, as those of the first."""
-    known, unknown = (foreign_seen(answers, part) for part in ('second', 'second_unknown'))
+def list_figures(answers: list[Answer], forms: str) -> dict[str, Figure]:
+    """Return the figures of a list of forms that are hidden alone, ``foreign`` or ``second``."""
+    known, unknown = (foreign_seen(answers, part) for part in (forms, f'{forms}_unknown'))
     called = [a for a in unknown if scores.unknown(a)]
     return {
-        'second_mechanism': share(known, right_mechanism),
-        'second_cut': middle(cuts(known)),
-        'second_unknown': share(unknown, scores.unknown),
-        'second_balance': share(called, scores.right_balance),
+        f'{forms}_mechanism': share(known, right_mechanism),
+        f'{forms}_cut': middle(cuts(known)),
+        f'{forms}_unknown': share(unknown, scores.unknown),
+        f'{forms}_balance': share(called, scores.right_balance),
     }
 
 
@@ -156,7 +140,7 @@ def all_seen(answers: list[Answer], part: str) -> list[Answer]:
 def headline(answers: list[Answer]) -> str:
     """Return the table of the figures."""
     rows = [
-        (*figure_row(name, figure, MEANING[name], WANTED[name]), figure['trials'])
+        (*figure_row(name, figure, WANTED[name]), figure['trials'])
         for name, figure in figures(answers).items()
     ]
     return table(('figure', 'what', 'measured', '95 % interval', 'wanted', 'trials'), rows)

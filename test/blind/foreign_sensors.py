@@ -36,17 +36,19 @@ def misread(signals: np.ndarray, interval: float, hidden: Mapping[str, float]) -
     x, p1, p2 = signals.copy()
     time = interval * np.arange(len(x))
     values = {name: hidden.get(f'{name}.strength', 0.0) for name in NAMES}
-    x = _delayed(x, interval, values['two_pole_position_lag'])
+    if lag := values['two_pole_position_lag']:  # damping 0.7
+        x = _filtered(x, [lag**2, 1.4 * lag, 1.0], interval)
     x = _played(x, values['position_play'])
     x = x + values['bowed_position'] * _bow(x / POSITION_SPAN)
     x = x + values['drifting_position'] * time / RUN
-    lag = values['slow_pressure_sensor']
+    if lag := values['slow_pressure_sensor']:
+        p1, p2 = (_filtered(pressure, [lag, 1.0], interval) for pressure in (p1, p2))
     warm = hidden.get('warming_pressure_zero.time', 1.0)
     zero = values['warming_pressure_zero'] * (1.0 - np.exp(-time / warm))
     drift = values['drifting_pressure_zero'] * time / RUN
     p1, p2 = (
         pressure + values['bowed_pressure'] * _bow((pressure - ATMOSPHERE) / PRESSURE_SPAN)
-        for pressure in (_lagging(p1, interval, lag), _lagging(p2, interval, lag))
+        for pressure in (p1, p2)
     )
     return np.stack([x, p1 + drift, p2 + zero])
 
@@ -67,17 +69,7 @@ def _played(x: np.ndarray, width: float) -> np.ndarray:
     return found
 
 
-def _lagging(signal: np.ndarray, interval: float, lag: float) -> np.ndarray:
-    return _filtered(signal, [1.0], [lag, 1.0], interval) if lag else signal
-
-
-def _delayed(signal: np.ndarray, interval: float, lag: float) -> np.ndarray:
-    """Return a signal behind a filter of second order, damping 0.7, time constant [s]."""
-    return _filtered(signal, [1.0], [lag**2, 1.4 * lag, 1.0], interval) if lag else signal
-
-
-def _filtered(
-    signal: np.ndarray, above: list[float], below: list[float], interval: float
-) -> np.ndarray:
-    b, a = bilinear(above, below, fs=1.0 / interval)
+def _filtered(signal: np.ndarray, below: list[float], interval: float) -> np.ndarray:
+    """Return a signal behind a filter 1 / (below) in s, from the highest power on."""
+    b, a = bilinear([1.0], below, fs=1.0 / interval)
     return signal[0] + lfilter(b, a, signal - signal[0])

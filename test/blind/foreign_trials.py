@@ -14,16 +14,15 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import CYLINDERS, LAWS, Changes, Secret, hide
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, LAWS, Changes, Secret
 
 from .circumstances import AS_STATED, WRONG, Circumstances, drawn_wrong
 from .foreign import FORMS, KNOWN, NEVER_WEAK, UNKNOWN
 from .forms import ALL, ALL_STRENGTHS, mechanism
-from .fresh import FRESH, SETTLED, some_of
+from .fresh import SETTLED, key_of, some_of
 from .second import SECOND_KNOWN, SECOND_UNKNOWN
 from .sensors import drawn_gains
-from .settings import settings
-from .trials import Trial, join, shuffled
+from .trials import Trial, join, of_rig, shuffled
 
 COUNTS = {
     'foreign': 84,
@@ -38,6 +37,13 @@ COUNTS = {
 }
 """Part -> trials of a seed."""
 FOREIGN_PARTS = tuple(COUNTS)
+ALONE = {
+    'foreign': KNOWN,
+    'foreign_unknown': UNKNOWN,
+    'second': SECOND_KNOWN,
+    'second_unknown': SECOND_UNKNOWN,
+}
+"""Part in which one form is hidden alone -> the forms."""
 SECOND_PARTS = 'second', 'second_unknown'
 """Parts of the second list of forms."""
 SEVERAL_FORMS = 'foreign_pairs', 'triples'
@@ -58,22 +64,22 @@ AIR = (288.15, 303.15)
 def drawn_foreign(seed: int, parts: Sequence[str] = FOREIGN_PARTS) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
     makers = {
-        'foreign': _foreign,
-        'foreign_unknown': _unknown,
+        'foreign': _alone,
+        'foreign_unknown': _alone,
         'nuisance': _nuisance,
         'nuisance_none': _nuisance_none,
         'conditions': _conditions,
-        'foreign_pairs': _pairs,
-        'triples': _triples,
-        'second': _second,
-        'second_unknown': _second_unknown,
+        'foreign_pairs': _several,
+        'triples': _several,
+        'second': _alone,
+        'second_unknown': _alone,
     }
     return shuffled(
         [
             trial
             for place, (part, make) in enumerate(makers.items())
             if part in parts
-            for trial in make(seed, np.random.default_rng([seed, FIRST_STREAM + place]))
+            for trial in make(seed, part, np.random.default_rng([seed, FIRST_STREAM + place]))
         ]
     )
 
@@ -112,30 +118,14 @@ def _slots(name: str) -> list[str]:
 def _trial(seed: int, part: str, names: tuple[str, ...], number: int, random: Generator) -> Trial:
     cylinder = str(random.choice(CYLINDERS))
     secret = join(*(hide_form(name, cylinder, random) for name in names))
-    key = '/'.join((FRESH, str(seed), part, '+'.join(names), cylinder, str(number)))
+    key = key_of(seed, part, names, cylinder, number)
     strength = '+'.join(f'{secret.effects[name]["strength"]:.2g}' for name in names)
     return Trial(key, part, cylinder, 1.0, secret, names, strength)
 
 
-def _alone(seed: int, part: str, forms: Sequence[str], random: Generator) -> Iterator[Trial]:
-    for number, name in enumerate(some_of(forms, COUNTS[part], random)):
+def _alone(seed: int, part: str, random: Generator) -> Iterator[Trial]:
+    for number, name in enumerate(some_of(ALONE[part], COUNTS[part], random)):
         yield _trial(seed, part, (name,), number, random)
-
-
-def _foreign(seed: int, random: Generator) -> Iterator[Trial]:
-    return _alone(seed, 'foreign', KNOWN, random)
-
-
-def _unknown(seed: int, random: Generator) -> Iterator[Trial]:
-    return _alone(seed, 'foreign_unknown', UNKNOWN, random)
-
-
-def _second(seed: int, random: Generator) -> Iterator[Trial]:
-    return _alone(seed, 'second', SECOND_KNOWN, random)
-
-
-def _second_unknown(seed: int, random: Generator) -> Iterator[Trial]:
-    return _alone(seed, 'second_unknown', SECOND_UNKNOWN, random)
 
 
 def _group(size: int, random: Generator) -> tuple[str, ...]:
@@ -147,18 +137,14 @@ def _group(size: int, random: Generator) -> tuple[str, ...]:
             return names
 
 
-def _pairs(seed: int, random: Generator) -> Iterator[Trial]:
-    """Yield pairs, on one balance and on two by turns."""
-    for number in range(COUNTS['foreign_pairs']):
-        names = _group(2, random)
-        while len({FORMS[name].balance for name in names}) != 1 + number % 2:
-            names = _group(2, random)
-        yield _trial(seed, 'foreign_pairs', names, number, random)
-
-
-def _triples(seed: int, random: Generator) -> Iterator[Trial]:
-    for number in range(COUNTS['triples']):
-        yield _trial(seed, 'triples', _group(3, random), number, random)
+def _several(seed: int, part: str, random: Generator) -> Iterator[Trial]:
+    """Yield triples, or pairs on one balance and on two by turns."""
+    size = 2 if part == 'foreign_pairs' else 3
+    for number in range(COUNTS[part]):
+        names = _group(size, random)
+        while size == 2 and len({FORMS[name].balance for name in names}) != 1 + number % 2:
+            names = _group(size, random)
+        yield _trial(seed, part, names, number, random)
 
 
 def _world(
@@ -189,27 +175,24 @@ def _world(
     )
 
 
-def _nuisance(seed: int, random: Generator) -> Iterator[Trial]:
+def _nuisance(seed: int, part: str, random: Generator) -> Iterator[Trial]:
     """Yield strong causes, foreign and of the library by turns, among weak ones."""
     effects = [name for name in SETTLED if name not in LAWS]
-    count = COUNTS['nuisance']
-    foreign, own = some_of(KNOWN, count, random), some_of(effects, count, random)
-    for number in range(count):
+    foreign, own = (some_of(names, COUNTS[part], random) for names in (KNOWN, effects))
+    for number in range(COUNTS[part]):
         name = (foreign, own)[number % 2][number]
         cylinder = str(random.choice(CYLINDERS))
         if name in FORMS:
             cause = hide_form(name, cylinder, random, least=STRONG)
         else:
-            friction = settings(cylinder)['friction']
-            cause = hide(name, cylinder, float(random.uniform(1.0, 2.0)), friction)
-        yield _in_world(seed, 'nuisance', cylinder, cause, (name,), number, random)
+            cause = of_rig(name, cylinder, float(random.uniform(1.0, 2.0)))
+        yield _in_world(seed, part, cylinder, cause, (name,), number, random)
 
 
-def _nuisance_none(seed: int, random: Generator) -> Iterator[Trial]:
-    for number in range(COUNTS['nuisance_none']):
-        cylinder = str(random.choice(CYLINDERS))
-        nothing = Secret({}, {}, {})
-        yield _in_world(seed, 'nuisance_none', cylinder, nothing, (), number, random)
+def _nuisance_none(seed: int, part: str, random: Generator) -> Iterator[Trial]:
+    for number in range(COUNTS[part]):
+        cylinder, nothing = str(random.choice(CYLINDERS)), Secret({}, {}, {})
+        yield _in_world(seed, part, cylinder, nothing, (), number, random)
 
 
 def _in_world(
@@ -221,17 +204,15 @@ def _in_world(
     number: int,
     random: Generator,
 ) -> Trial:
-    what = '+'.join(names) or 'nothing'
-    key = '/'.join((FRESH, str(seed), part, what, cylinder, str(number)))
+    key = key_of(seed, part, names, cylinder, number)
     secret, circumstances = _world(cylinder, cause, names, random)
     gains = drawn_gains(zlib.crc32(key.encode()))
     return Trial(key, part, cylinder, 1.0, secret, names, gains=gains, circumstances=circumstances)
 
 
-def _conditions(seed: int, random: Generator) -> Iterator[Trial]:
-    for number, name in enumerate(some_of(tuple(WRONG), COUNTS['conditions'], random)):
+def _conditions(seed: int, part: str, random: Generator) -> Iterator[Trial]:
+    for number, name in enumerate(some_of(tuple(WRONG), COUNTS[part], random)):
         cylinder = str(random.choice(CYLINDERS))
-        key = '/'.join((FRESH, str(seed), 'conditions', name, cylinder, str(number)))
-        wrong = drawn_wrong(name, cylinder, random)
-        secret = Secret({}, {}, {})
-        yield Trial(key, 'conditions', cylinder, 1.0, secret, (name,), circumstances=wrong)
+        key = key_of(seed, part, name, cylinder, number)
+        wrong, nothing = drawn_wrong(name, cylinder, random), Secret({}, {}, {})
+        yield Trial(key, part, cylinder, 1.0, nothing, (name,), circumstances=wrong)

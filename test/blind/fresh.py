@@ -8,18 +8,18 @@ which nothing is hidden. A trial's key holds the seed.
 
 import zlib
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, Secret, hide
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, Secret
 
 from .constants import LAWS
 from .places import GAS, SENSOR
 from .sensors import drawn_gains
-from .settings import settings
 from .systems import SYSTEMS, sizes
-from .trials import NOISES, PAIRS, PARAMETERS, Trial, alike, join, shuffled, wrong
+from .trials import NOISES, PAIRS, PARAMETERS, Trial, alike, join, of_rig, shuffled, wrong
 
 SEED = 36
 EARLIER = 20
@@ -83,7 +83,7 @@ IN_CHAMBER_1 = (
 def drawn(seed: int = SEED) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
     makers = (
-        _single,
+        partial(_singles, names=SETTLED, count=SINGLES),
         _none,
         _parameter,
         _pair,
@@ -91,11 +91,11 @@ def drawn(seed: int = SEED) -> list[Trial]:
         _uncalibrated,
         _systems,
         _one_pressure,
-        _added,
+        partial(_singles, names=ADDED, count=len(ADDED)),
         _noisy,
         _triple,
-        _latest,
-        _newest,
+        partial(_singles, names=LATEST),
+        partial(_singles, names=NEWEST),
     )
     return shuffled(
         [
@@ -112,12 +112,19 @@ def some_of(names: Sequence[str], count: int, random: Generator) -> list[str]:
     return [str(name) for _ in range(rounds) for name in random.permutation(names)][:count]
 
 
+def _alone(names: Sequence[str], count: int, random: Generator) -> list[tuple[str, ...]]:
+    """Draw groups of one name, each name as often as the others or once more."""
+    return [(name,) for name in some_of(names, count, random)]
+
+
 def _grade(random: Generator) -> float:
     return float(random.uniform(0.0, 2.0))
 
 
-def _key(seed: int, part: str, what: str, cylinder: str, number: int) -> str:
-    return '/'.join((FRESH, str(seed), part, what, cylinder, str(number)))
+def key_of(seed: int, part: str, what: Sequence[str] | str, cylinder: str, number: int) -> str:
+    """Return the key of a trial in which names, or a name, are hidden."""
+    name = what if isinstance(what, str) else '+'.join(what) or 'nothing'
+    return '/'.join((FRESH, str(seed), part, name, cylinder, str(number)))
 
 
 def _hiding(
@@ -127,37 +134,24 @@ def _hiding(
     for number, names in enumerate(groups):
         cylinder = str(random.choice(CYLINDERS))
         grades = [_grade(random) for _ in names]
-        friction = settings(cylinder)['friction']
-        secret = join(
-            *(hide(name, cylinder, g, friction) for name, g in zip(names, grades, strict=True))
-        )
-        key = _key(seed, part, '+'.join(names) or 'nothing', cylinder, number)
+        secret = join(*(of_rig(n, cylinder, g) for n, g in zip(names, grades, strict=True)))
+        key = key_of(seed, part, names, cylinder, number)
         strength = '+'.join(f'{grade:.2f}' for grade in grades)
         yield Trial(key, part, cylinder, 1.0, secret, names, strength)
 
 
-def _single(seed: int, random: Generator) -> Iterator[Trial]:
-    groups = [(name,) for name in some_of(SETTLED, SINGLES, random)]
+def _singles(
+    seed: int, random: Generator, names: Sequence[str], count: int = 0
+) -> Iterator[Trial]:
+    """Hide one of some effects at a time: so many that are drawn, or all in their order."""
+    groups = _alone(names, count, random) if count else [(name,) for name in names]
     yield from _hiding(seed, 'single', groups, random)
-
-
-def _added(seed: int, random: Generator) -> Iterator[Trial]:
-    groups = [(name,) for name in some_of(ADDED, len(ADDED), random)]
-    yield from _hiding(seed, 'single', groups, random)
-
-
-def _latest(seed: int, random: Generator) -> Iterator[Trial]:
-    yield from _hiding(seed, 'single', [(name,) for name in LATEST], random)
-
-
-def _newest(seed: int, random: Generator) -> Iterator[Trial]:
-    yield from _hiding(seed, 'single', [(name,) for name in NEWEST], random)
 
 
 def _noisy(seed: int, random: Generator) -> Iterator[Trial]:
     names = [name for name in EFFECTS if name not in (*LATEST, *NEWEST)]
     for noise in NOISES[1:]:
-        groups: list[tuple[str, ...]] = [(name,) for name in some_of(names, NOISY, random)]
+        groups = _alone(names, NOISY, random)
         for trial in _hiding(seed, f'single_{noise:g}', groups, random):
             yield trial._replace(part='single', noise=noise)
         for trial in _hiding(seed, f'none_{noise:g}', NOISY_NOTHING * [()], random):
@@ -181,15 +175,14 @@ def _triple(seed: int, random: Generator) -> Iterator[Trial]:
 
 
 def _removed(seed: int, random: Generator) -> Iterator[Trial]:
-    groups = [(name,) for name in some_of(SETTLED, REMOVED, random)]
-    for trial in _hiding(seed, 'removed', groups, random):
+    for trial in _hiding(seed, 'removed', _alone(SETTLED, REMOVED, random), random):
         yield trial._replace(without=alike(trial.names[0]))
 
 
 def _none(seed: int, random: Generator) -> Iterator[Trial]:
     for number, law in enumerate(some_of(LAWS, NOTHING, random)):
         cylinder, both = str(random.choice(CYLINDERS)), {'friction.model': law}
-        key = _key(seed, 'none', law, cylinder, number)
+        key = key_of(seed, 'none', law, cylinder, number)
         yield Trial(key, 'none', cylinder, 1.0, Secret({}, both, both), ())
 
 
@@ -200,7 +193,7 @@ def _parameter(seed: int, random: Generator) -> Iterator[Trial]:
         several = sorted(random.choice(PARAMETERS, count, replace=False).tolist())
         names = (alone[number],) if count == 1 else tuple(map(str, several))
         cylinder = str(random.choice(CYLINDERS))
-        key = _key(seed, 'parameter', '+'.join(names), cylinder, number)
+        key = key_of(seed, 'parameter', names, cylinder, number)
         secret = Secret({}, wrong(names, cylinder, key), {})
         yield Trial(key, 'parameter', cylinder, 1.0, secret, names)
 
@@ -208,26 +201,23 @@ def _parameter(seed: int, random: Generator) -> Iterator[Trial]:
 def _uncalibrated(seed: int, random: Generator) -> Iterator[Trial]:
     # to sensors whose slopes are open anyway, position_scale is nothing else
     known = [name for name in SETTLED if name != 'position_scale']
-    groups: list[tuple[str, ...]] = [(name,) for name in some_of(known, CALIBRATIONS, random)]
-    groups += UNCALIBRATED_NOTHING * [()]
+    groups = [*_alone(known, CALIBRATIONS, random), *UNCALIBRATED_NOTHING * [()]]
     for trial in _hiding(seed, 'uncalibrated', groups, random):
         yield trial._replace(gains=drawn_gains(zlib.crc32(trial.key.encode())))
 
 
 def _systems(seed: int, random: Generator) -> Iterator[Trial]:
     for name, system in SYSTEMS.items():
-        hidden = [*some_of(system.hidden, SYSTEM_TRIALS[name], random), *SYSTEM_NOTHING * ['']]
-        for number, what in enumerate(hidden):
-            key, grade = _key(seed, name, what or 'nothing', '-', number), _grade(random)
-            secret, names, strength = Secret({}, {}, {}), (), ''
-            if what:
-                secret = system.hide(what, grade, sizes(system, key))
-                names, strength = (what,), f'{grade:.2f}'
+        groups = [*_alone(system.hidden, SYSTEM_TRIALS[name], random), *SYSTEM_NOTHING * [()]]
+        for number, names in enumerate(groups):
+            key, grade = key_of(seed, name, names, '-', number), _grade(random)
+            secret, strength = Secret({}, {}, {}), ''
+            if names:
+                secret = system.hide(names[0], grade, sizes(system, key))
+                strength = f'{grade:.2f}'
             yield Trial(key, name, '', 1.0, secret, names, strength)
 
 
 def _one_pressure(seed: int, random: Generator) -> Iterator[Trial]:
-    groups: list[tuple[str, ...]] = [
-        (name,) for name in some_of(IN_CHAMBER_1, SYSTEM_TRIALS[ONE_PRESSURE], random)
-    ]
+    groups = _alone(IN_CHAMBER_1, SYSTEM_TRIALS[ONE_PRESSURE], random)
     yield from _hiding(seed, ONE_PRESSURE, [*groups, *SYSTEM_NOTHING * [()]], random)

@@ -9,93 +9,9 @@ import math
 import numba
 import numpy as np
 
+from . import constants as at
 from . import foreign_force as foreign
 from . import second_force as second
-from .constants import (
-    A1,
-    A2,
-    ALPHA,
-    ANCHORS,
-    ANGLE,
-    ASYMMETRY,
-    AT_BRISTLE,
-    AT_DWELL,
-    AT_FILM,
-    AT_JOINT,
-    AT_PAD,
-    BELL,
-    BELL_PLACE,
-    BELL_WIDTH,
-    COMPLIANCE,
-    CONTACT,
-    CUSHION,
-    CUSHION_D,
-    CUSHION_K,
-    DRAG,
-    DRAG_ONE_SIDE,
-    DROP,
-    ELAPSED,
-    F_C,
-    F_S,
-    FILM,
-    FILM_REST,
-    FOREIGN,
-    GAMMA,
-    GRADIENT,
-    HELD,
-    JOINT_D,
-    LAW,
-    LIP,
-    LIP_POWER,
-    LOAD,
-    LOAD_V,
-    LOST,
-    LOST_GAMMA,
-    LOST_POWER,
-    MASS,
-    ONE_SIDE,
-    P1,
-    P2,
-    P_ATM,
-    PRELOAD,
-    READING,
-    REST_START,
-    SEAL,
-    SEAL_LIMIT,
-    SEAL_REACH,
-    SHARE,
-    SIGMA_1,
-    SIGMA_2,
-    SLIDE_START,
-    SLOPE,
-    SPRING,
-    STATIC_ASYMMETRY,
-    STATIC_ONE_SIDE,
-    STICKING,
-    STRETCH,
-    STROKE,
-    T_FLUID,
-    TAPER,
-    TAU_0,
-    TAU_M,
-    TAU_P,
-    TAU_S,
-    TIME_LIMIT,
-    TIME_RATE,
-    TRAVEL,
-    TRAVEL_LIMIT,
-    TRAVEL_RATE,
-    V_B,
-    V_FILM,
-    V_S,
-    WARMTH,
-    WORK,
-    H,
-    N,
-    V,
-    X,
-    Z,
-)
 
 GRAVITY = 9.80665
 
@@ -105,7 +21,7 @@ def elements(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndar
     """F(z) [N]: springs, each but the last behind a slider."""
     total = 0.0
     for i in range(len(stiffness)):
-        force = stiffness[i] * (z - memory[ANCHORS + i])
+        force = stiffness[i] * (z - memory[at.ANCHORS + i])
         if i < len(limit):
             force = max(-limit[i], min(limit[i], force))
         total += force
@@ -117,7 +33,7 @@ def drag(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray)
     """Let the sliders that slip take their springs along."""
     for i in range(len(limit)):
         reach = limit[i] / stiffness[i]
-        memory[ANCHORS + i] = max(z - reach, min(z + reach, memory[ANCHORS + i]))
+        memory[at.ANCHORS + i] = max(z - reach, min(z + reach, memory[at.ANCHORS + i]))
 
 
 @numba.njit
@@ -132,7 +48,7 @@ def drifted(rate: float, limit: float, progress: float) -> float:
 @numba.njit
 def pressed(pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """Friction [N] of a lip that a pressure [Pa] presses on: a power of its bars."""
-    return e[LIP] * max(1e-5 * (pressure - c[P_ATM]), 0.0) ** e[LIP_POWER]
+    return e[at.LIP] * max(1e-5 * (pressure - c[at.P_ATM]), 0.0) ** e[at.LIP_POWER]
 
 
 @numba.njit
@@ -140,32 +56,34 @@ def levels(
     y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> tuple[float, float]:
     """F_c and F_smax [N] with what hidden effects add to them."""
-    share = e[GRADIENT] * (y[X] / c[STROKE] - 0.5) - e[DROP] * y[WARMTH]
-    share += e[BELL] * math.exp(-(((y[X] / c[STROKE] - e[BELL_PLACE]) / e[BELL_WIDTH]) ** 2))
-    side = 1.0 if y[V] > 0.0 else -1.0
-    if memory[STICKING] == 1.0:
-        side = max(-1.0, min(1.0, 2.0 * bristles / c[F_C]))
-    share += e[ASYMMETRY] * (side + e[ONE_SIDE])
-    share += drifted(e[TRAVEL_RATE], e[TRAVEL_LIMIT], y[TRAVEL])
-    share += drifted(e[TIME_RATE], e[TIME_LIMIT], y[ELAPSED])
-    added = e[SLOPE] * max(y[P1] + y[P2] - 2.0 * c[P_ATM], 0.0)
-    added += pressed(y[P1], c, e) + pressed(y[P2], c, e)
-    if e.size > FOREIGN:
+    share = e[at.GRADIENT] * (y[at.X] / c[at.STROKE] - 0.5) - e[at.DROP] * y[at.WARMTH]
+    share += e[at.BELL] * math.exp(
+        -(((y[at.X] / c[at.STROKE] - e[at.BELL_PLACE]) / e[at.BELL_WIDTH]) ** 2)
+    )
+    side = 1.0 if y[at.V] > 0.0 else -1.0
+    if memory[at.STICKING] == 1.0:
+        side = max(-1.0, min(1.0, 2.0 * bristles / c[at.F_C]))
+    share += e[at.ASYMMETRY] * (side + e[at.ONE_SIDE])
+    share += drifted(e[at.TRAVEL_RATE], e[at.TRAVEL_LIMIT], y[at.TRAVEL])
+    share += drifted(e[at.TIME_RATE], e[at.TIME_LIMIT], y[at.ELAPSED])
+    added = e[at.SLOPE] * max(y[at.P1] + y[at.P2] - 2.0 * c[at.P_ATM], 0.0)
+    added += pressed(y[at.P1], c, e) + pressed(y[at.P2], c, e)
+    if e.size > at.FOREIGN:
         more, most = second.added_levels(y, bristles, memory, c, e)
-        coulomb = max((1.0 + share) * c[F_C] + added + more, 0.01 * c[F_C])
-        return coulomb, max((1.0 + share) * c[F_S] + added + most, 0.01 * c[F_S])
-    coulomb = max((1.0 + share) * c[F_C] + added, 0.01 * c[F_C])
-    largest = max((1.0 + share) * c[F_S] + added, 0.01 * c[F_S])
-    excess = e[STATIC_ASYMMETRY] * (side + e[STATIC_ONE_SIDE])
+        coulomb = max((1.0 + share) * c[at.F_C] + added + more, 0.01 * c[at.F_C])
+        return coulomb, max((1.0 + share) * c[at.F_S] + added + most, 0.01 * c[at.F_S])
+    coulomb = max((1.0 + share) * c[at.F_C] + added, 0.01 * c[at.F_C])
+    largest = max((1.0 + share) * c[at.F_S] + added, 0.01 * c[at.F_S])
+    excess = e[at.STATIC_ASYMMETRY] * (side + e[at.STATIC_ONE_SIDE])
     return coulomb, largest + excess * max(largest - coulomb, 0.0)
 
 
 @numba.njit
 def growth(c: np.ndarray, e: np.ndarray) -> tuple[float, float, float]:
     """Share of F_smax - F_c that is not there without a dwell, gamma, alpha; 0 without growth."""
-    if e[LOST] > 0.0:
-        return e[LOST], e[LOST_GAMMA], e[LOST_POWER]
-    return (1.0 if c[LAW] == 3.0 else 0.0), c[GAMMA], c[ALPHA]
+    if e[at.LOST] > 0.0:
+        return e[at.LOST], e[at.LOST_GAMMA], e[at.LOST_POWER]
+    return (1.0 if c[at.LAW] == 3.0 else 0.0), c[at.GAMMA], c[at.ALPHA]
 
 
 @numba.njit
@@ -173,7 +91,7 @@ def static_after(
     dwell: float, coulomb: float, largest: float, c: np.ndarray, e: np.ndarray
 ) -> float:
     """F_s [N] after a dwell time [s], Eq. 16; the largest where the law has none."""
-    if e.size > FOREIGN and e[AT_DWELL] > 0.0:
+    if e.size > at.FOREIGN and e[at.AT_DWELL] > 0.0:
         return coulomb + (largest - coulomb) * second.dwell_share(dwell, e)
     lost, gamma, alpha = growth(c, e)
     if lost == 0.0:
@@ -188,15 +106,15 @@ def share_left(t: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray) -> fl
 
     Sliding it decays; at rest it grows by Eq. 16, from where that has the share it began with.
     """
-    share = memory[SHARE]
-    if memory[STICKING] == 0.0:
-        return share * math.exp((memory[SLIDE_START] - t) / c[TAU_S])
+    share = memory[at.SHARE]
+    if memory[at.STICKING] == 0.0:
+        return share * math.exp((memory[at.SLIDE_START] - t) / c[at.TAU_S])
     _, gamma, alpha = growth(c, e)
     if gamma == 0.0:
         return 0.0
     grown = -math.log(max(1.0 - share, 1e-300))
     before = (grown / gamma) ** (1.0 / alpha)
-    return 1.0 - math.exp(-gamma * (before + (t - memory[REST_START])) ** alpha)
+    return 1.0 - math.exp(-gamma * (before + (t - memory[at.REST_START])) ** alpha)
 
 
 @numba.njit
@@ -204,31 +122,33 @@ def static_force(
     t: float, coulomb: float, largest: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> float:
     """F_s [N] under the chosen reading of Eq. 16; a foreign one is kept from breakaway on."""
-    if e.size > FOREIGN and e[AT_DWELL] > 0.0 and memory[STICKING] == 0.0:
-        return memory[HELD]
+    if e.size > at.FOREIGN and e[at.AT_DWELL] > 0.0 and memory[at.STICKING] == 0.0:
+        return memory[at.HELD]
     lost = growth(c, e)[0]
-    if lost > 0.0 and (c[READING] == 2.0 or (c[READING] == 1.0 and memory[STICKING] == 0.0)):
-        return memory[HELD]
-    if lost > 0.0 and c[READING] == 3.0:
+    if lost > 0.0 and (
+        c[at.READING] == 2.0 or (c[at.READING] == 1.0 and memory[at.STICKING] == 0.0)
+    ):
+        return memory[at.HELD]
+    if lost > 0.0 and c[at.READING] == 3.0:
         return largest - lost * (largest - coulomb) * (1.0 - share_left(t, memory, c, e))
-    dwell = t - memory[REST_START] if memory[STICKING] == 1.0 else 0.0
+    dwell = t - memory[at.REST_START] if memory[at.STICKING] == 1.0 else 0.0
     return static_after(dwell, coulomb, largest, c, e)
 
 
 @numba.njit
 def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray, e: np.ndarray) -> float:
     """g(v, h) [N], Eq. 11."""
-    if c[LAW] == 0.0:
-        if e.size > FOREIGN:
-            return coulomb + second.stribeck_excess(abs(y[V]), c, e)
+    if c[at.LAW] == 0.0:
+        if e.size > at.FOREIGN:
+            return coulomb + second.stribeck_excess(abs(y[at.V]), c, e)
         return coulomb
     top = static
-    if e.size > FOREIGN:
+    if e.size > at.FOREIGN:
         top = coulomb + (static - coulomb) * foreign.film_share(y, e)
-    if c[LAW] >= 2.0:
-        h = y[H]
-        top = (1.0 - h) * static if c[FILM] == 0.0 else static - h * (static - coulomb)
-    return coulomb + (top - coulomb) * math.exp(-((abs(y[V]) / c[V_S]) ** c[N]))
+    if c[at.LAW] >= 2.0:
+        h = y[at.H]
+        top = (1.0 - h) * static if c[at.FILM] == 0.0 else static - h * (static - coulomb)
+    return coulomb + (top - coulomb) * math.exp(-((abs(y[at.V]) / c[at.V_S]) ** c[at.N]))
 
 
 @numba.njit
@@ -236,15 +156,15 @@ def film_rate(
     y: np.ndarray, static: float, coulomb: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> float:
     """dh/dt [1/s], Eq. 12-15."""
-    if e.size > FOREIGN and e[AT_FILM] > 0.0:
+    if e.size > at.FOREIGN and e[at.AT_FILM] > 0.0:
         return second.film_rate(y, c, e)
-    steady = min(abs(y[V]) / c[V_B], 1.0) ** (2.0 / 3.0)
-    if c[FILM] == 0.0:
+    steady = min(abs(y[at.V]) / c[at.V_B], 1.0) ** (2.0 / 3.0)
+    if c[at.FILM] == 0.0:
         steady *= max(1.0 - coulomb / static, 0.0)
-    resting = memory[STICKING] == 1.0 if c[FILM_REST] == 0.0 else abs(y[V]) < c[V_FILM]
+    resting = memory[at.STICKING] == 1.0 if c[at.FILM_REST] == 0.0 else abs(y[at.V]) < c[at.V_FILM]
     if resting:
-        return (steady - y[H]) / c[TAU_0]
-    return (steady - y[H]) / (c[TAU_P] if y[H] <= steady else c[TAU_M])
+        return (steady - y[at.H]) / c[at.TAU_0]
+    return (steady - y[at.H]) / (c[at.TAU_P] if y[at.H] <= steady else c[at.TAU_M])
 
 
 @numba.njit
@@ -252,25 +172,25 @@ def cushion(depth: float, speed: float, e: np.ndarray) -> float:
     """Push [N] of a cushion that is pressed in by a depth [m] at a speed [m/s]."""
     if depth <= 0.0:
         return 0.0
-    damping = e[CUSHION_D] * min(depth / e[CUSHION], 1.0)
-    return max(e[CUSHION_K] * depth + damping * speed, 0.0)
+    damping = e[at.CUSHION_D] * min(depth / e[at.CUSHION], 1.0)
+    return max(e[at.CUSHION_K] * depth + damping * speed, 0.0)
 
 
 @numba.njit
 def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] along the outstroke of weight, spring and cushions."""
-    weight = -(c[MASS] + c[LOAD]) * GRAVITY * math.sin(e[ANGLE])
-    spring = -e[SPRING] * max(y[X] + e[PRELOAD], 0.0)
-    inner = cushion(e[CUSHION] - y[X], -y[V], e)
-    outer = cushion(y[X] - c[STROKE] + e[CUSHION], y[V], e)
+    weight = -(c[at.MASS] + c[at.LOAD]) * GRAVITY * math.sin(e[at.ANGLE])
+    spring = -e[at.SPRING] * max(y[at.X] + e[at.PRELOAD], 0.0)
+    inner = cushion(e[at.CUSHION] - y[at.X], -y[at.V], e)
+    outer = cushion(y[at.X] - c[at.STROKE] + e[at.CUSHION], y[at.V], e)
     total = weight + spring + inner - outer
-    total -= e[DRAG] * (abs(y[V]) + e[DRAG_ONE_SIDE] * y[V])
-    total -= e[SEAL_LIMIT] * max(-1.0, min(1.0, y[SEAL] / e[SEAL_REACH]))
+    total -= e[at.DRAG] * (abs(y[at.V]) + e[at.DRAG_ONE_SIDE] * y[at.V])
+    total -= e[at.SEAL_LIMIT] * max(-1.0, min(1.0, y[at.SEAL] / e[at.SEAL_REACH]))
     # what the bore is wider than stated, both chambers press on
-    total += e[TAPER] * c[A1] * (y[X] / c[STROKE] - 0.5) * (y[P1] - y[P2])
-    if e.size > FOREIGN:
+    total += e[at.TAPER] * c[at.A1] * (y[at.X] / c[at.STROKE] - 0.5) * (y[at.P1] - y[at.P2])
+    if e.size > at.FOREIGN:
         total += second.load_force(y, c, e)
-        if e[AT_PAD] > 0.0:
+        if e[at.AT_PAD] > 0.0:
             total += second.pads(y, c, e)
     return total
 
@@ -278,32 +198,32 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
 @numba.njit
 def seal_rate(y: np.ndarray, e: np.ndarray) -> float:
     """Rate of the deflection of a seal [m/s], which slips in the last percent of its reach."""
-    if y[SEAL] * y[V] <= 0.0:
-        return float(y[V])
-    beyond = (abs(y[SEAL]) - e[SEAL_REACH]) / (0.01 * e[SEAL_REACH])
-    return float(y[V] * (1.0 - max(0.0, min(1.0, beyond))))
+    if y[at.SEAL] * y[at.V] <= 0.0:
+        return float(y[at.V])
+    beyond = (abs(y[at.SEAL]) - e[at.SEAL_REACH]) / (0.01 * e[at.SEAL_REACH])
+    return float(y[at.V] * (1.0 - max(0.0, min(1.0, beyond))))
 
 
 @numba.njit
 def elastic(c: np.ndarray, e: np.ndarray) -> bool:
     """Whether the load hangs on a joint that gives way."""
-    if e.size > FOREIGN and e[AT_JOINT + 1] > 0.0:
-        return c[LOAD] > 0.0
-    return e[COMPLIANCE] > 0.0 and c[LOAD] > 0.0
+    if e.size > at.FOREIGN and e[at.AT_JOINT + 1] > 0.0:
+        return c[at.LOAD] > 0.0
+    return e[at.COMPLIANCE] > 0.0 and c[at.LOAD] > 0.0
 
 
 @numba.njit
 def joint_force(y: np.ndarray, e: np.ndarray) -> float:
     """Force [N] with which the joint of the load pulls along the outstroke."""
-    if e.size > FOREIGN and e[AT_JOINT + 1] > 0.0:
+    if e.size > at.FOREIGN and e[at.AT_JOINT + 1] > 0.0:
         return second.joint(y, e)
-    return y[STRETCH] / e[COMPLIANCE] + e[JOINT_D] * (y[LOAD_V] - y[V])
+    return y[at.STRETCH] / e[at.COMPLIANCE] + e[at.JOINT_D] * (y[at.LOAD_V] - y[at.V])
 
 
 @numba.njit
 def foreign_bending(v: float, bristles: float, level: float, e: np.ndarray) -> float:
     """dz/dt [m/s] of a foreign law."""
-    if e[AT_BRISTLE] == 0.0:
+    if e[at.AT_BRISTLE] == 0.0:
         return v - abs(v) * bristles / level
     side = 1.0 if v > 0.0 else -1.0
     return v * foreign.bending(side * bristles / level, e)
@@ -321,39 +241,45 @@ def motion_rates(
     limit: np.ndarray,
 ) -> float:
     """Write the rates of motion and friction; return the acceleration that no stop hinders."""
-    v = y[V]
-    bristles = elements(y[Z], memory, stiffness, limit)
+    v = y[at.V]
+    bristles = elements(y[at.Z], memory, stiffness, limit)
     coulomb, largest = levels(y, bristles, memory, c, e)
     static = static_force(t, coulomb, largest, memory, c, e)
     level = stribeck(y, static, coulomb, c, e)
     z_rate = v - abs(v) * bristles / level
-    dy[H] = film_rate(y, static, coulomb, memory, c, e)
-    if e[DROP] != 0.0:
-        dy[WARMTH] = (1.0 - y[WARMTH]) * (abs(bristles * v) + c[SIGMA_2] * v * v) / e[WORK]
-    if e[TRAVEL_RATE] != 0.0:
-        dy[TRAVEL] = abs(v)
-    if e[TIME_RATE] != 0.0:
-        dy[ELAPSED] = 1.0
-    if e[SEAL_LIMIT] != 0.0:
-        dy[SEAL] = seal_rate(y, e)
-    force = c[A1] * (y[P1] - c[P_ATM]) - c[A2] * (y[P2] - c[P_ATM]) + outer_forces(y, c, e)
-    if e.size > FOREIGN:
+    dy[at.H] = film_rate(y, static, coulomb, memory, c, e)
+    if e[at.DROP] != 0.0:
+        dy[at.WARMTH] = (
+            (1.0 - y[at.WARMTH]) * (abs(bristles * v) + c[at.SIGMA_2] * v * v) / e[at.WORK]
+        )
+    if e[at.TRAVEL_RATE] != 0.0:
+        dy[at.TRAVEL] = abs(v)
+    if e[at.TIME_RATE] != 0.0:
+        dy[at.ELAPSED] = 1.0
+    if e[at.SEAL_LIMIT] != 0.0:
+        dy[at.SEAL] = seal_rate(y, e)
+    force = (
+        c[at.A1] * (y[at.P1] - c[at.P_ATM])
+        - c[at.A2] * (y[at.P2] - c[at.P_ATM])
+        + outer_forces(y, c, e)
+    )
+    if e.size > at.FOREIGN:
         z_rate = foreign_bending(v, bristles, level, e)
         other = second.viscous(y, c, e) + second.element_rates(y, dy, level, c, e)
-        second.history_rates(y, dy, bristles + c[SIGMA_2] * v + other, e)
+        second.history_rates(y, dy, bristles + c[at.SIGMA_2] * v + other, e)
         foreign.swing_rates(y, dy, e)
         second.pocket_rates(y, dy, c, e)
         force -= other
-    force -= bristles + c[SIGMA_1] * z_rate + c[SIGMA_2] * v
-    inertia = c[MASS] + c[LOAD]
+    force -= bristles + c[at.SIGMA_1] * z_rate + c[at.SIGMA_2] * v
+    inertia = c[at.MASS] + c[at.LOAD]
     if elastic(c, e):
         joint = joint_force(y, e)
-        dy[STRETCH], dy[LOAD_V] = y[LOAD_V] - v, -joint / c[LOAD]
-        force, inertia = force + joint, c[MASS]
-    if c[LAW] >= 2.0:
-        inertia += c[SIGMA_2] * c[T_FLUID]
+        dy[at.STRETCH], dy[at.LOAD_V] = y[at.LOAD_V] - v, -joint / c[at.LOAD]
+        force, inertia = force + joint, c[at.MASS]
+    if c[at.LAW] >= 2.0:
+        inertia += c[at.SIGMA_2] * c[at.T_FLUID]
     acceleration = force / inertia
-    dy[X], dy[V], dy[Z] = v, acceleration, z_rate
-    if memory[CONTACT] != 0.0:
-        dy[X] = dy[V] = dy[Z] = 0.0
+    dy[at.X], dy[at.V], dy[at.Z] = v, acceleration, z_rate
+    if memory[at.CONTACT] != 0.0:
+        dy[at.X] = dy[at.V] = dy[at.Z] = 0.0
     return acceleration

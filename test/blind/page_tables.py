@@ -10,39 +10,10 @@ from pneu_rig_ros.scenarios.hidden import EFFECTS
 from . import places, scores
 from .answers import Answer
 from .confusion import said
-from .figures import Figure, middle, pooled, share
+from .figures import Figure, Wanted, middle, pooled, share
 from .fresh import FRESH_PARTS, SYSTEM_PARTS
 from .trials import Trial
 
-MEANING = {
-    'single_top1': 'one effect hidden: the right name stands first',
-    'false_alarm': 'nothing hidden: false alarms',
-    'parameter_top1': '1 to 3 parameters wrong: `parameter`, a wrong one first',
-    'pairs_both': 'two effects hidden: both are named',
-    'triples_all': 'three effects hidden: all are named',
-    'unknown_recognised': 'the effect is not in the library: `unknown`',
-    'unknown_balance': 'of these: the right balance (of a sensor, any)',
-    'uncalibrated_top1': 'sensors with errors of gain, one effect: the right name first',
-    'uncalibrated_alarm': 'sensors with errors of gain, nothing hidden: false alarms',
-    'systems_top1': 'other systems, one thing hidden: the right name first',
-    'systems_alarm': 'other systems, nothing hidden: false alarms',
-    'noise_3_top1': '3 times the noise, one effect hidden: the right name first',
-    'noise_10_top1': '10 times the noise, one effect hidden: the right name first',
-    'noisy_alarm': '3 and 10 times the noise, nothing hidden: false alarms',
-    'heldout_gap_cut': 'one effect hidden: median cut of the gap above noise, held-out bags',
-    'parameter_error': 'median error of the fitted parameters, right name',
-    'interval_coverage': 'right name: intervals of 95 % that hold the truth (of so many)',
-    'where_gas': 'hidden in the gas: its balance stands first in `where`',
-    'where_force': 'hidden in the forces: their balance stands first',
-    'where_sensor': 'hidden in a sensor: any balance is listed',
-    'where_empty': 'something hidden: `where` is empty',
-    'where_missing': 'a verdict other than `consistent`: `where` is empty',
-    'null_listings': 'nothing hidden: `where` lists something',
-    'times_f1': 'median F1 of the reported intervals',
-    'times_f1_pooled': 'F1 of the reported intervals, all trials together',
-    'seconds_named': 'median time to an answer with a name [s]',
-    'seconds_unknown': 'median time to the answer `unknown` [s]',
-}
 REACHED = {True: 'yes', False: 'no'}
 
 
@@ -80,13 +51,13 @@ def measured(name: str, figure: Figure) -> str:
     return f'{text_of(name, figure["value"], 1)} ({interval(name, figure)}; {figure["trials"]})'
 
 
-def figure_row(
-    name: str, figure: Figure, meaning: str, wanted: tuple[str, float]
-) -> tuple[str, ...]:
+def figure_row(name: str, figure: Figure, wanted: Wanted) -> tuple[str, ...]:
     """Return name, meaning, value, interval and goal of a figure as text."""
-    sense, bound = wanted
-    value, goal = text_of(name, figure['value'], 1), f'{sense} {text_of(name, bound)}'
-    return f'`{name}`', meaning, value, interval(name, figure), goal
+    value, goal = (
+        text_of(name, figure['value'], 1),
+        f'{wanted.sense} {text_of(name, wanted.bound)}',
+    )
+    return f'`{name}`', wanted.meaning, value, interval(name, figure), goal
 
 
 def headline(answers: list[Answer]) -> str:
@@ -94,7 +65,7 @@ def headline(answers: list[Answer]) -> str:
     rows = []
     for name, figure in scores.figures(answers).items():
         mark = REACHED[scores.reached(name, figure['value'])] if figure['trials'] else '-'
-        row = figure_row(name, figure, MEANING[name], scores.WANTED[name])
+        row = figure_row(name, figure, scores.WANTED[name])
         rows.append((*row, mark, figure['trials']))
     head = 'figure', 'what', 'measured', '95 % interval', 'wanted', 'reached', 'trials'
     return table(head, rows)

@@ -3,6 +3,10 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import GAS_BALANCES, READING_BALANCES
+from pneu_rig_ros.scenarios.hidden import EFFECTS
+
 from .circumstances import WRONG
 from .forms import ALL
 from .runs import Truth
@@ -11,25 +15,8 @@ from .windows import length, shared
 Answer = dict[str, Any]
 Score = dict[str, Any]
 """Balance, regime, and the mean, RMS and count of its z-scores."""
-GAS = {
-    'supply_droop',
-    'cross_piston_leak',
-    'chamber_leak',
-    'valve_null_leak',
-    'line_lag',
-    'wall_heat_transfer',
-    'valve_lag',
-    'spool_hysteresis',
-    'nonlinear_opening',
-    'porous_leak',
-    'natural_convection',
-    'line_resistance',
-    'spool_rate_limit',
-    'forced_convection',
-    'supply_tank',
-    'local_piston_leak',
-}
-SENSOR = {'position_scale', 'pressure_offset', 'sensor_delay'}
+GAS = {name for name in EFFECTS if library.load(name).balance in GAS_BALANCES}
+SENSOR = {name for name in EFFECTS if library.load(name).balance in READING_BALANCES}
 GROUPS = ('gas', 'force', 'sensor')
 OF_FORCE = ('friction.', 'cylinder.moving_mass')
 """How the parameters of the forces begin; the others are of the gas."""

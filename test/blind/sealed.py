@@ -13,14 +13,13 @@ from numpy.random import Generator
 
 from pneu_rig_ros.scenarios.hidden import Secret
 
-from .paths import at_zero, steps, waves
+from .imposed import at_zero, steps, waves
 from .runs import Run
 from .settings import Settings, changed, settings
 from .system import (
     CYLINDER_KEYS,
     GAS_KEYS,
     PRESSURE,
-    Sensor,
     System,
     gas_recording,
     log_graded,
@@ -160,10 +159,6 @@ def _vessel_runs(
     return runs
 
 
-def _two_pressures(model: Settings) -> dict[str, Sensor]:
-    return {'position': position_sensor(model), 'pressure_1': PRESSURE, 'pressure_2': PRESSURE}
-
-
 SEALED = System(
     'sealed_chambers',
     ('gas_1', 'gas_2'),
@@ -179,7 +174,11 @@ SEALED = System(
     _sizes,
     _hide,
     _sealed_runs,
-    _two_pressures,
+    lambda model: {
+        'position': position_sensor(model),
+        'pressure_1': PRESSURE,
+        'pressure_2': PRESSURE,
+    },
     {'cylinder': CYLINDER_KEYS, 'gas': GAS_KEYS},
     {'valve': 'shut'},
 )

@@ -22,21 +22,18 @@ from . import places, scores
 from .answers import carry_out
 from .foreign_scores import condition_named
 from .foreign_trials import drawn_foreign
-from .fresh import ONE_PRESSURE, drawn
+from .fresh import ONE_PRESSURE
+from .make_trial import find
 from .rig import make_bags
 from .settings import settings
 from .systems import SYSTEMS, sizes
-from .trials import Trial, join, matrix
+from .trials import Trial, join
 
 pytestmark = pytest.mark.timeout(1200)
 """A diagnosis takes a minute, on a busy machine several."""
 
 GAP_CUT = 0.8
 """Share of what is above the noise floor, on bags left out of the fit [-]."""
-
-
-def trial(key: str) -> Trial:
-    return next(one for one in matrix() if one.key == key)
 
 
 SHORT = (*NAMES[:2], NAMES[len(FIT)])
@@ -123,7 +120,7 @@ def test_growth_with_dwell_is_named_under_another_reading(
 
 @pytest.mark.long  # in short: cli/test_gap.py and diagnosis/test_workflow.py
 def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
-    line = carry_out(trial('single/wall_heat_transfer/cylinder_1/strong/1'))
+    line = carry_out(find('single/wall_heat_transfer/cylinder_1/strong/1'))
     assert scores.named_first(line), line
     assert line['cut'] > GAP_CUT
     assert max(line['errors'].values()) < 0.1
@@ -135,7 +132,7 @@ def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
 def test_inertia_of_the_fluid_is_fitted_under_the_noise_that_it_makes() -> None:
     """Under the noise of the given model its fit is too small, and leaves too much."""
     key = 'fresh/36/single/fluid_inertia/cylinder_2/12'
-    line = carry_out(next(one for one in drawn(36) if one.key == key))
+    line = carry_out(find(key))
     assert scores.named_first(line), line
 
 
@@ -143,7 +140,7 @@ def test_inertia_of_the_fluid_is_fitted_under_the_noise_that_it_makes() -> None:
 def test_leak_whose_formula_predicts_held_out_runs_worse_is_named_in_another_form() -> None:
     """It is linear in the difference of the pressures, and hardly shows in held-out recordings."""
     key = 'fresh/76/foreign/linear_piston_leak/cylinder_3/48'
-    line = carry_out(next(one for one in drawn_foreign(76, ('foreign',)) if one.key == key))
+    line = carry_out(find(key))
     assert line['effects'] == ['cross_piston_leak'], line
 
 
@@ -210,7 +207,7 @@ def test_two_causes_are_accepted_together_where_neither_alone_closes_the_gap(
     'key', ['none/lugre/cylinder_3/3/0', 'none/revised_lugre_dwell/cylinder_2/1/0']
 )
 def test_nothing_is_said_to_be_missing_where_nothing_is(key: str) -> None:
-    line = carry_out(trial(key))
+    line = carry_out(find(key))
     assert line['verdict'] == 'consistent', line
     assert line['where'] == []
 
@@ -226,7 +223,7 @@ def test_wrong_condition_is_named_and_no_physics(name: str) -> None:
 
 @pytest.mark.long  # in short: diagnosis/test_workflow.py, of an effect that the library lacks
 def test_effect_that_is_not_in_the_library_is_unknown() -> None:
-    whole = trial('removed/sensor_delay/cylinder_2/1')
+    whole = find('removed/sensor_delay/cylinder_2/1')
     # without any effect of gas and valves, so that it is a matter of a minute or two
     small = whole._replace(without=tuple(name for name in EFFECTS if name != 'inclination'))
     line = carry_out(small)
@@ -238,7 +235,7 @@ def test_effect_that_is_not_in_the_library_is_unknown() -> None:
 @pytest.mark.long  # in short: diagnosis/test_pooled_evidence.py
 def test_load_is_named_by_all_residuals_together() -> None:
     key = 'fresh/68/conditions/load_mass/cylinder_1/32'
-    line = carry_out(next(one for one in drawn_foreign(68, ('conditions',)) if one.key == key))
+    line = carry_out(find(key))
     assert condition_named(line), line
 
 

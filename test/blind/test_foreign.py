@@ -16,17 +16,18 @@ from .runs import equations
 from .second import SECOND, SECOND_KNOWN, SECOND_UNKNOWN
 from .second_sensors import misread
 from .second_strengths import SECOND_STRENGTHS
-from .settings import changed, settings
+from .settings import Settings, changed, settings
 
 CYLINDER = 'cylinder_2'
-GAS, FORCE, SENSOR = (
-    {name: form for name, form in ALL.items() if form.balance == balance}
-    for balance in ('gas', 'force', 'sensor')
-)
 PLANT = tuple(name for name, form in ALL.items() if form.slot)
 SAMPLES, INTERVAL = 400, 1e-3
-ON_STOP = ('creeping_stop',)
-"""Effects that act where the piston is held, and contribute to no rate."""
+EVERY_RATE = pytest.mark.parametrize('name', [name for name in PLANT if name != 'creeping_stop'])
+"""But for what acts where the piston is held, and contributes to no rate."""
+
+
+def of(*slots: str) -> list[str]:
+    """Return the forms in some slots; '' is that of sensors."""
+    return [name for name in ALL if ALL[name].slot in slots]
 
 
 def hidden(name: str, strength: float) -> dict[str, float]:
@@ -36,17 +37,18 @@ def hidden(name: str, strength: float) -> dict[str, float]:
     return {f'{name}.strength': strength * ALL_STRENGTHS[name][1][1], **shape}
 
 
+def given(name: str) -> Settings:
+    """Return the settings under which a form is there, with its friction law."""
+    law = ALL[name].base
+    return changed(settings(CYLINDER), {'friction.model': law} if law else {})
+
+
 def plant(name: str, strength: float) -> Plant:
-    law = ALL[name].base if name else ''
-    given = settings(CYLINDER)
-    given = changed(given, {'friction.model': law}) if law else given
-    return Plant(given, hidden(name, strength) if name else {})
+    return Plant(given(name), hidden(name, strength))
 
 
 def without(name: str) -> Plant:
-    law = ALL[name].base
-    given = settings(CYLINDER)
-    return Plant(changed(given, {'friction.model': law}) if law else given)
+    return Plant(given(name))
 
 
 def motion(plant: Plant) -> np.ndarray:
@@ -121,11 +123,8 @@ def test_second_list_has_forms_of_its_own() -> None:
     assert set(SECOND_STRENGTHS) == set(SECOND)
 
 
-def test_forms_have_a_source_a_balance_and_a_place() -> None:
+def test_forms_have_a_source_and_a_place_of_their_own() -> None:
     assert all(form.reference for form in ALL.values())
-    for group in ('GAS', 'FORCE', 'SENSOR'):
-        both = {**getattr(foreign, group), **getattr(second, group)}
-        assert {form.balance for form in both.values()} == {group.lower()}
     used = codes(ALL)
     assert len(set(used)) == len(used)
 
@@ -155,7 +154,7 @@ def test_without_strength_the_plant_is_the_present_one(name: str, spool: float) 
     assert np.array_equal(second_gas.targets(voltages(), INTERVAL, plant(name, 0.0).e), voltages())
 
 
-@pytest.mark.parametrize('name', [name for name in PLANT if name not in ON_STOP])
+@EVERY_RATE
 def test_with_strength_it_differs(name: str) -> None:
     strange = plant(name, 1.0)
     driven = second_gas.targets(voltages(), INTERVAL, strange.e)
@@ -165,12 +164,9 @@ def test_with_strength_it_differs(name: str) -> None:
     assert max(differs) > 0.0 or not np.array_equal(driven, voltages())
 
 
-@pytest.mark.parametrize('name', [name for name in PLANT if name not in ON_STOP])
+@EVERY_RATE
 def test_contribution_is_on_the_balance_of_the_form(name: str) -> None:
-    true, model = (
-        equations(changed(settings(CYLINDER), law), what)
-        for law, what in ((_law(name), hidden(name, 1.0)), (_law(name), {}))
-    )
+    true, model = (equations(given(name), what) for what in (hidden(name, 1.0), {}))
     states = motion(plant(name, 1.0))
     shown = Seen(states, np.gradient(states[:, at.V], INTERVAL))
     driven = np.resize(voltages(), (SAMPLES, 2))
@@ -184,11 +180,7 @@ def test_contribution_is_on_the_balance_of_the_form(name: str) -> None:
     assert other < 1e-9
 
 
-def _law(name: str) -> dict[str, str]:
-    return {'friction.model': ALL[name].base} if ALL[name].base else {}
-
-
-@pytest.mark.parametrize('name', [name for name in GAS if GAS[name].slot == 'heat'])
+@pytest.mark.parametrize('name', of('heat'))
 def test_heat_flows_from_hot_to_cold_and_none_is_lost(name: str) -> None:
     rig = plant(name, 1.0)
     y, dy, volume = motion(rig)[50], np.zeros(at.SECOND_STATES), 2e-4
@@ -205,7 +197,7 @@ def test_heat_flows_from_hot_to_cold_and_none_is_lost(name: str) -> None:
         assert stored == pytest.approx(-flows[2])
 
 
-@pytest.mark.parametrize('name', [name for name in GAS if GAS[name].slot == 'cross_leak'])
+@pytest.mark.parametrize('name', of('cross_leak'))
 def test_cross_leak_keeps_the_mass_and_goes_downhill(name: str) -> None:
     given, present = plant(name, 1.0), without(name)
     more = slopes(given, 2.5) - slopes(present, 2.5)
@@ -215,7 +207,7 @@ def test_cross_leak_keeps_the_mass_and_goes_downhill(name: str) -> None:
     assert np.all(more[:, at.M1] * downhill >= 0.0)
 
 
-@pytest.mark.parametrize('name', [name for name in GAS if GAS[name].slot == 'leak'])
+@pytest.mark.parametrize('name', of('leak'))
 def test_leak_grows_with_the_pressure_and_vanishes_without(name: str) -> None:
     rig = plant(name, 1.0)
     y = motion(rig)[50]
@@ -226,7 +218,7 @@ def test_leak_grows_with_the_pressure_and_vanishes_without(name: str) -> None:
 
 
 def test_iso_flow_is_choked_below_the_critical_ratio() -> None:
-    c = plant('', 0.0).c
+    c = Plant(settings(CYLINDER)).c
     assert foreign_gas.iso_flow(6e5, 1e5, 0.3, c) == foreign_gas.iso_flow(6e5, 1.7e5, 0.3, c)
     normal = 6e5 * 1.185 * (293.15 / c[at.T_S]) ** 0.5
     assert foreign_gas.iso_flow(6e5, 1e5, 0.3, c) == pytest.approx(normal)
@@ -260,7 +252,7 @@ def test_supply_settles_where_feed_and_flow_agree(name: str) -> None:
     assert foreign_gas.source_rate(y, 2.0 * flow, rig.c, rig.e) < -1e2
 
 
-@pytest.mark.parametrize('name', [name for name in GAS if GAS[name].slot == 'curve'])
+@pytest.mark.parametrize('name', of('curve'))
 def test_curve_is_shut_at_the_edge_and_never_falls(name: str) -> None:
     e = plant(name, 1.0).e
     for intake in (True, False):
@@ -269,7 +261,7 @@ def test_curve_is_shut_at_the_edge_and_never_falls(name: str) -> None:
         assert np.all(np.diff(opening) >= 0.0)
 
 
-@pytest.mark.parametrize('name', [name for name in GAS if GAS[name].slot == 'play'])
+@pytest.mark.parametrize('name', of('play'))
 def test_spool_is_never_further_off_than_its_strength(name: str) -> None:
     e, wanted = plant(name, 1.0).e, voltages()
     found = second_gas.targets(wanted, INTERVAL, e)
@@ -285,7 +277,7 @@ def test_spool_is_never_further_off_than_its_strength(name: str) -> None:
         assert third[-SAMPLES:] == pytest.approx(again[-SAMPLES:], abs=near)  # the loop closes
 
 
-@pytest.mark.parametrize('name', [n for n in FORCE if FORCE[n].slot in ('viscous', 'side')])
+@pytest.mark.parametrize('name', of('viscous', 'side'))
 def test_viscous_friction_dissipates(name: str) -> None:
     rig = plant(name, 0.9)
     for y in motion(rig):
@@ -294,7 +286,7 @@ def test_viscous_friction_dissipates(name: str) -> None:
         assert force * y[at.V] >= 0.0
 
 
-@pytest.mark.parametrize('name', [name for name in FORCE if FORCE[name].slot == 'bristle'])
+@pytest.mark.parametrize('name', of('bristle'))
 def test_bristles_bend_at_first_and_slide_in_the_end(name: str) -> None:
     e = plant(name, 0.9).e
     assert foreign_force.bending(0.0, e) == 1.0
@@ -316,7 +308,7 @@ def test_elements_dissipate_over_a_cycle() -> None:
     assert 0.3 * level * 0.008 < work < level * 0.008
 
 
-@pytest.mark.parametrize('name', [name for name in FORCE if FORCE[name].slot == 'dwell'])
+@pytest.mark.parametrize('name', of('dwell'))
 def test_static_friction_grows_with_the_dwell_to_all_of_it(name: str) -> None:
     e = plant(name, 1.0).e
     shares = [second_force.dwell_share(dwell, e) for dwell in (0.0, 0.5, 4.0, 60.0, 1000.0, 3e3)]
@@ -325,7 +317,7 @@ def test_static_friction_grows_with_the_dwell_to_all_of_it(name: str) -> None:
     assert shares[-1] == shares[-2] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize('name', [name for name in FORCE if FORCE[name].slot == 'shape'])
+@pytest.mark.parametrize('name', of('shape'))
 def test_stribeck_curve_falls_from_its_strength(name: str) -> None:
     rig = plant(name, 1.0)
     curve = [second_force.stribeck_excess(v, rig.c, rig.e) for v in np.linspace(0.0, 0.5, 30)]
@@ -340,9 +332,7 @@ def test_progressive_spring_is_cubic() -> None:
     assert foreign_force.load_force(y, c, rig.e) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(
-    'name', [name for name in foreign.FORCE if foreign.FORCE[name].slot == 'pad']
-)
+@pytest.mark.parametrize('name', [name for name in of('pad') if name in FORMS])
 def test_cushion_pushes_away_and_only_when_it_is_touched(name: str) -> None:
     e = plant(name, 1.0).e
     assert foreign_force.pad_force(-1e-3, 0.1, e) == 0.0
@@ -378,7 +368,7 @@ def signals() -> np.ndarray:
     return np.stack([0.1 + 0.05 * np.sin(t), 3e5 + 1e5 * np.cos(t), 2e5 + 5e4 * np.sin(2.0 * t)])
 
 
-@pytest.mark.parametrize('name', SENSOR)
+@pytest.mark.parametrize('name', of(''))
 def test_sensor_errs_by_its_strength_and_not_without(name: str) -> None:
     true = signals()
     assert np.array_equal(misread(true, 0.007, hidden(name, 0.0)), true)

@@ -9,21 +9,13 @@ import pytest
 from pneu_rig_ros.diagnosis.answer.probability import TRUE_ANSWERS
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS
 
-from . import foreign_misses, foreign_page, foreign_scores
+from . import foreign_page, foreign_scores
 from .__main__ import chosen
 from .answers import FOLDER
-from .circumstances import (
-    AS_STATED,
-    PSI_BY_BAR,
-    WRONG,
-    as_it_is,
-    command_delay,
-    shown,
-    stamps,
-)
+from .circumstances import AS_STATED, PSI_BY_BAR, WRONG, as_it_is, command_delay, shown, stamps
 from .foreign import FORMS, KNOWN, UNKNOWN
 from .foreign_page import LAST_COUNTED
-from .foreign_trials import COUNTS, FOREIGN_PARTS, SECOND_PARTS, drawn_foreign, together
+from .foreign_trials import ALONE, COUNTS, FOREIGN_PARTS, SECOND_PARTS, drawn_foreign, together
 from .forms import ALL_STRENGTHS, mechanism
 from .fresh import FRESH, drawn
 from .make_trial import find
@@ -70,7 +62,7 @@ def test_every_form_is_hidden_and_the_right_kind_in_each_part() -> None:
 
 
 def test_strengths_are_within_their_ranges() -> None:
-    for trial in [t for part in foreign_scores.ALONE for t in of(part)]:
+    for trial in [t for part in ALONE for t in of(part)]:
         (name,) = trial.names
         low, high = ALL_STRENGTHS[name][CYLINDERS.index(trial.cylinder)]
         assert low <= trial.secret.effects[name]['strength'] <= high
@@ -217,7 +209,7 @@ def test_figures_are_those_of_the_answers() -> None:
     figures = foreign_scores.figures(ANSWERS)
     found = {name: (figure['value'], figure['trials']) for name, figure in figures.items()}
     assert found == EXPECTED
-    assert set(foreign_scores.WANTED) == set(foreign_scores.MEANING) == set(figures)
+    assert set(foreign_scores.WANTED) == set(figures)
     assert foreign_scores.figures([])['unknown_least_cut']['value'] is None
 
 
@@ -252,7 +244,7 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
 
 def test_wrong_answers_have_a_kind_and_right_ones_a_draw() -> None:
     drawn_from = [{**each, 'key': f'fresh/{60 + n % 2}/-'} for n, each in enumerate(ANSWERS)]
-    kinds = foreign_misses.by_kind(drawn_from)
+    kinds = foreign_page.by_kind(drawn_from)
     for row in (
         '`foreign` | another cause, no gap on the held-out recordings | 1 of 3 | `joined_sleeve`',
         '`foreign_unknown` | another cause, which closes less than 90 % of the gap | 1 of 3 | '
@@ -261,7 +253,7 @@ def test_wrong_answers_have_a_kind_and_right_ones_a_draw() -> None:
     ):
         assert f'| {row} |' in kinds
     assert kinds.count('\n| `') == 7
-    by_seed = foreign_misses.by_draw(drawn_from).splitlines()
+    by_seed = foreign_page.by_draw(drawn_from).splitlines()
     assert by_seed[2].startswith('| 60 | 1 of 2 |')
     assert by_seed[3].startswith('| 61 | 1 of 1 |')
 

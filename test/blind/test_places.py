@@ -15,16 +15,7 @@ from .runs import Run
 from .settings import changed
 from .systems import SYSTEMS
 from .trials import Trial, matrix
-from .windows import (
-    Window,
-    exceeds,
-    force_window,
-    gas_window,
-    intervals,
-    length,
-    merged,
-    shared,
-)
+from .windows import Window, exceeds, force_window, gas_window, intervals, length, merged, shared
 
 CYLINDER, BALANCES = 'cylinder_1', ('gas_1', 'gas_2', 'force')
 

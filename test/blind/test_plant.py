@@ -63,7 +63,6 @@ SETTLED = 1e-6
         'along',
         'contributions',
         'windows',
-        'paths',
         'runs',
     ],
 )

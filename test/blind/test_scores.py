@@ -119,7 +119,7 @@ def test_figures_of_nothing_are_none_and_not_reached() -> None:
 
 
 def test_every_figure_is_explained_and_has_a_goal() -> None:
-    assert set(scores.figures([])) == set(scores.WANTED) == set(page_tables.MEANING)
+    assert set(scores.figures([])) == set(scores.WANTED)
 
 
 def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
@@ -149,7 +149,7 @@ def test_readme_quotes_the_figures_of_the_pages(hidden: str) -> None:
     figure = json.loads((ROOT / 'docs' / f'{name}.json').read_text())[key]
     rows = (ROOT / 'README.md').read_text().splitlines()
     (row,) = (each for each in rows if each.startswith(f'| {hidden} | '))
-    share, wanted = 100 * figure['value'], 100 * module.WANTED[key][1]
+    share, wanted = 100 * figure['value'], 100 * module.WANTED[key].bound
     assert row.endswith(f' | {share:.0f} % | {figure["trials"]} | {wanted:.0f} % |')
 
 

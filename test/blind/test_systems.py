@@ -19,8 +19,7 @@ from .cases import make_files, visibility
 from .contributions import volumes
 from .files import Files
 from .fresh import drawn
-from .imposed import CENTRE, gas_run
-from .paths import at_zero, steps, waves
+from .imposed import CENTRE, at_zero, gas_run, steps, waves
 from .plant import Plant
 from .rig import INTERVAL, runs
 from .runs import Run, equations

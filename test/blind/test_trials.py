@@ -10,7 +10,6 @@ from pneu_rig_ros.rig import configuration_from_yaml
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, STRENGTHS, hide, true_parameters
 
 from .fresh import FRESH_PARTS, SYSTEM_PARTS, drawn
-from .places import GAS, SENSOR
 from .settings import model_file, settings
 from .system import System
 from .systems import SYSTEMS, sizes
@@ -126,11 +125,3 @@ def test_wrong_parameters_are_wrong_by_up_to_30_percent_and_loadable() -> None:
             ratio = value[0] / given[0] if isinstance(given, list) else value / given
             assert 0.003 < abs(ratio - 1.0) <= 0.3
         configuration_from_yaml(model_file(trial.cylinder, trial.secret.truth), trial.key)
-
-
-def test_balances_name_effects() -> None:
-    assert set(EFFECTS) >= GAS | SENSOR
-    for name in GAS:
-        assert library.load(name).balance.name in ('SPOOL', 'SUPPLY', 'MASS', 'HEAT')
-    for name in SENSOR:
-        assert library.load(name).balance.name.endswith('READING')

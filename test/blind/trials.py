@@ -13,18 +13,12 @@ the workflow was built; what is reported is drawn afresh, see ``fresh``.
 
 import zlib
 from collections.abc import Iterator
+from itertools import cycle, product
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.scenarios.hidden import (
-    CYLINDERS,
-    EFFECTS,
-    STRENGTHS,
-    Changes,
-    Secret,
-    hide,
-)
+from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS, STRENGTHS, Changes, Secret, hide
 
 from .circumstances import AS_STATED, Circumstances
 from .constants import LAWS
@@ -162,53 +156,43 @@ def shuffled(trials: list[Trial]) -> list[Trial]:
     return sorted(trials, key=lambda trial: (trial.noise, zlib.crc32(trial.key[::-1].encode())))
 
 
-def _hide(effect: str, cylinder: str, strength: str | float) -> Secret:
+def of_rig(effect: str, cylinder: str, strength: str | float) -> Secret:
+    """Return what hides an effect in a shipped cylinder, by its strength or grade."""
     return hide(effect, cylinder, strength, settings(cylinder)['friction'])
 
 
+def _trial(
+    key: str, secret: Secret, names: tuple[str, ...] = (), strength: str = '', **more: Any
+) -> Trial:
+    """Return a trial, its part and cylinder being words of its key."""
+    part, _, cylinder, *_ = key.split('/')
+    return Trial(key, part, cylinder, more.pop('noise', 1.0), secret, names, strength, **more)
+
+
 def _single() -> Iterator[Trial]:
-    for effect in EFFECTS:
-        for cylinder in CYLINDERS:
-            for strength in STRENGTHS:
-                for noise in NOISES:
-                    key = f'single/{effect}/{cylinder}/{strength}/{noise:g}'
-                    secret = _hide(effect, cylinder, strength)
-                    yield Trial(key, 'single', cylinder, noise, secret, (effect,), strength)
+    for effect, cylinder, strength, noise in product(EFFECTS, CYLINDERS, STRENGTHS, NOISES):
+        key = f'single/{effect}/{cylinder}/{strength}/{noise:g}'
+        yield _trial(key, of_rig(effect, cylinder, strength), (effect,), strength, noise=noise)
 
 
 def _none() -> Iterator[Trial]:
-    for cylinder in CYLINDERS:
-        for law in LAWS:
-            for noise in NOISES:
-                for repeat in range(6 if noise == 1.0 else 2):
-                    key = f'none/{law}/{cylinder}/{noise:g}/{repeat}'
-                    both = {'friction.model': law}
-                    yield Trial(key, 'none', cylinder, noise, Secret({}, both, both), ())
+    for cylinder, law, noise in product(CYLINDERS, LAWS, NOISES):
+        for repeat in range(6 if noise == 1.0 else 2):
+            both = {'friction.model': law}
+            key = f'none/{law}/{cylinder}/{noise:g}/{repeat}'
+            yield _trial(key, Secret({}, both, both), noise=noise)
 
 
 def _pair() -> Iterator[Trial]:
-    for first, second in PAIRS:
-        for cylinder in CYLINDERS:
-            secret = join(*(_hide(name, cylinder, 'medium') for name in (first, second)))
-            key = f'pair/{first}+{second}/{cylinder}/1'
-            yield Trial(key, 'pair', cylinder, 1.0, secret, (first, second), 'medium')
+    for names, cylinder in product(PAIRS, CYLINDERS):
+        secret = join(*(of_rig(name, cylinder, 'medium') for name in names))
+        yield _trial(f'pair/{"+".join(names)}/{cylinder}/1', secret, names, 'medium')
 
 
 def _removed() -> Iterator[Trial]:
-    for effect in EFFECTS:
-        for cylinder in CYLINDERS:
-            key = f'removed/{effect}/{cylinder}/1'
-            secret = _hide(effect, cylinder, 'medium')
-            yield Trial(
-                key,
-                'removed',
-                cylinder,
-                1.0,
-                secret,
-                (effect,),
-                'medium',
-                without=alike(effect),
-            )
+    for effect, cylinder in product(EFFECTS, CYLINDERS):
+        key, secret = f'removed/{effect}/{cylinder}/1', of_rig(effect, cylinder, 'medium')
+        yield _trial(key, secret, (effect,), 'medium', without=alike(effect))
 
 
 def alike(effect: str) -> tuple[str, ...]:
@@ -224,35 +208,30 @@ def _parameter() -> Iterator[Trial]:
             draws.add(tuple(sorted(random.choice(PARAMETERS, count, replace=False).tolist())))
         for names in sorted(draws):
             key = f'parameter/{"+".join(names)}/{cylinder}/1'
-            secret = Secret({}, wrong(names, cylinder, key), {})
-            yield Trial(key, 'parameter', cylinder, 1.0, secret, names)
+            yield _trial(key, Secret({}, wrong(names, cylinder, key), {}), names)
 
 
 def _unseen() -> Iterator[Trial]:
     for cylinder in CYLINDERS:
         for effect in EFFECTS:
             key = f'unseen/{effect}/{cylinder}/1'
-            grade = np.random.default_rng(zlib.crc32(key.encode())).uniform(0.0, 2.0)
-            secret = _hide(effect, cylinder, float(grade))
-            yield Trial(key, 'unseen', cylinder, 1.0, secret, (effect,), f'{grade:.2f}')
+            grade = float(np.random.default_rng(zlib.crc32(key.encode())).uniform(0.0, 2.0))
+            yield _trial(key, of_rig(effect, cylinder, grade), (effect,), f'{grade:.2f}')
         for name in PARAMETERS:
             key = f'unseen/{name}/{cylinder}/1'
-            secret = Secret({}, wrong((name,), cylinder, key), {})
-            yield Trial(key, 'unseen', cylinder, 1.0, secret, (name,))
+            yield _trial(key, Secret({}, wrong((name,), cylinder, key), {}), (name,))
 
 
 def _uncalibrated() -> Iterator[Trial]:
     # to sensors whose slopes are open anyway, position_scale is nothing else
-    for index, effect in enumerate(name for name in EFFECTS if name != 'position_scale'):
-        cylinder = CYLINDERS[index % len(CYLINDERS)]
-        key = f'uncalibrated/{effect}/{cylinder}/1'
-        secret, gains = _hide(effect, cylinder, 'medium'), drawn_gains(zlib.crc32(key.encode()))
-        yield Trial(key, 'uncalibrated', cylinder, 1.0, secret, (effect,), 'medium', gains=gains)
-    for cylinder in CYLINDERS:
-        for repeat in range(4):
-            key = f'uncalibrated/nothing/{cylinder}/1/{repeat}'
-            gains = drawn_gains(zlib.crc32(key.encode()))
-            yield Trial(key, 'uncalibrated', cylinder, 1.0, Secret({}, {}, {}), (), gains=gains)
+    effects = [name for name in EFFECTS if name != 'position_scale']
+    for effect, cylinder in zip(effects, cycle(CYLINDERS), strict=False):
+        key, secret = f'uncalibrated/{effect}/{cylinder}/1', of_rig(effect, cylinder, 'medium')
+        gains = drawn_gains(zlib.crc32(key.encode()))
+        yield _trial(key, secret, (effect,), 'medium', gains=gains)
+    for cylinder, repeat in product(CYLINDERS, range(4)):
+        key = f'uncalibrated/nothing/{cylinder}/1/{repeat}'
+        yield _trial(key, Secret({}, {}, {}), gains=drawn_gains(zlib.crc32(key.encode())))
 
 
 def wrong(names: tuple[str, ...], cylinder: str, key: str) -> Changes:
