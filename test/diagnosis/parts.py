@@ -1,7 +1,5 @@
 """Systems that are no whole rig, and recordings of them made without the package's model."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

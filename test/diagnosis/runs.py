@@ -1,25 +1,39 @@
 """Runs for the tests: the package's own rig, short, with or without an effect."""
 
-from __future__ import annotations
-
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
+from numpy.random import Generator
 
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run, prepare_runs
 from pneu_rig_ros.diagnosis.inputs.read_inputs import read_recordings
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.search.selection import Search
+from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
+from .parts import mapping, system_file, table
+
+SCHEMA = Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.schema.json'
 Timeline = tuple[tuple[float, float], ...]
 """u [V] and how long it is held [s], one after the other."""
 # creep out, shut, out fast, shut, back
 TIMELINE: Timeline = ((0.34, 3.0), (0.0, 1.0), (0.5, 1.5), (0.0, 0.7), (-0.45, 2.0))
+LEVELS = 'coulomb_force', 'breakaway_force'
 SET_UP = {'supply_pressure': 5e5, 'initial_position': 0.02, 'rest_time': 60.0}
 """Of every run that does not say otherwise: one in which the piston soon moves."""
 
@@ -33,13 +47,16 @@ def configured(
     return replace(given, effects=effects or {}, sensors=sensors)
 
 
+def changed(rig: RigConfiguration, section: str, **values: Any) -> RigConfiguration:
+    """Return a rig with other values in a section of its model [SI]."""
+    own = getattr(rig.model, section)._replace(**values)
+    return replace(rig, model=rig.model._replace(**{section: own}))
+
+
 def rubbing(rig: RigConfiguration, factor: float) -> RigConfiguration:
     """Return a rig whose friction is larger by a factor."""
-    law = rig.model.friction
-    law = law._replace(
-        coulomb_force=factor * law.coulomb_force, breakaway_force=factor * law.breakaway_force
-    )
-    return replace(rig, model=rig.model._replace(friction=law))
+    levels = {name: getattr(rig.model.friction, name) for name in LEVELS}
+    return changed(rig, 'friction', **{name: factor * level for name, level in levels.items()})
 
 
 def recorded(name: str, rig: RigConfiguration, timeline: Timeline = TIMELINE) -> Recording:
@@ -74,6 +91,55 @@ def measured(
     return prepare_run(recorded(name, rig, timeline), system, Path(name))
 
 
-def read_runs(paths: list[Path], system: System, known: Path) -> list[Run]:
+def data_of(given: Hypothesis, *runs: Run, rng: Generator | None = None) -> Dataset:
+    """Return runs as data, with their noise under a hypothesis."""
+    return Dataset.of(given, [Comparison(run) for run in runs], rng or np.random.default_rng(0))
+
+
+def search_in(
+    given: Hypothesis, runs: Sequence[Run], candidates: Sequence[Candidate], held_out: int = 1
+) -> Search:
+    """Return the search of one of some causes in runs, the last ones of them held out."""
+    rng = np.random.default_rng(0)
+    fitted, verified = (
+        data_of(given, *part, rng=rng) for part in (runs[:-held_out], runs[-held_out:])
+    )
+    return Search(given=given, training=fitted, held_out=verified, rng=rng, pool=candidates)
+
+
+def checked(found: Diagnosis) -> dict[str, Any]:
+    """Return the answer, checked against its schema as what a file of it holds."""
+    data: dict[str, Any] = json.loads(json.dumps(answer(found), allow_nan=False))
+    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+    assert data['where'] or data['verdict'] in ('consistent', 'uncalibrated')
+    return data
+
+
+def tables_of(
+    folder: Path, signals: Sequence[Mapping[str, Floats]], interval: float = 0.1
+) -> tuple[list[Path], Path]:
+    """Return text tables run_0.csv and so on, and their mapping."""
+    paths = [table(folder / f'run_{i}.csv', interval, each) for i, each in enumerate(signals)]
+    return paths, mapping(folder / 'map.yaml', *signals[0])
+
+
+def diagnosed(
+    folder: Path,
+    text: str,
+    signals: Sequence[Mapping[str, Floats]],
+    interval: float = 0.1,
+    fitted: int = 1,
+    without: Sequence[str] = (),
+) -> Diagnosis:
+    """Return the diagnosis of a system by text tables, the first ones of which are fitted."""
+    paths, known = tables_of(folder, signals, interval)
+    system = system_file(folder, text)
+    return diagnose(paths[:fitted], system, paths[fitted:], without=without, mapping=known)
+
+
+def runs_of(
+    system: System, folder: Path, signals: Sequence[Mapping[str, Floats]], interval: float = 0.1
+) -> list[Run]:
     """Return text tables, prepared for a system."""
+    paths, known = tables_of(folder, signals, interval)
     return prepare_runs(read_recordings(paths, system, known), system, paths)

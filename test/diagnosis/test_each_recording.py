@@ -1,7 +1,5 @@
 """What differs from one recording to the next is not taken for a cause, if the file names it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,19 +28,14 @@ from .parts import (
     WALL,
     bench_run,
     chamber_run,
-    mapping,
     system_file,
-    table,
     vessel_run,
 )
-from .runs import read_runs
+from .runs import SCHEMA, checked, diagnosed, runs_of, tables_of
 
-ROOT = Path(__file__).resolve().parents[2]
-SCHEMA = json.loads((ROOT / 'docs' / 'diagnosis.schema.json').read_text())
 pytestmark = pytest.mark.timeout(600)
 
 FILLS = ((4.5e5, 1.1e6), (5.5e5, 1.2e6))
-GAS = ('position', 'pressure_1', 'pressure_2')
 CLOCK = 'each_recording: [clock_offset]\n'
 WARM = 'each_recording: {initial_temperature: 30 K}\n'
 HEAT = """
@@ -55,14 +48,6 @@ LATE = 0.33
 """Of the pressures in the recording that is fitted [s]."""
 
 
-def answered(*args: Any, **options: Any) -> dict[str, Any]:
-    """Return the answer, checked against its schema as what a file of it holds."""
-    found = answer(diagnose(*args, **options))
-    data: dict[str, Any] = json.loads(json.dumps(found, allow_nan=False))
-    jsonschema.validate(data, SCHEMA)
-    return data
-
-
 def chambers(
     folder: Path,
     text: str,
@@ -72,25 +57,18 @@ def chambers(
     without: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the answer for sealed chambers of which the recording that is fitted is off."""
-    runs = [
+    signals = [
         chamber_run(0, FILLS[0], conductances, late=late, warm=warm),
         chamber_run(1, FILLS[1], conductances),
     ]
-    tables = [table(folder / f'run_{i}.csv', 0.1, run) for i, run in enumerate(runs)]
-    known = mapping(folder / 'map.yaml', *GAS)
-    system = system_file(folder, CHAMBERS + text)
-    return answered(tables[:1], system, tables[1:], mapping=known, without=without)
+    return checked(diagnosed(folder, CHAMBERS + text, signals, without=without))
 
 
 def vessel(folder: Path, text: str, leak: float) -> dict[str, Any]:
     """Return the answer for a leaking chamber that was just filled."""
     starts = ((6e5, 30.0), (5e5, 30.0), (7e5, 20.0))
-    tables = [
-        table(folder / f'run_{i}.csv', 0.1, vessel_run(i, fill, warm, leak, 0.5))
-        for i, (fill, warm) in enumerate(starts)
-    ]
-    known = mapping(folder / 'map.yaml', 'pressure_1')
-    return answered(tables[:2], system_file(folder, LEAKING + text), tables[2:], mapping=known)
+    signals = [vessel_run(i, fill, warm, leak, 0.5) for i, (fill, warm) in enumerate(starts)]
+    return checked(diagnosed(folder, LEAKING + text, signals, fitted=2))
 
 
 def found(data: dict[str, Any], recording: str, name: str, key: str = 'value') -> float:
@@ -176,12 +154,9 @@ def test_correlated_samples_of_an_autoregressive_process(lag: float) -> None:
 
 
 def test_interpolation_over_a_long_step_is_noted(tmp_path: Path) -> None:
-    paths = [
-        table(tmp_path / f'run_{i}.csv', 0.1, vessel_run(i, fill, 20.0, 0.0, 0.5))
-        for i, fill in enumerate((6e5, 5e5))
-    ]
+    signals = [vessel_run(i, fill, 20.0, 0.0, 0.5) for i, fill in enumerate((6e5, 5e5))]
+    paths, known = tables_of(tmp_path, signals)
     make_gap(paths[0])
-    known = mapping(tmp_path / 'map.yaml', 'pressure_1')
     system = system_file(tmp_path, LEAKING + VESSEL_HEAT + WARM)
     diagnosis = diagnose(paths[:1], system, paths[1:], mapping=known)
     (tmp_path / 'answer').mkdir()
@@ -189,7 +164,7 @@ def test_interpolation_over_a_long_step_is_noted(tmp_path: Path) -> None:
     write_files(tmp_path / 'answer', diagnosis, answer(diagnosis), shares.append)
     assert shares[-1] == 1.0
     data = json.loads((tmp_path / 'answer' / 'diagnosis.json').read_text())
-    jsonschema.validate(data, SCHEMA)
+    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
     notes = (
         'time steps of 100 to 250 ms: interpolated onto steps of 100 ms',
         '1 of 1000 samples are missing',
@@ -214,9 +189,8 @@ def test_replaced_readings_of_a_bench_are_counted(
 ) -> None:
     signals = bench_run(0, 3e5, 0.0)
     signals['position'][places] -= 0.4e-3
-    path = table(tmp_path / 'run.csv', 0.01, signals)
-    known = mapping(tmp_path / 'map.yaml', *signals)
-    (run,) = read_runs([path], load_system(system_file(tmp_path, BENCH)), known)
+    system = load_system(system_file(tmp_path, BENCH))
+    (run,) = runs_of(system, tmp_path, [signals], 0.01)
     assert run.notes == notes
 
 
@@ -241,10 +215,8 @@ def test_what_cools_a_chamber_that_was_just_filled_is_told_from_a_leak(tmp_path:
 @pytest.fixture
 def late_run(tmp_path: Path) -> Run:
     """Return a run whose pressures are late."""
-    signals = chamber_run(0, FILLS[0], (0.0, 0.0), late=LATE)
-    path = table(tmp_path / 'run.csv', 0.1, signals)
-    known = mapping(tmp_path / 'map.yaml', *GAS)
-    return read_runs([path], load_system(system_file(tmp_path, CHAMBERS + CLOCK)), known)[0]
+    system = load_system(system_file(tmp_path, CHAMBERS + CLOCK))
+    return runs_of(system, tmp_path, [chamber_run(0, FILLS[0], (0.0, 0.0), late=LATE)])[0]
 
 
 def test_pressures_are_put_right_by_interpolation(late_run: Run) -> None:
@@ -262,7 +234,7 @@ def test_pressures_are_put_right_by_interpolation(late_run: Run) -> None:
 
 
 def test_recording_that_is_too_short_for_its_clock_is_refused(tmp_path: Path) -> None:
-    path = table(tmp_path / 'run.csv', 0.1, chamber_run(0, FILLS[0], (0.0, 0.0), duration=2.5))
+    short = chamber_run(0, FILLS[0], (0.0, 0.0), duration=2.5)
     system = load_system(system_file(tmp_path, CHAMBERS + CLOCK))
     with pytest.raises(RigError, match=r'2\.40 s, at least 2\.8 s needed'):
-        read_runs([path], system, mapping(tmp_path / 'map.yaml', *GAS))
+        runs_of(system, tmp_path, [short])

@@ -1,7 +1,5 @@
 """Free runs show what no window and no cycle does, and which of two causes it is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +12,6 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.cycle_test import compare_cycles, compare_free_runs
 from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
 from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
@@ -22,7 +19,7 @@ from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
-from .runs import Timeline, configured, measured, system_of
+from .runs import Timeline, configured, measured, search_in, system_of
 
 CREEPS: Timeline = ((0.34, 6.0), (0.0, 0.5), (-0.34, 5.0))
 """Many slips, out and back."""
@@ -183,10 +180,6 @@ def search_in_leaking_rigs(
 
 def search_of(system: System, given: Hypothesis, comparisons: list[Comparison]) -> Search:
     """Return the search of one of some causes in two of three runs."""
-    rng, runs = np.random.default_rng(0), [comparison.run for comparison in comparisons]
-    training, held_out = (
-        Dataset.of(given, part, rng) for part in (comparisons[:2], comparisons[2:])
-    )
-    own = replace(system, hypothesis=given)
-    candidates = [each for each in pool(own, runs, ())[0] if each.name in CANDIDATES]
-    return Search(given=given, training=training, held_out=held_out, rng=rng, pool=candidates)
+    runs = [comparison.run for comparison in comparisons]
+    candidates, _ = pool(replace(system, hypothesis=given), runs)
+    return search_in(given, runs, [each for each in candidates if each.name in CANDIDATES])

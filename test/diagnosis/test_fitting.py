@@ -8,8 +8,7 @@ import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
+from pneu_rig_ros.diagnosis.residuals.dataset import loss
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.multi_start import over_ridges
 from pneu_rig_ros.diagnosis.search.screening import changes, screen
@@ -17,7 +16,7 @@ from pneu_rig_ros.executor import SerialExecutor
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.scenarios.experiments import FIT, levels, set_up
 
-from .runs import configured, measured, system_of
+from .runs import configured, data_of, measured, system_of
 
 
 def test_a_weakly_damped_load_is_found_beyond_the_ridges_of_its_phases(tmp_path: Path) -> None:
@@ -30,7 +29,7 @@ def test_a_weakly_damped_load_is_found_beyond_the_ridges_of_its_phases(tmp_path:
     rig = configured('cylinder_1', hidden, **set_up(heavy, 'cylinder_1', stroke))
     timeline = tuple((u, time) for time, u in levels(heavy, 'cylinder_1'))
     runs = [measured(system, 'run', rig, timeline)]
-    data = Dataset.of(given, [Comparison(run) for run in runs], np.random.default_rng(0))
+    data = data_of(given, *runs)
     (cause,) = (each for each in pool(system, runs)[0] if each.name == 'load_compliance')
 
     start = Explanation().with_part(cause, (1.02 * compliance, 4.0 * damping))
@@ -47,7 +46,7 @@ def test_other_causes_help_a_candidate_within_their_bounds_alone(tmp_path: Path)
     system = system_of(tmp_path, rig)
     right = system.hypothesis
     runs = [measured(system, 'run', rig)]
-    data = Dataset.of(right, [Comparison(run) for run in runs], np.random.default_rng(0))
+    data = data_of(right, *runs)
     found = {each.name: each for each in pool(system, runs)[0]}
     level = found['friction.coulomb_force']
     viscous = found['friction.viscous_coefficient']
@@ -74,7 +73,7 @@ def test_weak_cause_of_a_curved_law_is_screened_as_what_it_is(tmp_path: Path) ->
     given = system.hypothesis
     curve = library.load('stribeck').parameters(0.08, 0.016, 1.3)
     runs = [measured(system, 'run', replace(rig, effects={'stribeck': curve}))]
-    data = Dataset.of(given, [Comparison(run) for run in runs], np.random.default_rng(0))
+    data = data_of(given, *runs)
     (cause,) = (each for each in pool(system, runs)[0] if each.name == 'stribeck')
     residual, nothing = data.residual(given), (np.zeros(0), np.zeros(0))
     found = screen(cause, given, data, residual, np.zeros((residual.size, 0)), nothing)
@@ -94,7 +93,7 @@ def test_strength_that_the_residuals_show_is_a_start_beside_simulated_cycles(
     timeline = ((0.34, 4.0), (0.0, 1.0), (-0.45, 2.0), (0.34, 2.5), (0.0, 1.0))
     rig = configured('cylinder_1', {'end_cushion': cushion}, initial_position=0.275)
     runs = [measured(system, 'run', rig, timeline)]
-    data = Dataset.of(given, [Comparison(run) for run in runs], rng).with_cycles(given, rng)
+    data = data_of(given, *runs, rng=rng).with_cycles(given, rng)
     (cause,) = (each for each in pool(system, runs)[0] if each.name == 'end_cushion')
 
     residual, nothing = data.residual(given), (np.zeros(0), np.zeros(0))

@@ -1,7 +1,5 @@
 """Fitted values against those with which recordings were made, and how well they are known."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -19,22 +17,12 @@ from pneu_rig_ros.diagnosis.residuals.replicates import shrunk_mean
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.search.fitting import Fit, fit
 from pneu_rig_ros.diagnosis.search.multi_start import scattered
-from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
 
-from .parts import (
-    BENCH,
-    LEAKING,
-    Floats,
-    bench_run,
-    mapping,
-    system_file,
-    table,
-    vessel_run,
-)
-from .runs import configured, measured, system_of
+from .parts import BENCH, LEAKING, Floats, bench_run, system_file, vessel_run
+from .runs import configured, data_of, diagnosed, measured, system_of
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -52,11 +40,8 @@ def test_conductance_of_a_vessel_is_within_its_interval_of_half_a_percent(
     """The gas is 35 K warmer than the walls when the recording begins, which nobody states."""
     conductance, fills = 0.5, (6e5, 5e5, 7e5)
     runs = [vessel_run(seed + i, fill, 35.0, 0.0, conductance) for i, fill in enumerate(fills)]
-    tables = [table(tmp_path / f'run_{i}.csv', 0.1, run) for i, run in enumerate(runs)]
-    known = mapping(tmp_path / 'map.yaml', 'pressure_1')
     steady = 'repeatability: {gas_1: 0 kg/s}\n'  # no drift of the temperature
-    model = system_file(tmp_path, LEAKING + steady)
-    (effect,) = answer(diagnose(tables[:2], model, tables[2:], mapping=known))['effects']
+    (effect,) = answer(diagnosed(tmp_path, LEAKING + steady, runs, fitted=2))['effects']
     assert effect['name'] == 'wall_heat_transfer'
     row = effect['parameters']['conductance_1']
     low, high = row['interval']
@@ -138,7 +123,7 @@ def test_a_force_larger_than_the_noise_contributes_whenever_the_piston_moves(
     system = system_of(tmp_path, rig)
     given = system.hypothesis
     run = measured(system, 'run', rig)
-    data = Dataset.of(given, [Comparison(run)], np.random.default_rng(0))
+    data = data_of(given, run)
     tilted = given.with_effect('inclination', library.load('inclination').parameters(0.5))
     spans = contribution_intervals(given, tilted, data)
     assert {(balance, name) for balance, name, _, _ in spans} == {('force', 'run')}
@@ -153,7 +138,5 @@ def test_a_force_larger_than_the_noise_contributes_whenever_the_piston_moves(
 def test_nothing_contributes_where_nothing_is_added(tmp_path: Path) -> None:
     rig = configured('cylinder_1')
     system = system_of(tmp_path, rig)
-    data = Dataset.of(
-        system.hypothesis, [Comparison(measured(system, 'run', rig))], np.random.default_rng(0)
-    )
+    data = data_of(system.hypothesis, measured(system, 'run', rig))
     assert not contribution_intervals(system.hypothesis, system.hypothesis, data)

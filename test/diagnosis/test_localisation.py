@@ -1,7 +1,5 @@
 """Where a model disagrees: in the right balance, and nowhere where it does not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,15 +7,13 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, localise
 from pneu_rig_ros.diagnosis.residuals.whitening import whitener
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.rig import RigConfiguration
 
-from .runs import TIMELINE, Timeline, configured, measured, recorded, system_of
+from .runs import TIMELINE, Timeline, changed, configured, data_of, measured, recorded, system_of
 
 LEAK = 3e-9
 SEEDS = 50
@@ -114,7 +110,7 @@ def test_a_shift_after_long_rests_is_found_with_the_dwell() -> None:
 def test_dwell_is_the_rest_before_a_breakaway_and_none_while_it_moves(tmp_path: Path) -> None:
     system = system_of(tmp_path, configured('cylinder_1'))
     run = measured(system, 'run', configured('cylinder_1'))
-    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    data = data_of(system.hypothesis, run)
     groups = windows_of(data, system.hypothesis)
     (breaks,) = (one for one in groups if set(one.regime) == {'breakaway'})
     for moment, dwell in zip(breaks.middle, breaks.variables['dwell'], strict=True):
@@ -136,9 +132,7 @@ def located(
     """Return where a model disagrees with two runs of a rig; without a change if none is given."""
     system = system_of(folder, given or configured('cylinder_1'))
     runs = [measured(system, f'run_{i}', replace(change, seed=i), timeline) for i in (1, 2)]
-    dataset = Dataset.of(
-        system.hypothesis, [Comparison(run) for run in runs], np.random.default_rng(0)
-    )
+    dataset = data_of(system.hypothesis, *runs)
     return localise(windows_of(dataset, system.hypothesis))
 
 
@@ -165,8 +159,7 @@ RESTS: Timeline = (*PAIR, *PAIR, *PAIR, (0.45, 0.5))
 def growing(exponent: float) -> RigConfiguration:
     """Return a rig whose static friction grows with a power of the dwell, anew after each slip."""
     rig = configured('cylinder_1')
-    law = rig.model.friction._replace(dwell_exponent=exponent, memory_time=0.1)
-    return replace(rig, model=rig.model._replace(friction=law))
+    return changed(rig, 'friction', dwell_exponent=exponent, memory_time=0.1)
 
 
 def test_static_friction_of_long_rests_is_found_with_the_dwell(tmp_path: Path) -> None:
@@ -180,15 +173,10 @@ def test_static_friction_of_long_rests_is_found_with_the_dwell(tmp_path: Path) -
     assert located(tmp_path, given, given, RESTS) == []
 
 
-def less_friction() -> RigConfiguration:
-    rig = configured('cylinder_1')
-    law = rig.model.friction
-    law = law._replace(coulomb_force=0.8 * law.coulomb_force)
-    return replace(rig, model=rig.model._replace(friction=law))
-
-
 def test_less_friction_is_found_in_the_force_in_both_directions(tmp_path: Path) -> None:
-    found = located(tmp_path, less_friction())
+    rig = configured('cylinder_1')
+    less = 0.8 * rig.model.friction.coulomb_force
+    found = located(tmp_path, changed(rig, 'friction', coulomb_force=less))
     assert {one.balance for one in found} == {'force'}
     signs = {one.direction: np.sign(one.mean) for one in found if one.regime == 'sliding'}
     assert signs == {'out': 1.0, 'in': -1.0}
@@ -205,7 +193,7 @@ def test_reading_that_falls_short_of_an_end_stop_is_found_with_its_place(
     read = recording.signals['position']
     recording.signals['position'] = np.where(read > stroke - short, stroke - short, read)
     run = prepare_run(recording, system, Path('stop'))
-    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    data = data_of(system.hypothesis, run)
     significant = [
         each for each in localise(windows_of(data, system.hypothesis)) if each.unit == 'm'
     ]

@@ -1,7 +1,5 @@
 """Real hardware, measured by others: the effects that are known to be there are named."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +13,7 @@ from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 
 ROOT = Path(__file__).resolve().parents[2]
 SYSTEMS = ROOT / 'config' / 'systems'
+SEAL_COLUMNS = SYSTEMS / 'seal_friction.map.yaml'
 DATA = ROOT.parent / 'shared' / 'data'
 
 pytestmark = [
@@ -25,17 +24,18 @@ pytestmark = [
 ]
 
 
-def seal(name: str) -> dict[str, Any]:
-    """Return the answer for a seal: fitted at 3 and 5 bar, judged at 1 and 7 bar."""
-    runs = {bar: DATA / 'seal_friction' / f'{name}_{bar}bar.csv' for bar in (1, 3, 5, 7)}
-    return answer(
-        diagnose(
-            [runs[3], runs[5]],
-            SYSTEMS / f'seal_{name}.yaml',
-            [runs[1], runs[7]],
-            mapping=SYSTEMS / 'seal_friction.map.yaml',
-        )
+def seal(
+    recordings: str,
+    fitted: tuple[int, ...] = (3, 5),
+    judged: tuple[int, ...] = (1, 7),
+    folder: str = 'seal_friction',
+) -> dict[str, Any]:
+    """Return the answer for the recordings of a seal, fitted and judged at pressures [bar]."""
+    training, held_out = (
+        [DATA / folder / f'{recordings}_{bar}bar.csv' for bar in bars] for bars in (fitted, judged)
     )
+    system = SYSTEMS / f'seal_{recordings.split("_")[0]}.yaml'
+    return answer(diagnose(training, system, held_out, mapping=SEAL_COLUMNS))
 
 
 @pytest.mark.parametrize(
@@ -120,15 +120,7 @@ def test_friction_of_a_compact_seal_grows_more_than_linearly_with_pressure() -> 
 
     Two pressures cannot show a power.
     """
-    runs = {bar: DATA / 'seal_friction' / f'KDN_{bar}bar.csv' for bar in (1, 3, 5, 7)}
-    data = answer(
-        diagnose(
-            [runs[1], runs[3], runs[7]],
-            SYSTEMS / 'seal_KDN.yaml',
-            [runs[5]],
-            mapping=SYSTEMS / 'seal_friction.map.yaml',
-        )
-    )
+    data = seal('KDN', (1, 3, 7), (5,))
     assert data['effects'][0]['name'] == 'pressure_power_friction'
     assert data['effects'][0]['parameters']['exponent']['value'] > 1.2
 
@@ -136,15 +128,7 @@ def test_friction_of_a_compact_seal_grows_more_than_linearly_with_pressure() -> 
 @pytest.mark.long
 def test_loop_of_a_lip_seal_grows_with_a_power_of_the_pressure() -> None:
     """Two pressures cannot show a power; from 3.3, 6.9 and 11.9 N at 1, 3 and 7 bar it is 0.66."""
-    runs = {bar: DATA / 'seal_friction' / f'NAPN_{bar}bar.csv' for bar in (1, 3, 5, 7)}
-    data = answer(
-        diagnose(
-            [runs[1], runs[3], runs[7]],
-            SYSTEMS / 'seal_NAPN.yaml',
-            [runs[5]],
-            mapping=SYSTEMS / 'seal_friction.map.yaml',
-        )
-    )
+    data = seal('NAPN', (1, 3, 7), (5,))
     assert data['effects'][0]['name'] == 'pressure_power_friction'
     assert data['effects'][0]['parameters']['exponent']['value'] == pytest.approx(0.66, abs=0.1)
 
@@ -152,16 +136,7 @@ def test_loop_of_a_lip_seal_grows_with_a_power_of_the_pressure() -> None:
 @pytest.mark.long
 def test_bore_of_a_bench_is_named_where_its_area_changes() -> None:
     """Force grows with pressure x position, alike in both directions: 1 to 2 N at 7 bar."""
-    folder = DATA / 'seal_friction_repeats'
-    runs = {bar: folder / f'O-ring257_rerun_2_{bar}bar.csv' for bar in (1, 3, 5, 7)}
-    data = answer(
-        diagnose(
-            [runs[3], runs[5]],
-            SYSTEMS / 'seal_O-ring257.yaml',
-            [runs[1], runs[7]],
-            mapping=SYSTEMS / 'seal_friction.map.yaml',
-        )
-    )
+    data = seal('O-ring257_rerun_2', folder='seal_friction_repeats')
     assert data['effects'][0]['name'] == 'bore_taper'
     assert data['effects'][0]['parameters']['taper']['value'] == pytest.approx(6e-3, abs=2e-3)
 
@@ -192,10 +167,9 @@ def test_repeats_of_a_seal_are_consistent_within_its_repeatability(
         [DATA / folder / f'{name}_{bar}bar.csv' for bar in (3, 5, 1, 7)]
         for folder, name in zip(folders, names, strict=True)
     ]
-    columns = SYSTEMS / 'seal_friction.map.yaml'
 
     def judge(paths: list[Path], model: Path) -> Diagnosis:
-        return diagnose(paths[:2], model, paths[2:], mapping=columns)
+        return diagnose(paths[:2], model, paths[2:], mapping=SEAL_COLUMNS)
 
     diagnosis = judge(sets[first], SYSTEMS / 'seal_O-ring257.yaml')
     improved = tmp_path / 'improved.yaml'

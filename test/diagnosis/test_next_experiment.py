@@ -1,7 +1,5 @@
 """The next experiment: within what the recordings of the system show to be possible."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,28 +7,11 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.answer.next_experiment import next_experiment
-from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 
-from .parts import (
-    BENCH,
-    CHAMBERS,
-    CONDUCTANCES,
-    bench_run,
-    chamber_run,
-    mapping,
-    system_file,
-    table,
-)
-from .runs import TIMELINE, Timeline, configured, measured, read_runs, system_of
-
-
-def data_of(system: System, runs: list[Run]) -> Dataset:
-    comparisons = [Comparison(run) for run in runs]
-    return Dataset.of(system.hypothesis, comparisons, np.random.default_rng(0))
+from .parts import BENCH, CHAMBERS, CONDUCTANCES, Floats, bench_run, chamber_run, system_file
+from .runs import TIMELINE, Timeline, configured, data_of, measured, runs_of, system_of
 
 
 def rivals(given: Hypothesis, section: str, name: str) -> dict[str, Hypothesis]:
@@ -61,7 +42,7 @@ def test_a_rig_is_driven_as_in_its_recordings(
         for i, (supply, load) in enumerate(zip(supplies, loads, strict=True))
     ]
     both = rivals(system.hypothesis, 'friction', 'coulomb_force')
-    found = next_experiment(both, data_of(system, runs), system)
+    found = next_experiment(both, data_of(system.hypothesis, *runs), system)
     assert found is not None
     assert found.separates == list(both)
     assert found.by > 1.0
@@ -77,13 +58,13 @@ def test_a_rig_is_driven_as_in_its_recordings(
 
 
 def repeated(
-    folder: Path, tables: list[Path], text: str, signals: tuple[str, ...], parameter: str
+    folder: Path, text: str, signals: list[dict[str, Floats]], interval: float, parameter: str
 ) -> str:
     """Return the recording like which the next one is, of a part of a rig with two rivals."""
     system = load_system(system_file(folder, text))
-    runs = read_runs(tables, system, mapping(folder / 'map.yaml', *signals))
+    runs = runs_of(system, folder, signals, interval)
     both = rivals(system.hypothesis, *parameter.split('.'))
-    found = next_experiment(both, data_of(system, runs), system)
+    found = next_experiment(both, data_of(system.hypothesis, *runs), system)
     assert found is not None
     assert (found.u, found.supply_pressure, found.load_mass) == (None, None, None)
     return found.like
@@ -91,27 +72,19 @@ def repeated(
 
 def test_chambers_repeat_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
     fills = (4.5e5, 1.1e6), (1.2e5, 1.3e5)
-    tables = [
-        table(tmp_path / f'run_{i}.csv', 0.1, chamber_run(i, fill, CONDUCTANCES))
-        for i, fill in enumerate(fills)
-    ]
-    signals = 'position', 'pressure_1', 'pressure_2'
+    signals = [chamber_run(i, fill, CONDUCTANCES) for i, fill in enumerate(fills)]
     # filled to twice the pressures and more
-    assert repeated(tmp_path, tables, CHAMBERS, signals, 'cylinder.cap_dead_volume') == 'run_0'
+    assert repeated(tmp_path, CHAMBERS, signals, 0.1, 'cylinder.cap_dead_volume') == 'run_0'
 
 
 def test_a_bench_repeats_the_recording_in_which_the_rivals_differ_most(tmp_path: Path) -> None:
-    tables = [
-        table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, 3e5, 0.0, way=way))
-        for i, way in enumerate((0.002, 0.03))
-    ]
-    signals = 'position', 'pressure_2', 'force'
+    signals = [bench_run(i, 3e5, 0.0, way=way) for i, way in enumerate((0.002, 0.03))]
     # more of the short strokes are turns
-    assert repeated(tmp_path, tables, BENCH, signals, 'friction.coulomb_force') == 'run_1'
+    assert repeated(tmp_path, BENCH, signals, 0.01, 'friction.coulomb_force') == 'run_1'
 
 
 def test_without_a_rival_there_is_nothing_to_separate(tmp_path: Path) -> None:
     system = system_of(tmp_path, configured('cylinder_1'))
     run = measured(system, 'run', configured('cylinder_1'))
     only = {'given': replace(system.hypothesis)}
-    assert next_experiment(only, data_of(system, [run]), system) is None
+    assert next_experiment(only, data_of(system.hypothesis, run), system) is None

@@ -1,7 +1,5 @@
 """Whitened residuals of a true model are independent, of mean 0 and standard deviation 1."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,15 +12,11 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.reading import positive_mean, unclipped
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, pseudo_huber
-from pneu_rig_ros.diagnosis.residuals.replicates import (
-    bench_force,
-    inflation,
-    simulate_replicate,
-)
+from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, inflation, simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.whitening import Source, whitener
 
-from .parts import BENCH, LEAKING, bench_run, mapping, system_file, table
-from .runs import configured, measured, read_runs, system_of
+from .parts import BENCH, LEAKING, bench_run, system_file
+from .runs import configured, data_of, measured, runs_of, system_of
 
 REPLICATES = 8
 SUPPLIES = (5e5, 6e5)
@@ -83,11 +77,10 @@ def test_noise_alone_prefers_no_hypothesis(
 ) -> None:
     """A tight vessel shows noise alone, whatever converts its pressure to a gas source."""
     noise = 500.0 * np.random.default_rng(0).standard_normal(4000)
-    path = table(tmp_path / 'run.csv', 0.01, {'pressure_1': 5e5 + noise})
     system = load_system(system_file(tmp_path, LEAKING + 'repeatability: {gas_1: 0 kg/s}\n'))
-    (run,) = read_runs([path], system, mapping(tmp_path / 'map.yaml', 'pressure_1'))
+    (run,) = runs_of(system, tmp_path, [{'pressure_1': 5e5 + noise}], 0.01)
     given = system.hypothesis
-    data = Dataset.of(given, [Comparison(run)], np.random.default_rng(0))
+    data = data_of(given, run)
     (expected,), (found,) = (data.residuals_by_run(each) for each in (given, other(given)))
     as_given, otherwise = (Comparison(run).residuals(each) for each in (given, other(given)))
     ratio = otherwise.gas_1 / as_given.gas_1
@@ -104,19 +97,11 @@ def test_noise_alone_prefers_no_hypothesis(
 def test_force_residuals_of_a_bench_are_noise_however_slow_it_is(
     tmp_path: Path, way: float, speed: float, least: float
 ) -> None:
-    system = load_system(str(system_file(tmp_path, BENCH)))
-    paths = [
-        table(
-            tmp_path / f'{seed}.csv',
-            0.01,
-            bench_run(seed, 3e5, 0.0, way=way, speed=speed, noise=3e-6),
-        )
-        for seed in range(6)
-    ]
-    columns = mapping(tmp_path / 'mapping.yaml', 'position', 'pressure_2', 'force')
-    runs = read_runs(paths, system, columns)
-    rng = np.random.default_rng(0)
-    dataset = Dataset.of(system.hypothesis, [Comparison(run) for run in runs], rng)
+    system = load_system(system_file(tmp_path, BENCH))
+    slow = {'way': way, 'speed': speed, 'noise': 3e-6}
+    signals = [bench_run(seed, 3e5, 0.0, **slow) for seed in range(6)]
+    runs = runs_of(system, tmp_path, signals, 0.01)
+    dataset = data_of(system.hypothesis, *runs)
     z = np.concatenate([r.force for r in dataset.residuals_by_run(system.hypothesis)])
     assert z.size > 750
     assert abs(z.mean()) < 0.1
@@ -131,13 +116,11 @@ def test_modelled_force_of_a_bench_accelerates_the_mass_that_its_file_gives(
     sine = 0.01 * np.sin(2.0 * np.pi * time)
     noise = np.random.default_rng(0).standard_normal((2, time.size))
     signals = {'position': 0.03 + sine, 'pressure_2': 3e5 + noise[0], 'force': noise[1]}
-    path = table(tmp_path / 'run.csv', 0.01, signals)
-    columns = mapping(tmp_path / 'mapping.yaml', *signals)
     forces = []
     for mass in (2.0, 5.0):
         text = BENCH.replace('stroke: 0.1 m', f'stroke: 0.1 m, moving_mass: {mass} kg')
-        system = load_system(str(system_file(tmp_path, text)))
-        (run,) = read_runs([path], system, columns)
+        system = load_system(system_file(tmp_path, text))
+        (run,) = runs_of(system, tmp_path, [signals], 0.01)
         forces.append(bench_force(system.hypothesis, Comparison(run)))
     middle = 0.5 * (sine[1:] + sine[:-1])
     expected = -3.0 * (2.0 * np.pi) ** 2 * middle

@@ -1,7 +1,5 @@
 """Noise that a cause makes smaller or larger: the one is no evidence, the other hides it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -12,15 +10,14 @@ import pytest
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation, effect_candidate
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, rms
 from pneu_rig_ros.diagnosis.search.fitting import fit
 from pneu_rig_ros.diagnosis.search.noise_gain import noise_gains, under_own_noise
 from pneu_rig_ros.diagnosis.search.scoring import score
 from pneu_rig_ros.model.parameters import HELD_TO_NEXT_BREAKAWAY, REVISED_LUGRE
 
-from .parts import BENCH, mapping, system_file, table
-from .runs import configured, measured, read_runs, system_of
+from .parts import BENCH, system_file
+from .runs import changed, configured, data_of, measured, runs_of, system_of
 
 MASS, SPEED, INTERVAL, POSITION_NOISE = 20.0, 0.04, 1e-3, 3e-5
 
@@ -53,10 +50,9 @@ def steady(tmp_path_factory: pytest.TempPathFactory) -> Steady:
     noise = np.random.default_rng(0).standard_normal((3, 2000))
     position = 0.01 + SPEED * INTERVAL * np.arange(2000) + POSITION_NOISE * noise[0]
     signals = {'position': position, 'pressure_2': 3e5 + noise[1], 'force': 6.0 + 0.1 * noise[2]}
-    path = table(folder / 'run.csv', INTERVAL, signals)
-    (run,) = read_runs([path], system, mapping(folder / 'mapping.yaml', *signals))
+    (run,) = runs_of(system, folder, [signals], INTERVAL)
     given = system.hypothesis
-    return Steady(given, Dataset.of(given, [Comparison(run)], np.random.default_rng(0)))
+    return Steady(given, data_of(given, run))
 
 
 def test_gain_of_a_lighter_carriage_is_that_of_the_noise(steady: Steady) -> None:
@@ -86,14 +82,13 @@ def test_gains_do_not_depend_on_what_else_is_judged(steady: Steady) -> None:
 
 def test_cause_that_makes_friction_steep_is_judged_by_its_own_noise(tmp_path: Path) -> None:
     """Static friction that grows with the dwell falls steeply when the piston slips."""
-    rig = configured('cylinder_2')
-    true = rig.model.friction._replace(static_friction_reading=HELD_TO_NEXT_BREAKAWAY)
-    rig = replace(rig, model=rig.model._replace(friction=true))
-    law = true._replace(model=REVISED_LUGRE)
-    system = system_of(tmp_path, replace(rig, model=rig.model._replace(friction=law)))
+    reading = {'static_friction_reading': HELD_TO_NEXT_BREAKAWAY}
+    rig = changed(configured('cylinder_2'), 'friction', **reading)
+    true = rig.model.friction
+    system = system_of(tmp_path, changed(rig, 'friction', model=REVISED_LUGRE))
     given, rng = system.hypothesis, np.random.default_rng(0)
     first, second = (
-        Dataset.of(given, [Comparison(measured(system, name, replace(rig, seed=seed)))], rng)
+        data_of(given, measured(system, name, replace(rig, seed=seed)), rng=rng)
         for seed, name in enumerate(('first', 'second'))
     )
     cause = effect_candidate('dwell_static_friction')

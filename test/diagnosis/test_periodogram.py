@@ -1,7 +1,5 @@
 """Waves over the position: the wavelength is found, and the description repeats the force."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +8,9 @@ import pytest
 from pneu_rig_ros.diagnosis.residuals.whitening import Whitener
 from pneu_rig_ros.diagnosis.residuals.windows import SLIDING, Windows
 from pneu_rig_ros.diagnosis.search.periodogram import SHORTEST, dominant_wavelengths
-from pneu_rig_ros.diagnosis.workflow import diagnose
 
-from .parts import BENCH, bench_run, mapping, system_file, table
+from .parts import BENCH, bench_run
+from .runs import diagnosed
 
 
 def windows(span: float, length: float, seed: int) -> Windows:
@@ -57,9 +55,8 @@ def test_force_that_repeats_along_the_stroke_is_described_as_a_wave(tmp_path: Pa
     for i, gauge in enumerate((1e5, 1e5, 1e5)):
         signals = bench_run(i, gauge, 0.0)
         signals['force'] += 0.8 * np.sin(2.0 * np.pi * signals['position'] / 0.012)
-        runs.append(table(tmp_path / f'{i}.csv', 0.01, signals))
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
-    found = diagnose(runs[:2], system_file(tmp_path, BENCH), runs[2:], mapping=known)
+        runs.append(signals)
+    found = diagnosed(tmp_path, BENCH, runs, 0.01, fitted=2)
     assert found.verdict == 'unknown'
     assert found.unknown is not None
     wave, values = found.unknown.explanation.parts[0], found.unknown.explanation.values[0]

@@ -1,7 +1,5 @@
 """All windows together show a faint cause, and nothing of a true model."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,19 +12,13 @@ from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance
-from pneu_rig_ros.diagnosis.search.scoring import (
-    DECISIVE,
-    LARGEST_CHANCE,
-    preferred,
-    score,
-)
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, LARGEST_CHANCE, preferred, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import SerialExecutor
 
-from .runs import configured, recorded, system_of
+from .runs import configured, recorded, search_in, system_of
 
 LOAD, MASS, STATED = 'conditions.load_mass', 2.0, 0.9
 """The true load [kg], and by what factor it is stated."""
@@ -44,13 +36,9 @@ def run_of(system: System, seed: int, stated: float) -> Run:
 def search_of(folder: Path, stated: float) -> Search:
     """Return the search of a cause in six runs, two of them held out."""
     system = system_of(folder, configured('cylinder_1'))
-    given, rng = system.hypothesis, np.random.default_rng(0)
     runs = [run_of(system, seed, stated) for seed in range(6)]
-    training, held_out = (
-        Dataset.of(given, [Comparison(run) for run in part], rng) for part in (runs[:4], runs[4:])
-    )
-    candidates = [each for each in pool(system, runs, ())[0] if each.name in CANDIDATES]
-    return Search(given=given, training=training, held_out=held_out, rng=rng, pool=candidates)
+    candidates = [each for each in pool(system, runs)[0] if each.name in CANDIDATES]
+    return search_in(system.hypothesis, runs, candidates, held_out=2)
 
 
 @pytest.fixture(scope='module')

@@ -1,25 +1,18 @@
 """A mechanism whose formula the library does not have is named, with its free profile."""
 
-from __future__ import annotations
-
-import json
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effects import causes
 
-from .parts import BENCH, bench_run, mapping, system_file, table
+from .parts import BENCH, bench_run, system_file
+from .runs import checked, diagnosed
 
-SCHEMA = json.loads(
-    (Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.schema.json').read_text()
-)
 WAVE = 1.5
 """Amplitude of the friction along the stroke [N]."""
 SOME = ('position_dependent_friction', 'pressure_dependent_friction', 'load_spring')
@@ -27,15 +20,10 @@ SOME = ('position_dependent_friction', 'pressure_dependent_friction', 'load_spri
 
 
 def test_friction_in_waves_along_the_stroke_is_named_with_its_profile(tmp_path: Path) -> None:
-    tables = [
-        table(tmp_path / f'run_{i}.csv', 0.01, bench_run(i, gauge, 0.0, wave=WAVE))
-        for i, gauge in enumerate((1e5, 3e5, 5e5))
-    ]
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
-    model, without = system_file(tmp_path, BENCH), tuple(set(causes()) - set(SOME))
-    diagnosis = diagnose(tables[:2], model, tables[2:], mapping=known, without=without)
-    data = answer(diagnosis)
-    jsonschema.validate(json.loads(json.dumps(data)), SCHEMA)
+    runs = [bench_run(i, gauge, 0.0, wave=WAVE) for i, gauge in enumerate((1e5, 3e5, 5e5))]
+    without = tuple(set(causes()) - set(SOME))
+    diagnosis = diagnosed(tmp_path, BENCH, runs, 0.01, fitted=2, without=without)
+    data = checked(diagnosis)
     assert data['verdict'] == 'effect'
     assert [effect['name'] for effect in data['effects']] == ['position_dependent_friction']
     shape = data['effects'][0]['shape']
@@ -67,15 +55,14 @@ def test_profile_that_leaves_a_third_stays_where_no_description_leaves_less(
     tmp_path: Path,
 ) -> None:
     """Waves along the stroke, and a force that changes at random once a second."""
-    tables = []
+    runs = []
     for i, gauge in enumerate((1e5, 3e5, 5e5)):
         run = bench_run(i, gauge, 0.0, wave=WAVE)
         levels = np.random.Generator(np.random.PCG64(100 + i)).normal(0.0, 0.2, 12)
         run['force'] += np.repeat(levels, run['force'].size // 12)
-        tables.append(table(tmp_path / f'run_{i}.csv', 0.01, run))
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
-    system, without = system_file(tmp_path, BENCH), tuple(set(causes()) - set(SOME))
-    data = answer(diagnose(tables[:2], system, tables[2:], mapping=known, without=without))
+        runs.append(run)
+    without = tuple(set(causes()) - set(SOME))
+    data = answer(diagnosed(tmp_path, BENCH, runs, 0.01, fitted=2, without=without))
     assert 0.21 < 1.0 - data['gap']['cut'] < 0.4
     assert data['verdict'] == 'effect'
     assert [effect['name'] for effect in data['effects']] == ['position_dependent_friction']

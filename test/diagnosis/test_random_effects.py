@@ -1,7 +1,5 @@
 """How quantities differ between recordings: variances by marginal likelihood, shrunk values."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import norm

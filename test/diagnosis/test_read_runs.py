@@ -1,31 +1,29 @@
 """Recordings that cannot be diagnosed are refused in one line that says why."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
-from pneu_rig_ros.diagnosis.inputs.read_inputs import split_paths
-from pneu_rig_ros.diagnosis.inputs.system import load_system
+from pneu_rig_ros.diagnosis.inputs.read_inputs import read_recordings, split_paths
+from pneu_rig_ros.diagnosis.inputs.system import System, load_system
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.simulate import simulate
 
-from .parts import BENCH, BLOCK, CHAMBERS, bench_run, chamber_run, mapping, system_file, table
-from .runs import configured, read_runs
+from .parts import BENCH, BLOCK, CHAMBERS, bench_run, chamber_run, system_file
+from .runs import changed, configured, runs_of, tables_of
 
 SENSORS = """
 sensors: {{kind: rig, resolution: 12 bit, position_span: {position_span} m, position_class: 0 -,
           position_noise: 2e-6 m, pressure_span: 1e6 Pa, pressure_class: 0 -,
           pressure_noise: 150 Pa, velocity_cutoff: 32 Hz}}
 """
-Change = Callable[[dict[str, np.ndarray]], dict[str, np.ndarray]]
 
 
 def refused(act: Callable[[], object]) -> str:
@@ -44,18 +42,26 @@ def rig_signals(size: int = 2000) -> dict[str, np.ndarray]:
     return {'position': x, 'pressure_1': p1, 'pressure_2': p2, 'u': np.full(size, 0.3)}
 
 
-def said_of(signals: dict[str, np.ndarray], model: str = 'cylinder_1') -> str:
-    run = Recording('run', 0, 1_160_000, signals)
-    return refused(lambda: prepare_run(run, load_system(model), Path('run.csv')))
+def prepared(
+    signals: dict[str, np.ndarray],
+    system: System | None = None,
+    interval_ns: int = 1_160_000,
+    **more: Any,
+) -> Run:
+    """Return signals as a run of a system, of cylinder 1 if none is given."""
+    recording = Recording('run', 0, interval_ns, signals, **more)
+    return prepare_run(recording, system or load_system('cylinder_1'), Path('run.csv'))
+
+
+def said_of(*args: Any, **options: Any) -> str:
+    return refused(lambda: prepared(*args, **options))
 
 
 def test_recording_without_an_open_balance_says_what_each_lacks(tmp_path: Path) -> None:
     signals = chamber_run(0, (4.5e5, 1.1e6), (0.0, 0.0), duration=20.0)
-    path = table(tmp_path / 'run.csv', 0.1, {'position': signals['position']})
-    known = mapping(tmp_path / 'map.yaml', 'position')
-    system = load_system(system_file(tmp_path, CHAMBERS))
-    line = refused(lambda: read_runs([path], system, known))
-    assert line.startswith(f'{path}: no balance can be compared')
+    alone, system = {'position': signals['position']}, load_system(system_file(tmp_path, CHAMBERS))
+    line = refused(lambda: runs_of(system, tmp_path, [alone]))
+    assert line.startswith(f'{tmp_path / "run_0.csv"}: no balance can be compared')
     assert 'gas_1 needs signal pressure_1' in line
     assert 'gas_2 needs signal pressure_2' in line
     assert 'force needs friction.model' in line
@@ -74,29 +80,25 @@ def test_force_of_a_bench_that_never_changes_is_refused(tmp_path: Path) -> None:
     signals = bench_run(0, 3e5, 0.0)
     signals['force'] = np.full(signals['force'].size, 3.0)
     system = load_system(system_file(tmp_path, BENCH))
-    run = Recording('run', 0, 10_000_000, signals)
-    line = refused(lambda: prepare_run(run, system, Path('run.csv')))
+    line = said_of(signals, system, 10_000_000)
     assert 'force is 3 throughout' in line
 
 
 def test_held_position_need_not_be_recorded_but_must_not_be_constant(tmp_path: Path) -> None:
     system = load_system(system_file(tmp_path, BLOCK))
     signals = {k: v for k, v in rig_signals().items() if k != 'position'}
-    held = prepare_run(Recording('run', 0, 1_160_000, signals), system, Path('run.csv'))
+    held = prepared(signals, system)
     assert held.balances == {'gas_1', 'gas_2'}
     np.testing.assert_array_equal(held.position, 0.1)
 
 
 def test_signal_at_the_end_of_its_span_is_refused() -> None:
-    system = load_system('cylinder_1')
-    assert system.rig is not None
-    end = system.rig.sensors.pressure_span + 1e5
+    end = configured('cylinder_1').sensors.pressure_span + 1e5
     signals = rig_signals()
     rng = np.random.default_rng(1)
     signals['pressure_1'] = np.minimum(end + rng.normal(300.0, 200.0, 2000), end)
     signals['pressure_1'][:600] -= 5e5  # seven tenths of it are at the end
-    run = Recording('run', 0, 1_160_000, signals, conditions={'supply_pressure': 7e5})
-    line = refused(lambda: prepare_run(run, system, Path('run.csv')))
+    line = said_of(signals, conditions={'supply_pressure': 7e5})
     assert 'pressure_1 is at the end of its sensor' in line
     share = float(line.split('for ')[1].split('%')[0])
     assert 60.0 < share < 70.0  # less what noise takes away from the end
@@ -108,9 +110,7 @@ def test_signal_of_a_bench_at_the_end_of_its_span_is_refused(tmp_path: Path) -> 
     signals = bench_run(0, 3e5, 0.0)
     signals['position'] = np.minimum(signals['position'] + 0.01, 0.05)
     signals['position'][::50] -= 1e-4
-    line = refused(
-        lambda: prepare_run(Recording('run', 0, 10_000_000, signals), system, Path('run.csv'))
-    )
+    line = said_of(signals, system, 10_000_000)
     assert "run.csv: position is at the end of its sensor's span (0.05)" in line
 
 
@@ -120,9 +120,7 @@ def test_force_that_is_cut_off_most_of_the_time_is_refused(tmp_path: Path, sign:
     signals = bench_run(0, 3e5, 0.0)
     end = np.quantile(signals['force'], 0.3)
     signals['force'] = sign * np.minimum(signals['force'], end)
-    line = refused(
-        lambda: prepare_run(Recording('run', 0, 10_000_000, signals), system, Path('run.csv'))
-    )
+    line = said_of(signals, system, 10_000_000)
     assert f"force is at the end of its sensor's span ({sign * end:g}) for 70% of the time" in line
 
 
@@ -130,7 +128,7 @@ def test_signal_at_the_lower_end_of_its_span_is_not_refused() -> None:
     """An exhausted chamber rests at the pressure of the surroundings."""
     signals = rig_signals()
     signals['pressure_1'] = np.maximum(signals['pressure_1'] - 2e5, 1e5)
-    run = prepare_run(Recording('run', 0, 1_160_000, signals), load_system('cylinder_1'), Path())
+    run = prepared(signals)
     assert np.mean(run.pressures[:, 0] == run.span.low) > 0.4
 
 
@@ -143,11 +141,10 @@ def test_recording_that_is_too_short_is_refused() -> None:
 def test_gap_is_refused_where_no_sample_can_be_guessed(size: int) -> None:
     stamps = 1_160_000 * np.arange(500, 500 + size)
     missing = {'position': stamps, 'friction': 1_160_000 * np.arange(1000)}
-    run = Recording('run', 0, 1_160_000, rig_signals(), missing)
     if size <= 22:  # 25 ms
-        assert prepare_run(run, load_system('cylinder_1'), Path('run.csv')).size == run.size
+        assert prepared(rig_signals(), missing=missing).size == 2000
         return
-    line = refused(lambda: prepare_run(run, load_system('cylinder_1'), Path('run.csv')))
+    line = said_of(rig_signals(), missing=missing)
     assert line == (
         'run.csv: 300 samples of position are missing in succession, from 0.58 to 0.93 s, '
         'at most 22 allowed; cut the recording there'
@@ -155,8 +152,7 @@ def test_gap_is_refused_where_no_sample_can_be_guessed(size: int) -> None:
 
 
 def test_rig_sampled_too_slowly_is_refused() -> None:
-    run = Recording('run', 0, 50_000_000, rig_signals())
-    line = refused(lambda: prepare_run(run, load_system('cylinder_1'), Path('run.csv')))
+    line = said_of(rig_signals(), interval_ns=50_000_000)
     assert 'a sample every 50 ms, at most 20 ms allowed' in line
 
 
@@ -196,19 +192,18 @@ def test_every_third_recording_is_left_out(
 
 def test_value_that_is_no_number_is_told_with_its_place(tmp_path: Path) -> None:
     signals = chamber_run(0, (4.5e5, 1.1e6), (0.0, 0.0), duration=20.0)
-    path = table(tmp_path / 'run.csv', 0.1, signals)
+    (path,), known = tables_of(tmp_path, [signals])
     lines = path.read_text().splitlines()
     lines[7] = 'nan,' + lines[7].split(',', 1)[1]
     path.write_text('\n'.join(lines))
     system = load_system(system_file(tmp_path, CHAMBERS))
-    line = refused(lambda: read_runs([path], system, mapping(tmp_path / 'map.yaml', *signals)))
+    line = refused(lambda: read_recordings([path], system, known))
     assert 'row 8' in line
 
 
 def test_recordings_with_different_valves_are_refused(tmp_path: Path) -> None:
     rig = configured('cylinder_1')
-    valve = rig.model.valve._replace(intake_coefficient=6e-8)
-    other = replace(rig, model=rig.model._replace(valve=valve))
+    other = changed(rig, 'valve', intake_coefficient=6e-8)
     bags = [
         simulate(each, 0.34, 1.5, tmp_path / name)
         for name, each in (('first', rig), ('second', other))

@@ -1,19 +1,15 @@
 """Effects show in the regimes that they declare."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import Regime
 
-from .runs import configured, measured, system_of
+from .runs import configured, data_of, measured, system_of
 
 INSTROKE_TO_THE_END = ((-0.34, 3.0), (0.0, 1.0), (-0.5, 4.0), (0.0, 1.0), (0.45, 2.0))
 
@@ -25,7 +21,7 @@ def test_effects_show_where_they_declare_and_nowhere_else(tmp_path: Path) -> Non
     run = measured(
         system, 'run', configured('cylinder_1', initial_position=0.01), INSTROKE_TO_THE_END
     )
-    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    data = data_of(system.hypothesis, run)
     given = windows_of(data, system.hypothesis)
     seen = {str(regime) for windows in given for regime in windows.regime}
     assert seen == labels - {Regime.PRESLIDING.label}

@@ -1,7 +1,5 @@
 """What recordings of one system differ by is no missing effect; more than that is one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -20,10 +18,9 @@ from pneu_rig_ros.model.effects import causes
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
-from .parts import BENCH, bench_run, mapping, system_file, table
-from .runs import configured, measured, rubbing, system_of
+from .parts import BENCH, bench_run
+from .runs import configured, diagnosed, measured, rubbing, system_of
 
-SIGNALS = ('position', 'pressure_2', 'force')
 COULOMB = (6.4, 5.6, 6.3)
 """Of a seal that is mounted again for each recording [N]."""
 KNOWN = 'repeatability: {force: 0.5 N}\n'
@@ -31,13 +28,9 @@ KNOWN = 'repeatability: {force: 0.5 N}\n'
 
 def seals(folder: Path, text: str, slope: float = 0.0, without: tuple[str, ...] = ()) -> Diagnosis:
     """Return the diagnosis of three recordings at 1, 3 and 5 bar, the last one held out."""
-    paths = []
-    for i, (gauge, coulomb) in enumerate(zip((1e5, 3e5, 5e5), COULOMB, strict=True)):
-        signals = bench_run(i, gauge, slope, coulomb)
-        paths.append(table(folder / f'run_{i}.csv', 0.01, signals))
-    known = mapping(folder / 'map.yaml', *SIGNALS)
-    system = system_file(folder, BENCH + text)
-    return diagnose(paths[:2], system, paths[2:], without=without, mapping=known)
+    levels = enumerate(zip((1e5, 3e5, 5e5), COULOMB, strict=True))
+    runs = [bench_run(i, gauge, slope, coulomb) for i, (gauge, coulomb) in levels]
+    return diagnosed(folder, BENCH + text, runs, 0.01, fitted=2, without=without)
 
 
 def test_recordings_that_differ_are_consistent_within_a_known_repeatability(

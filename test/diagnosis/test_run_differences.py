@@ -1,29 +1,21 @@
 """A recording that differs from the others is told apart from a model that lacks something."""
 
-from __future__ import annotations
-
-import json
 from dataclasses import replace
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.answer.repeatability import variation
 from pneu_rig_ros.diagnosis.answer.run_differences import spread_between, sufficient_differences
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
-from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.model.effects import causes
 from pneu_rig_ros.simulate import simulate
 
-from .runs import configured, measured, rubbing, system_of
+from .runs import checked, configured, measured, rubbing, search_in, system_of
 
-SCHEMA = Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.schema.json'
 RUNS = 5
 WORN = 1.15
 """Ratio of the forces of a worn seal to those of the model."""
@@ -31,7 +23,7 @@ WORN = 1.15
 
 def searched(folder: Path, factors: tuple[float, ...], supplies: tuple[float, ...] = ()) -> Search:
     """Return the search in runs of cylinder 1, each with its level of friction and its supply."""
-    system, rng = system_of(folder, configured('cylinder_1')), np.random.default_rng(0)
+    system = system_of(folder, configured('cylinder_1'))
     stated = system.hypothesis.model.operation.supply_pressure
     runs = []
     for seed, factor in enumerate(factors):
@@ -40,22 +32,15 @@ def searched(folder: Path, factors: tuple[float, ...], supplies: tuple[float, ..
         run = measured(system, f'run_{seed}', rig)
         operation = run.operation._replace(supply_pressure=stated)
         runs.append(replace(run, operation=operation))
-    candidates, _ = pool(system, runs)
-    training, held_out = (
-        Dataset.of(system.hypothesis, [Comparison(run) for run in part], rng)
-        for part in (runs[:-1], runs[-1:])
-    )
-    search = Search(
-        given=system.hypothesis, training=training, held_out=held_out, rng=rng, pool=candidates
-    )
-    search.initial = training, held_out
+    search = search_in(system.hypothesis, runs, pool(system, runs)[0])
+    search.initial = search.training, search.held_out
     return search
 
 
 def test_seal_that_is_worn_in_one_recording_is_a_difference_of_that_recording(
     tmp_path: Path,
 ) -> None:
-    (found,) = sufficient_differences(searched(tmp_path, (1.0, 1.0, 1.0, WORN, 1.0)))
+    (found,) = sufficient_differences(searched(tmp_path, (1.0, 1.0, 1.0, WORN, 1.0)), {})
     assert found.recording == 'run_3'
     assert found.quantity.name == 'conditions.friction_level'
     low, high = found.interval
@@ -70,8 +55,7 @@ def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_pat
         factor = WORN if i == 2 else 1.0
         bags.append(simulate(rubbing(rig, factor), 0.34, 3.0, tmp_path / f'run_{i}'))
     system_of(tmp_path, configured('cylinder_1'))
-    data = answer(diagnose(bags[:4], tmp_path / 'model.yaml', bags[4:], without=causes()))
-    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+    data = checked(diagnose(bags[:4], tmp_path / 'model.yaml', bags[4:], without=causes()))
     assert data['verdict'] == 'consistent'
     assert data['sentence'].startswith('Except in run_2, model and measurement agree')
     assert {name for residual in data['where'] for name in residual['recordings']} >= {'run_2'}
@@ -87,7 +71,7 @@ def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_pat
 def test_recordings_that_are_alike_or_few_do_not_differ(
     tmp_path: Path, factors: tuple[float, ...]
 ) -> None:
-    assert sufficient_differences(searched(tmp_path, factors)) == []
+    assert sufficient_differences(searched(tmp_path, factors), {}) == []
 
 
 def test_two_others_suffice_where_the_spread_of_earlier_recordings_is_known(
@@ -97,9 +81,8 @@ def test_two_others_suffice_where_the_spread_of_earlier_recordings_is_known(
     (found,) = sufficient_differences(search, {'friction_level': 0.02})
     assert found.recording == 'run_2'
     assert found.interval[0] < WORN - 1.0 < found.interval[1]
-    assert (
-        sufficient_differences(search, {'friction_level': WORN - 1.0}) == []
-    )  # as it was to be expected
+    # as it was to be expected
+    assert sufficient_differences(search, {'friction_level': WORN - 1.0}) == []
 
 
 def test_spread_of_the_level_is_that_of_the_recordings(tmp_path: Path) -> None:

@@ -1,21 +1,16 @@
 """Simulation decides among causes that residuals hardly distinguish."""
 
-from __future__ import annotations
-
-import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.scoring import score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
-from .runs import Timeline, configured, measured, system_of
+from .runs import Timeline, configured, measured, search_in, system_of
 
 ELASTIC, COULOMB = 'seal_elasticity', 'friction.coulomb_force'
 CREEPS: Timeline = ((0.34, 5.0), (0.0, 0.5), (-0.34, 4.0))
@@ -28,15 +23,8 @@ def search(tmp_path_factory: pytest.TempPathFactory) -> Search:
     system = system_of(tmp_path_factory.mktemp('seal'), configured('cylinder_2'))
     rigs = [configured('cylinder_2', hidden, seed=seed) for seed in range(3)]
     runs = [measured(system, str(rig.seed), rig, CREEPS) for rig in rigs]
-    rng = np.random.default_rng(0)
-    training, held_out = (
-        Dataset.of(system.hypothesis, [Comparison(run) for run in part], rng)
-        for part in (runs[:2], runs[2:])
-    )
     causes = [each for each in pool(system, runs)[0] if each.name in (ELASTIC, COULOMB)]
-    return Search(
-        given=system.hypothesis, training=training, held_out=held_out, rng=rng, pool=causes
-    )
+    return search_in(system.hypothesis, runs, causes)
 
 
 def test_cycles_exchange_a_cause_for_one_that_residuals_hardly_distinguish(search: Search) -> None:

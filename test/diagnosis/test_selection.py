@@ -1,16 +1,16 @@
 """What the search takes for evidence of a cause: nothing of a true model, nothing weak."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.remainder import ANOTHER_CAUSE_LEAVES
@@ -24,7 +24,9 @@ from pneu_rig_ros.diagnosis.search.scoring import (
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
-from .runs import configured, measured, system_of
+from .runs import changed, configured, data_of, measured, system_of
+
+COULOMB, LEAK = 'friction.coulomb_force', 3e-9
 
 
 class Cycling(NamedTuple):
@@ -37,14 +39,31 @@ class Cycling(NamedTuple):
 
 
 @pytest.fixture(scope='module')
-def cycling(tmp_path_factory: pytest.TempPathFactory) -> Cycling:
-    system = system_of(tmp_path_factory.mktemp('cycles'), configured('cylinder_1'))
+def system(tmp_path_factory: pytest.TempPathFactory) -> System:
+    return system_of(tmp_path_factory.mktemp('model'), configured('cylinder_1'))
+
+
+@pytest.fixture(scope='module')
+def cycling(system: System) -> Cycling:
     hypothesis, rng = system.hypothesis, np.random.default_rng(0)
     runs = [measured(system, str(seed), configured('cylinder_1', seed=seed)) for seed in (0, 1)]
     training, held_out = (
-        Dataset.of(hypothesis, [Comparison(run)], rng).with_cycles(hypothesis, rng) for run in runs
+        data_of(hypothesis, run, rng=rng).with_cycles(hypothesis, rng) for run in runs
     )
     return Cycling(hypothesis, training, held_out, rng)
+
+
+def times(hypothesis: Hypothesis, name: str, factor: float) -> Hypothesis:
+    """Return a hypothesis with a parameter of friction multiplied."""
+    value = factor * getattr(hypothesis.model.friction, name)
+    return hypothesis.with_parameter('friction', name, value)
+
+
+def caused(system: System, data: Sequence[Dataset], name: str, values: tuple[float, ...]) -> Fit:
+    """Return a cause with some values as a fit."""
+    runs = [comparison.run for each in data for comparison in each.comparisons]
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == name)
+    return Fit(Explanation().with_part(cause, values))
 
 
 def scored(*losses: float) -> ScoredFit:
@@ -80,25 +99,19 @@ def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(cycling: Cy
     hypothesis, training, held_out, rng = cycling
     search = Search(given=hypothesis, training=training, held_out=held_out, rng=rng, pool=())
     assert not search.reproduced()
-    friction = hypothesis.model.friction
-    sticky = friction._replace(breakaway_force=2.0 * friction.breakaway_force)
-    wrong = replace(hypothesis, model=hypothesis.model._replace(friction=sticky))
-    assert replace(search, given=wrong).reproduced()
+    assert replace(search, given=times(hypothesis, 'breakaway_force', 2.0)).reproduced()
 
 
-def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(tmp_path: Path) -> None:
-    rig = configured('cylinder_1')
-    system = system_of(tmp_path, rig)
-    hypothesis, rng = system.hypothesis, np.random.default_rng(0)
-    data = Dataset.of(hypothesis, [Comparison(measured(system, 'run', rig))], rng)
-    coulomb = hypothesis.model.friction.coulomb_force
+def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(system: System) -> None:
+    rng = np.random.default_rng(0)
+    run = measured(system, 'run', configured('cylinder_1'))
+    data = data_of(system.hypothesis, run, rng=rng)
     spread, found = [], []
     for factor in (1.04, 1.5):
-        given = hypothesis.with_parameter('friction', 'coulomb_force', factor * coulomb)
+        given = times(system.hypothesis, 'coulomb_force', factor)
         search = Search(given=given, training=data, held_out=data, rng=rng, pool=())
         assert search.significant()
-        nothing = Fit(Explanation())
-        search.calibrated = score(nothing, given, data, data)
+        search.calibrated = score(Fit(Explanation()), given, data, data)
         (row,) = data.residuals_by_run(given)
         spread.append(rms(np.concatenate([row.force, row.breakaway])))
         assert search.significant()
@@ -110,23 +123,17 @@ def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(tmp_path: Path) -> N
     assert {residual.balance for residual in found[1]} == {'force'}
 
 
-def test_one_weak_cause_explains_a_balance_alone_and_one_of_two_does_not(tmp_path: Path) -> None:
+def test_one_weak_cause_explains_a_balance_alone_and_one_of_two_does_not(system: System) -> None:
     """Friction 5 % off is the cause; viscous friction 20 % off beside it, or hardly any change."""
-    rig = configured('cylinder_1')
-    system = system_of(tmp_path, rig)
     right, rng = system.hypothesis, np.random.default_rng(0)
     runs = [measured(system, str(seed), configured('cylinder_1', seed=seed)) for seed in (0, 1)]
-    data = [Dataset.of(right, [Comparison(run)], rng) for run in runs]
-    friction = right.model.friction
-    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'friction.coulomb_force')
-    value = Explanation().with_part(cause, (friction.coulomb_force,))
+    data = [data_of(right, run, rng=rng) for run in runs]
+    found = caused(system, data, COULOMB, (right.model.friction.coulomb_force,))
 
     def alone(coulomb: float, viscous: float) -> bool:
-        given = right
-        for name, factor in (('coulomb_force', coulomb), ('viscous_coefficient', viscous)):
-            given = given.with_parameter('friction', name, factor * getattr(friction, name))
+        given = times(times(right, 'coulomb_force', coulomb), 'viscous_coefficient', viscous)
         search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
-        search.best = score(Fit(value), given, *data)
+        search.best = score(found, given, *data)
         return search.explains_alone(given, data[0])
 
     assert alone(1.05, 1.0)
@@ -134,23 +141,19 @@ def test_one_weak_cause_explains_a_balance_alone_and_one_of_two_does_not(tmp_pat
     assert not alone(1.005, 1.0)
 
 
-def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(tmp_path: Path) -> None:
-    system = system_of(tmp_path, configured('cylinder_1'))
+def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(system: System) -> None:
     rng, right = np.random.default_rng(0), system.hypothesis
     coulomb = right.model.friction.coulomb_force
-    given = right.with_parameter('friction', 'coulomb_force', 1.5 * coulomb)
+    given = times(right, 'coulomb_force', 1.5)
 
     def data(factor: float, seed: int) -> Dataset:
-        rig = configured('cylinder_1', seed=seed)
-        friction = rig.model.friction._replace(coulomb_force=factor * coulomb)
-        rig = replace(rig, model=rig.model._replace(friction=friction))
-        run = measured(system, str(seed), rig)
-        return Dataset.of(right, [Comparison(run)], rng)
+        rig = changed(
+            configured('cylinder_1', seed=seed), 'friction', coulomb_force=factor * coulomb
+        )
+        return data_of(right, measured(system, str(seed), rig), rng=rng)
 
     same, other, far = data(1.0, 0), data(1.06, 1), data(1.2, 2)
-    runs = [each.comparisons[0].run for each in (same, other)]
-    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'friction.coulomb_force')
-    found = Fit(Explanation().with_part(cause, (coulomb,)))
+    found = caused(system, (same, other), COULOMB, (coulomb,))
 
     def significant(training: Dataset, held_out: Dataset) -> bool:
         search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
@@ -177,60 +180,45 @@ def test_share_that_is_left_counts_only_if_the_cycles_of_held_out_data_are_off(
         assert search.remaining() in ((0.0, 1.0) if given is hypothesis else (1.0,))
         return search.leaves_something([])
 
-    friction = hypothesis.model.friction
-    sticky = hypothesis.with_parameter(
-        'friction', 'breakaway_force', 2.0 * friction.breakaway_force
-    )
     assert not leaves_something(hypothesis)
-    assert leaves_something(sticky)
+    assert leaves_something(times(hypothesis, 'breakaway_force', 2.0))
+
+
+def leaking(system: System, area: float, seed: int, rng: np.random.Generator) -> Dataset:
+    """Return a run of a rig with a leak of chamber 2 [m^2]."""
+    leak = library.load('chamber_leak').parameters(0.0, area)
+    rig = configured('cylinder_1', {'chamber_leak': leak} if area else {}, seed=seed)
+    return data_of(system.hypothesis, measured(system, str(seed), rig), rng=rng)
 
 
 def test_residual_of_a_balance_on_which_no_cause_acts_is_evidence_however_small(
-    tmp_path: Path,
+    system: System,
 ) -> None:
     """A wrong level of friction makes nearly all of the gap, a leak in one recording the rest."""
-    system = system_of(tmp_path, configured('cylinder_1'))
-    rng, right = np.random.default_rng(0), system.hypothesis
-    coulomb = right.model.friction.coulomb_force
-    given = right.with_parameter('friction', 'coulomb_force', 3.0 * coulomb)
-    leak = library.load('chamber_leak').parameters(0.0, 3e-9)
-
-    def data(effects: dict[str, Any], seed: int) -> Dataset:
-        run = measured(system, str(seed), configured('cylinder_1', effects, seed=seed))
-        return Dataset.of(right, [Comparison(run)], rng)
-
-    training, held_out = data({'chamber_leak': leak}, 0), data({}, 1)
-    runs = [each.comparisons[0].run for each in (training, held_out)]
-    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'friction.coulomb_force')
-    search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
-    found = Fit(Explanation().with_part(cause, (coulomb,)))
-    search.best = score(found, given, training, held_out)
-    assert search.left_of(training) < MOST_LEFT
+    rng = np.random.default_rng(0)
+    given = times(system.hypothesis, 'coulomb_force', 3.0)
+    data = leaking(system, LEAK, 0, rng), leaking(system, 0.0, 1, rng)
+    search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
+    value = (system.hypothesis.model.friction.coulomb_force,)
+    search.best = score(caused(system, data, COULOMB, value), given, *data)
+    assert search.left_of(data[0]) < MOST_LEFT
     assert {residual.balance for residual in search.significant()} == {'gas_2'}
 
 
-def test_cause_has_to_close_the_gap_in_the_balances_on_which_it_acts(tmp_path: Path) -> None:
+def test_cause_has_to_close_the_gap_in_the_balances_on_which_it_acts(system: System) -> None:
     """A leak closes nothing of the gap that a wrong level of friction makes, and need not."""
-    system = system_of(tmp_path, configured('cylinder_1'))
-    rng, right = np.random.default_rng(0), system.hypothesis
-    coulomb = right.model.friction.coulomb_force
-    given = right.with_parameter('friction', 'coulomb_force', 3.0 * coulomb)
-    leak = library.load('chamber_leak').parameters(0.0, 3e-9)
+    rng = np.random.default_rng(0)
+    given = times(system.hypothesis, 'coulomb_force', 3.0)
+    data = leaking(system, LEAK, 0, rng), leaking(system, LEAK, 1, rng)
+    search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
 
-    def data(seed: int) -> Dataset:
-        rig = configured('cylinder_1', {'chamber_leak': leak}, seed=seed)
-        return Dataset.of(right, [Comparison(measured(system, str(seed), rig))], rng)
-
-    training, held_out = data(0), data(1)
-    runs = [each.comparisons[0].run for each in (training, held_out)]
-    (cause,) = (each for each in pool(system, runs)[0] if each.name == 'chamber_leak')
-    search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
+    def fitted(area: float) -> Fit:
+        return caused(system, data, 'chamber_leak', (0.0, area))
 
     def closes(area: float) -> bool:
-        found = Fit(Explanation().with_part(cause, (0.0, area)))
-        return search.closes_the_gap(given, score(found, given, training, held_out))
+        return search.closes_the_gap(given, score(fitted(area), given, *data))
 
-    leaking = cause.apply(given, (0.0, 3e-9))
-    assert remaining_share(held_out, given, leaking) > ANOTHER_CAUSE_LEAVES
-    assert closes(3e-9)
-    assert not closes(3e-10)
+    true = fitted(LEAK).explanation.apply(given)
+    assert remaining_share(data[1], given, true) > ANOTHER_CAUSE_LEAVES
+    assert closes(LEAK)
+    assert not closes(0.1 * LEAK)

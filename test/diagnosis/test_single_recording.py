@@ -1,7 +1,5 @@
 """One recording alone: its last part is held out; a vessel that hardly leaks is called tight."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from pathlib import Path
@@ -18,18 +16,8 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.simulate import simulate
 
-from .parts import (
-    BENCH,
-    CHAMBERS,
-    CONDUCTANCES,
-    LEAKING,
-    bench_run,
-    chamber_run,
-    mapping,
-    system_file,
-    table,
-)
-from .runs import configured
+from .parts import BENCH, CHAMBERS, CONDUCTANCES, LEAKING, bench_run, chamber_run
+from .runs import configured, diagnosed
 
 OUTSIDE, FILL, DURATION = 1e5, 9e5, 140.0
 WANDER = 250.0
@@ -59,9 +47,7 @@ def emptied(seed: int, exponent: float, lost: float) -> dict[str, np.ndarray]:
 
 def answered(folder: Path, exponent: float, lost: float) -> dict[str, Any]:
     """Return the answer for one recording of a vessel that empties."""
-    path = table(folder / 'run.csv', 0.1, emptied(0, exponent, lost))
-    known = mapping(folder / 'map.yaml', 'pressure_1')
-    return answer(diagnose([path], system_file(folder, LEAKING), mapping=known))
+    return answer(diagnosed(folder, LEAKING, [emptied(0, exponent, lost)]))
 
 
 @pytest.mark.parametrize(('exponent', 'lost'), [(1.2, 0.5), (1.3, 0.9)])
@@ -74,8 +60,8 @@ def test_law_of_a_porous_leak_is_found_in_one_recording(
     assert found['value'] == pytest.approx(exponent, abs=0.1)
     assert found['interval'][0] < exponent < found['interval'][1]
     (fitted,), (verified,) = data['recordings'].values()
-    assert (cut := re.fullmatch(r'run, 0 to ([\d.]+) s', fitted))
-    assert verified == f'run, {cut[1]} to 139.9 s'
+    assert (cut := re.fullmatch(r'run_0, 0 to ([\d.]+) s', fitted))
+    assert verified == f'run_0, {cut[1]} to 139.9 s'
     assert data['sentence'].endswith('There is one recording: its last part was held out.')
 
 
@@ -93,25 +79,17 @@ def law(data: dict[str, Any]) -> tuple[list[str], float]:
 
 
 def test_vessel_that_is_fed_at_first_is_diagnosed_from_when_it_is_shut(tmp_path: Path) -> None:
-    path = table(tmp_path / 'run.csv', 0.1, {'pressure_1': fed(6.0)})
-    known = mapping(tmp_path / 'map.yaml', 'pressure_1')
-    data = answer(diagnose([path], system_file(tmp_path, LEAKING), mapping=known))
+    data = answer(diagnosed(tmp_path, LEAKING, [{'pressure_1': fed(6.0)}]))
     assert law(data) == (['porous_leak'], pytest.approx(1.15, abs=0.1))
     assert any('until it was shut, are not used' in each['note'] for each in data['notes'])
 
 
 @pytest.mark.parametrize('named', [True, False])
 def test_recording_of_an_empty_vessel_validates_nothing(tmp_path: Path, named: bool) -> None:
-    halves = np.split(fed(6.0), 2)
-    paths = [
-        table(tmp_path / f'{name}.csv', 0.1, {'pressure_1': half})
-        for name, half in zip(('full', 'empty'), halves, strict=True)
-    ]
-    known, model = mapping(tmp_path / 'map.yaml', 'pressure_1'), system_file(tmp_path, LEAKING)
-    verify = paths[1:] if named else []
-    data = answer(diagnose(paths[: 1 if named else 2], model, verify, mapping=known))
+    halves = [{'pressure_1': half} for half in np.split(fed(6.0), 2)]
+    data = answer(diagnosed(tmp_path, LEAKING, halves, fitted=1 if named else 2))
     assert law(data) == (['porous_leak'], pytest.approx(1.15, abs=0.1))
-    assert any('not used, as the vessel is empty: empty' in each['note'] for each in data['notes'])
+    assert any('not used, as the vessel is empty: run_1' in each['note'] for each in data['notes'])
     assert 'There is one recording' in data['sentence']
 
 
@@ -152,9 +130,7 @@ def test_vessel_that_loses_what_a_drift_of_temperature_may_is_too_tight(tmp_path
 
 
 def test_seal_is_diagnosed_from_one_recording(tmp_path: Path) -> None:
-    path = table(tmp_path / 'run.csv', 0.01, bench_run(0, 3e5, 0.0, coulomb=7.5))
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
-    data = answer(diagnose([path], system_file(tmp_path, BENCH), mapping=known))
+    data = answer(diagnosed(tmp_path, BENCH, [bench_run(0, 3e5, 0.0, coulomb=7.5)], 0.01))
     assert data['verdict'] == 'parameter'
     value = data['parameters'][0]['value']
     assert value == pytest.approx(7.5, rel=0.03)
@@ -162,9 +138,8 @@ def test_seal_is_diagnosed_from_one_recording(tmp_path: Path) -> None:
 
 def test_sealed_chambers_are_diagnosed_from_one_recording(tmp_path: Path) -> None:
     """The gas is not at the temperature of the walls where the recording is cut."""
-    path = table(tmp_path / 'run.csv', 0.1, chamber_run(0, (4.5e5, 1.1e6), CONDUCTANCES))
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
-    data = answer(diagnose([path], system_file(tmp_path, CHAMBERS), mapping=known))
+    run = chamber_run(0, (4.5e5, 1.1e6), CONDUCTANCES)
+    data = answer(diagnosed(tmp_path, CHAMBERS, [run]))
     assert [effect['name'] for effect in data['effects']] == ['wall_heat_transfer']
     values = data['effects'][0]['parameters']
     for i, true in enumerate(CONDUCTANCES, start=1):

@@ -1,7 +1,5 @@
 """Systems of any extent: which balances are open, why the others are not, and their files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +18,7 @@ from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import load_configuration
 
 from .parts import BENCH, BLOCK, CHAMBERS, LEAKING, system_file
-from .runs import configured, recorded, system_of
+from .runs import changed, configured, recorded, system_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = sorted(
@@ -245,8 +243,7 @@ def test_causes_of_a_rig_with_one_pressure_are_those_of_its_chamber(tmp_path: Pa
 
 def test_growth_with_dwell_is_tried_under_each_reading_and_written_with_it(tmp_path: Path) -> None:
     rig = configured('cylinder_1')
-    law = rig.model.friction._replace(model=REVISED_LUGRE)
-    system = system_of(tmp_path, replace(rig, model=rig.model._replace(friction=law)))
+    system = system_of(tmp_path, changed(rig, 'friction', model=REVISED_LUGRE))
     run = prepare_run(recorded('run', rig), system, Path('run'))
     found = [each for each in pool(system, [run])[0] if each.name == 'dwell_static_friction']
     written = []

@@ -1,8 +1,5 @@
 """Each balance has the verdict of the causes that its residuals show."""
 
-from __future__ import annotations
-
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +8,10 @@ import pytest
 from pneu_rig_ros.diagnosis.answer.verdict import of_balances, of_parts
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
-from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.model import effects as library
 
-from .runs import configured, measured, system_of
+from .runs import changed, configured, data_of, measured, system_of
 
 LEAK, FRICTION, BRISTLE = 1e-9, 'friction.coulomb_force', 'friction.element_stiffness'
 
@@ -25,14 +21,13 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Explanation, dict[s
     """Return a leak of chamber 1 with another friction, and the verdicts on a run with both."""
     leak = library.load('chamber_leak').null._replace(area_1=LEAK)
     rig = configured('cylinder_1', {'chamber_leak': leak})
-    law = rig.model.friction
-    rubs = law._replace(coulomb_force=1.2 * law.coulomb_force)
+    higher = 1.2 * rig.model.friction.coulomb_force
     system = system_of(tmp_path_factory.mktemp('model'), configured('cylinder_1'))
-    run = measured(system, 'run', replace(rig, model=rig.model._replace(friction=rubs)))
+    run = measured(system, 'run', changed(rig, 'friction', coulomb_force=higher))
     candidates = {each.name: each for each in pool(system, [run])[0]}
-    explanation = Explanation().with_part(candidates[FRICTION], (1.2 * law.coulomb_force,))
+    explanation = Explanation().with_part(candidates[FRICTION], (higher,))
     explanation = explanation.with_part(candidates['chamber_leak'], (LEAK, 0.0))
-    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    data = data_of(system.hypothesis, run)
     return explanation, of_balances(explanation, system.hypothesis, data)
 
 
@@ -62,12 +57,11 @@ def test_an_explanation_without_a_part_keeps_the_other_values(
 
 def test_cycles_show_a_cause_of_friction_that_residuals_do_not(tmp_path: Path) -> None:
     rig = configured('cylinder_1')
-    law, system = rig.model.friction, system_of(tmp_path, rig)
-    softer = law._replace(element_stiffness=(0.5 * sum(law.element_stiffness),))
-    run = measured(system, 'run', replace(rig, model=rig.model._replace(friction=softer)))
+    softer, system = (0.5 * sum(rig.model.friction.element_stiffness),), system_of(tmp_path, rig)
+    run = measured(system, 'run', changed(rig, 'friction', element_stiffness=softer))
     candidates = {each.name: each for each in pool(system, [run])[0]}
-    explanation = Explanation().with_part(candidates[BRISTLE], softer.element_stiffness)
-    data = Dataset.of(system.hypothesis, [Comparison(run)], np.random.default_rng(0))
+    explanation = Explanation().with_part(candidates[BRISTLE], softer)
+    data = data_of(system.hypothesis, run)
     with_cycles = data.with_cycles(system.hypothesis, np.random.default_rng(0))
     by_residuals, by_both = (
         of_balances(explanation, system.hypothesis, data, cycles)

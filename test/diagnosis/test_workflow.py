@@ -1,19 +1,13 @@
 """The whole workflow on recordings of which the truth is known."""
 
-from __future__ import annotations
-
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import jsonschema
 import pytest
 
 from pneu_rig_ros.diagnosis.inputs.restated import Restated
 from pneu_rig_ros.diagnosis.inputs.system import load_system
-from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import REVISED_LUGRE
@@ -22,22 +16,9 @@ from pneu_rig_ros.records.conversion import write_bag
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.simulate import simulate
 
-from .parts import (
-    BENCH,
-    CHAMBERS,
-    CONDUCTANCES,
-    DEAD,
-    K,
-    bench_run,
-    chamber_run,
-    mapping,
-    system_file,
-    table,
-)
-from .runs import configured, system_of
+from .parts import BENCH, CHAMBERS, CONDUCTANCES, DEAD, K, bench_run, chamber_run, system_file
+from .runs import changed, checked, configured, diagnosed, system_of
 
-ROOT = Path(__file__).resolve().parents[2]
-SCHEMA = json.loads((ROOT / 'docs' / 'diagnosis.schema.json').read_text())
 pytestmark = pytest.mark.timeout(600)
 
 FILLS = ((4.5e5, 1.1e6), (5.5e5, 1.2e6))
@@ -49,14 +30,6 @@ NEARER = 1e-3
 Change = Callable[[RigConfiguration], RigConfiguration]
 
 
-def checked(found: Diagnosis) -> dict[str, Any]:
-    """Return the answer, checked against its schema as what a file of it holds."""
-    data: dict[str, Any] = json.loads(json.dumps(answer(found), allow_nan=False))
-    jsonschema.validate(data, SCHEMA)
-    assert data['where'] or data['verdict'] in ('consistent', 'uncalibrated')
-    return data
-
-
 def chambers(
     folder: Path,
     conductances: tuple[float, float],
@@ -65,14 +38,8 @@ def chambers(
     without: tuple[str, ...] = (),
 ) -> Diagnosis:
     """Return the diagnosis of sealed chambers that are compressed."""
-    tables = []
-    for i, fill in enumerate(FILLS):
-        signals = chamber_run(i, fill, conductances, dead, power=power)
-        tables.append(table(folder / f'run_{i}.csv', 0.1, signals))
-    known = mapping(folder / 'map.yaml', 'position', 'pressure_1', 'pressure_2')
-    return diagnose(
-        tables[:1], system_file(folder, CHAMBERS), tables[1:], without=without, mapping=known
-    )
+    runs = [chamber_run(i, fill, conductances, dead, power=power) for i, fill in enumerate(FILLS)]
+    return diagnosed(folder, CHAMBERS, runs, without=without)
 
 
 def recordings(folder: Path, change: Change) -> list[Path]:
@@ -99,9 +66,8 @@ def cold(rig: RigConfiguration) -> RigConfiguration:
 
 
 def wider(rig: RigConfiguration) -> RigConfiguration:
-    valve = rig.model.valve
-    valve = valve._replace(intake_coefficient=FACTOR * valve.intake_coefficient)
-    return replace(rig, model=rig.model._replace(valve=valve))
+    coefficient = FACTOR * rig.model.valve.intake_coefficient
+    return changed(rig, 'valve', intake_coefficient=coefficient)
 
 
 def leaky(rig: RigConfiguration) -> RigConfiguration:
@@ -192,13 +158,8 @@ def test_nothing_is_missing_in_sealed_chambers_that_lack_nothing(tmp_path: Path)
 
 
 def test_friction_that_grows_with_pressure_is_named_on_a_bench(tmp_path: Path) -> None:
-    tables = []
-    for bar in (3, 5, 1, 7):
-        signals = bench_run(bar, 1e5 * bar, 1.2e-5, 2.5)
-        tables.append(table(tmp_path / f'{bar}_bar.csv', 0.01, signals))
-    known = mapping(tmp_path / 'map.yaml', 'position', 'pressure_2', 'force')
-    system = system_file(tmp_path, BENCH)
-    data = checked(diagnose(tables[:2], system, tables[2:], mapping=known))
+    runs = [bench_run(bar, 1e5 * bar, 1.2e-5, 2.5) for bar in (3, 5, 1, 7)]
+    data = checked(diagnosed(tmp_path, BENCH, runs, 0.01, fitted=2))
     assert data['verdict'] == 'effect'
     assert [one['name'] for one in data['effects']] == ['pressure_dependent_friction']
     slope = data['effects'][0]['parameters']['slope']
@@ -287,8 +248,7 @@ def test_growth_of_static_friction_with_dwell_time_is_found_by_cycles(tmp_path: 
         simulate(configured('cylinder_1', seed=seed, rest_time=600.0), u, 8.0, tmp_path / f'{u}')
         for seed, u in enumerate((0.29, 0.31))
     ]
-    law = rig.model.friction._replace(model=REVISED_LUGRE)
-    system_of(tmp_path, replace(rig, model=rig.model._replace(friction=law)))
+    system_of(tmp_path, changed(rig, 'friction', model=REVISED_LUGRE))
     without = tuple(name for name in library.causes() if name != 'dwell_static_friction')
     data = checked(diagnose(bags[:1], tmp_path / 'model.yaml', bags[1:], without=without))
     assert data['verdict'] == 'effect'
@@ -328,8 +288,7 @@ def test_end_stop_nearer_than_in_the_model_is_found_at_the_stop(tmp_path: Path) 
     bags = []
     for seed, u in enumerate((0.5, 0.6, 0.55), start=1):
         rig = configured('cylinder_2', seed=seed, initial_position=0.17)
-        cylinder = rig.model.cylinder._replace(stroke=rig.model.cylinder.stroke - NEARER)
-        rig = replace(rig, model=rig.model._replace(cylinder=cylinder))
+        rig = changed(rig, 'cylinder', stroke=rig.model.cylinder.stroke - NEARER)
         bags.append(simulate(rig, u, 8.0, tmp_path / f'run_{seed}'))
     system_of(tmp_path, configured('cylinder_2'))
     data = checked(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:], without=library.causes()))

@@ -24,10 +24,7 @@ from pneu_rig_ros.diagnosis.answer.varying_quantities import (
     value_in,
     varying_quantities,
 )
-from pneu_rig_ros.diagnosis.causes.candidates import (
-    Candidate,
-    Explanation,
-)
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import (
@@ -84,16 +81,12 @@ class RunDifference:
         }
 
 
-NOTHING: Mapping[str, float] = {}
-"""Of earlier recordings, where nothing is known."""
-
-
 def run_differences(
     hypothesis: Hypothesis,
     runs: Sequence[Dataset],
     candidates: Sequence[Candidate],
     executor: Executor,
-    earlier: Mapping[str, float] = NOTHING,
+    earlier: Mapping[str, float],
 ) -> dict[int, RunDifference]:
     """
     Return the runs that differ from the others, each with the quantity that shows it best.
@@ -127,9 +120,7 @@ def run_differences(
     return best
 
 
-def sufficient_differences(
-    search: Search, earlier: Mapping[str, float] = NOTHING
-) -> list[RunDifference]:
+def sufficient_differences(search: Search, earlier: Mapping[str, float]) -> list[RunDifference]:
     """
     Return the differences between runs if these are all that is wrong, else none.
 
@@ -150,10 +141,8 @@ def sufficient_differences(
         quantity = difference.quantity
         start = Explanation((quantity,), (quantity.starts[0],))
         fitted = fit(start, search.given, runs[i], ROUNDS)
-        if (
-            remaining_share(runs[i], search.given, fitted.explanation.apply(search.given))
-            > MOST_LEFT
-        ):
+        explained = fitted.explanation.apply(search.given)
+        if remaining_share(runs[i], search.given, explained) > MOST_LEFT:
             return []
         left += fitted.loss
     everywhere = sum(loss(run.whitened(search.hypothesis)) for run in runs)

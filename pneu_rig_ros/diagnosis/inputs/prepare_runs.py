@@ -9,19 +9,14 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
 from pneu_rig_ros.diagnosis.inputs.system import System
-from pneu_rig_ros.diagnosis.measured.reading import (
-    Noise,
-    Span,
-    without_clipped,
-    without_outliers,
-)
+from pneu_rig_ros.diagnosis.measured.reading import Noise, Span, without_clipped, without_outliers
 from pneu_rig_ros.diagnosis.measured.run import LARGEST_DELAY, Run
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     CLOCK_OFFSET,
     FORCE_OFFSET,
     INITIAL_TEMPERATURE,
-    read_nuisances,
+    NUISANCES,
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Operation
@@ -72,7 +67,7 @@ def prepare_runs(
 
 def with_unknown_temperature(run: Run) -> Run:
     """Return a run that begins while the gas is not at the temperature of the supply."""
-    usual = read_nuisances([INITIAL_TEMPERATURE], '')[INITIAL_TEMPERATURE]
+    usual = NUISANCES[INITIAL_TEMPERATURE].default
     return replace(run, temperature_offset=run.temperature_offset or usual)
 
 
@@ -115,6 +110,8 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     level_error = max(FRICTION_ERROR if worn else 0.0, differs.pop(FRICTION_LEVEL, 0.0))
     recorded = signal('position', 0.0)
     position = without_outliers(recorded, noise.position) if on_bench(recording) else recorded
+    count = int(np.count_nonzero(recorded != position))
+    replaced = [f'{count} wrong position reading{"s" * (count > 1)} replaced'] if count else []
     run = Run(
         recording.name,
         recording.interval,
@@ -134,15 +131,9 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(INITIAL_TEMPERATURE, 0.0),
         differs,
         level_error * model.friction.coulomb_force,
-        notes=(*recording.notes, *_replacement(recorded, position)),
+        notes=(*recording.notes, *replaced),
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
-
-
-def _replacement(recorded: Floats, used: Floats) -> tuple[str, ...]:
-    """Return a note with the number of positions that were replaced, none if none were."""
-    count = int(np.count_nonzero(recorded != used))
-    return (f'{count} wrong position reading{"s" * (count > 1)} replaced',) if count else ()
 
 
 def _atmosphere(recording: Recording, system: System) -> float:

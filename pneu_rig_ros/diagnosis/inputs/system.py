@@ -24,6 +24,7 @@ from typing import Any, cast
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     INITIAL_TEMPERATURE,
+    NUISANCES,
     read_nuisances,
     written_nuisances,
 )
@@ -216,7 +217,8 @@ def _read(data: dict[str, Any], origin: str) -> System:
     hypothesis = Hypothesis(model, read_effects(data.get('effects'), origin))
     each_recording = read_nuisances(data.get('each_recording'), f'{origin}: each_recording')
     if vessel:  # which has just been filled, and its gas warmed by an unmeasured amount
-        each_recording = {**read_nuisances([INITIAL_TEMPERATURE], ''), **each_recording}
+        usual = NUISANCES[INITIAL_TEMPERATURE].default
+        each_recording = {INITIAL_TEMPERATURE: usual, **each_recording}
     return System(
         str(data.get('name', Path(origin).stem)),
         hypothesis,
