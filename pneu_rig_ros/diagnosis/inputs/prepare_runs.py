@@ -110,8 +110,6 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     level_error = max(FRICTION_ERROR if worn else 0.0, differs.pop(FRICTION_LEVEL, 0.0))
     recorded = signal('position', 0.0)
     position = without_outliers(recorded, noise.position) if on_bench(recording) else recorded
-    count = int(np.count_nonzero(recorded != position))
-    replaced = [f'{count} wrong position reading{"s" * (count > 1)} replaced'] if count else []
     run = Run(
         recording.name,
         recording.interval,
@@ -131,9 +129,15 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(INITIAL_TEMPERATURE, 0.0),
         differs,
         level_error * model.friction.coulomb_force,
-        notes=(*recording.notes, *replaced),
+        notes=(*recording.notes, *_replacement(recorded, position)),
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
+
+
+def _replacement(recorded: Floats, used: Floats) -> tuple[str, ...]:
+    """Return a note with the number of positions that were replaced, none if none were."""
+    count = int(np.count_nonzero(recorded != used))
+    return (f'{count} wrong position reading{"s" * (count > 1)} replaced',) if count else ()
 
 
 def _atmosphere(recording: Recording, system: System) -> float:
