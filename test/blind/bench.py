@@ -10,15 +10,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import LAWS, Secret, hide
-
 from . import constants as at
 from .along import friction_along
 from .contributions import Equations, driving
 from .imposed import CENTRE
 from .runs import Noise, Run, equations
 from .settings import Settings, changed, settings
-from .system import ATMOSPHERE, PRESSURE, Sensor, System, log_graded, names, wrong
+from .system import ATMOSPHERE, PRESSURE, Sensor, System, log_graded, names
 
 RATE, EVERY, DURATION = 100.0, 40, 40.0
 """Samples a second; steps of the equations for each; length of a recording [s]."""
@@ -63,19 +61,14 @@ def _sizes(random: Generator) -> Settings:
     )
 
 
-def _hide(name: str, grade: float, model: Settings) -> Secret:
-    if '.' in name:
-        return wrong(name, grade, model)
-    if name in LAWS:
-        return hide(name, 'cylinder_1', grade, model['friction'])
-    strengths = {
+def _strengths(grade: float, model: Settings) -> dict[str, dict[str, float]]:
+    return {
         'pressure_dependent_friction': {'slope': log_graded(grade, 2e-6, 2e-5)},
         'direction_dependent_friction': {'asymmetry': log_graded(grade, 0.04, 0.35)},
         'position_dependent_friction': {'gradient': log_graded(grade, 0.1, 0.8)},
         'friction_warm_up': {'drop': log_graded(grade, 0.1, 0.5), 'work': 0.5},
         'load_spring': {'stiffness': log_graded(grade, 10.0, 150.0), 'compression': 0.02},
     }
-    return Secret({name: strengths[name]}, {}, {})
 
 
 def strokes(random: Generator) -> np.ndarray:
@@ -164,7 +157,7 @@ BENCH = System(
         'friction.coulomb_force',
     ),
     _sizes,
-    _hide,
+    _strengths,
     _runs,
     lambda model: {'position': POSITION, 'pressure_2': PRESSURE, 'force': FORCE},
     {

@@ -61,13 +61,11 @@ def _sizes(random: Generator) -> Settings:
     )
 
 
-def _hide(name: str, grade: float, model: Settings) -> Secret:
-    if '.' in name:
-        return _wrong(name, grade, model)
+def _strengths(grade: float, model: Settings) -> dict[str, dict[str, float]]:
     volume = model['cylinder']['cap_dead_volume'], model['cylinder']['rod_dead_volume']
     leak, heat = log_graded(grade, 300.0, 30.0), log_graded(grade, 20.0, 2.0)
     bent = 1.0 + log_graded(grade, 0.03, 0.4)
-    strengths = {
+    return {
         'supply_droop': {'resistance': log_graded(grade, 2e8, 1.5e9)},
         'valve_lag': {'time_constant': log_graded(grade, 0.01, 0.1)},
         'spool_hysteresis': {'width': log_graded(grade, 0.01, 0.08)},
@@ -85,7 +83,6 @@ def _hide(name: str, grade: float, model: Settings) -> Secret:
             'conductance_2': conductance(volume[1], 1.4 * heat, model),
         },
     }
-    return Secret({name: strengths[name]}, {}, {})
 
 
 def _wrong(name: str, grade: float, model: Settings) -> Secret:
@@ -152,7 +149,7 @@ BLOCK = System(
         *PARAMETERS,
     ),
     _sizes,
-    _hide,
+    _strengths,
     _runs,
     _sensors,
     {
@@ -163,4 +160,5 @@ BLOCK = System(
     },
     {'fixed': {'position': '0 m'}},
     bag=True,
+    wrong=_wrong,
 )

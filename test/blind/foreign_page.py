@@ -21,6 +21,7 @@ from .foreign_scores import (
     foreign_seen,
     headline,
     right_mechanism,
+    seed_of,
 )
 from .foreign_trials import FOREIGN_PARTS, SECOND_PARTS, drawn_foreign
 from .forms import mechanism
@@ -154,11 +155,6 @@ def kind(answer: Answer) -> str:
         return 'another cause, no gap on the held-out recordings'
     much = '' if answer['cut'] >= CLOSES else 'less than '
     return f'another cause, which closes {much}{percent(CLOSES)} of the gap'
-
-
-def seed_of(answer: Answer) -> int:
-    """Return the seed from which the trial of an answer was drawn."""
-    return int(answer['key'].split('/')[1])
 
 
 def reliability(answers: list[Answer]) -> str:

@@ -54,6 +54,11 @@ PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01
 """Ends of the ranges in which stated probabilities are compared with how many answers are true."""
 
 
+def seed_of(answer: Answer) -> int:
+    """Return the seed from which the trial of an answer was drawn."""
+    return int(answer['key'].split('/')[1])
+
+
 def right_mechanism(answer: Answer) -> bool:
     """Whether the verdict is an effect or a parameter, and the right mechanism stands first."""
     named = answer['verdict'] in ('effect', 'parameter')
@@ -128,7 +133,7 @@ def foreign_seen(answers: list[Answer], part: str) -> list[Answer]:
 
 def _matched(answer: Answer) -> bool:
     since = [MATCHED[name] for name in answer['names'] if name in MATCHED]
-    return bool(since) and int(answer['key'].split('/')[1]) >= min(since)
+    return bool(since) and seed_of(answer) >= min(since)
 
 
 def all_seen(answers: list[Answer], part: str) -> list[Answer]:

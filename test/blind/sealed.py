@@ -11,8 +11,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import Secret
-
 from .imposed import at_zero, steps, waves
 from .runs import Run
 from .settings import Settings, changed, settings
@@ -26,7 +24,6 @@ from .system import (
     log_uniform,
     names,
     position_sensor,
-    wrong,
 )
 
 GASES = {
@@ -97,12 +94,10 @@ def _volumes(model: Settings) -> tuple[float, float]:
     )
 
 
-def _hide(name: str, grade: float, model: Settings) -> Secret:
-    if '.' in name:
-        return wrong(name, grade, model)
+def _strengths(grade: float, model: Settings) -> dict[str, dict[str, float]]:
     first, second = _volumes(model)
     leak, heat = log_graded(grade, 600.0, 60.0), log_graded(grade, 60.0, 4.0)
-    strengths = {
+    return {
         'wall_heat_transfer': {
             'conductance_1': conductance(first, heat, model),
             'conductance_2': conductance(second, 1.4 * heat, model),
@@ -118,18 +113,16 @@ def _hide(name: str, grade: float, model: Settings) -> Secret:
             'offset_2': -log_graded(grade, 1e3, 6e3),
         },
     }
-    return Secret({name: strengths[name]}, {}, {})
 
 
-def _hide_in_vessel(name: str, grade: float, model: Settings) -> Secret:
+def _strengths_in_vessel(grade: float, model: Settings) -> dict[str, dict[str, float]]:
     volume = model['cylinder']['cap_dead_volume']
-    strengths = {
+    return {
         'chamber_leak': {'area_1': leak_area(volume, log_graded(grade, 2000.0, 100.0), model)},
         'wall_heat_transfer': {
             'conductance_1': conductance(volume, log_graded(grade, 4.0, 25.0), model),
         },
     }
-    return Secret({name: strengths[name]}, {}, {})
 
 
 def _sealed_runs(
@@ -172,7 +165,7 @@ SEALED = System(
         'cylinder.rod_dead_volume',
     ),
     _sizes,
-    _hide,
+    _strengths,
     _sealed_runs,
     lambda model: {
         'position': position_sensor(model),
@@ -187,7 +180,7 @@ VESSEL = System(
     ('gas_1',),
     ('chamber_leak', 'wall_heat_transfer'),
     _vessel,
-    _hide_in_vessel,
+    _strengths_in_vessel,
     _vessel_runs,
     lambda model: {'pressure_1': PRESSURE},
     {'cylinder': ('cap_dead_volume',), 'gas': GAS_KEYS},

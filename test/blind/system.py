@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.scenarios.hidden import Secret
+from pneu_rig_ros.scenarios.hidden import LAWS, Secret, hide
 
 from . import constants as at
 from .constants import HIDDEN
@@ -53,6 +53,12 @@ class Sensor(NamedTuple):
 PRESSURE = Sensor(ATMOSPHERE, PRESSURE_SPAN, PRESSURE_NOISE)
 
 
+def wrong(name: str, grade: float, model: Settings) -> Secret:
+    """Return the secret that a parameter of the model is 10 to 30 % too small, by its grade."""
+    section, key = name.split('.')
+    return Secret({}, {name: (1.1 + 0.1 * grade) * model[section][key]}, {})
+
+
 class System(NamedTuple):
     """
     A kind of system.
@@ -60,25 +66,35 @@ class System(NamedTuple):
     :param balances: that are open
     :param hidden: what can be hidden in it: effects, or parameters as section.name
     :param sizes: draws the settings of its model
-    :param hide: (name, grade 0 to 2, settings of the model) -> what is hidden
+    :param strengths: (grade 0 to 2, settings of the model) -> effect -> its parameters
     :param runs: (settings of the truth, of the model, what is hidden, random) -> recordings;
         what is drawn hangs on the model alone
     :param sensors: settings -> signal that is recorded -> its sensor
     :param keys: section -> keys of the settings that the model file has
     :param more: what else the model file has
     :param bag: whether it is recorded in bags, not in text tables
+    :param wrong: (name, grade, settings of the model) -> what hides a wrong parameter
     """
 
     name: str
     balances: tuple[str, ...]
     hidden: tuple[str, ...]
     sizes: Callable[[Generator], Settings]
-    hide: Callable[[str, float, Settings], Secret]
+    strengths: Callable[[float, Settings], dict[str, dict[str, float]]]
     runs: Callable[[Settings, Settings, Mapping[str, float], Generator], list[Run]]
     sensors: Callable[[Settings], dict[str, Sensor]]
     keys: Mapping[str, tuple[str, ...]]
     more: Mapping[str, Any]
     bag: bool = False
+    wrong: Callable[[str, float, Settings], Secret] = wrong
+
+    def hide(self, name: str, grade: float, model: Settings) -> Secret:
+        """Return what is hidden: an effect, or a wrong parameter, at a grade from 0 to 2."""
+        if '.' in name:
+            return self.wrong(name, grade, model)
+        if name in LAWS:
+            return hide(name, 'cylinder_1', grade, model['friction'])
+        return Secret({name: self.strengths(grade, model)[name]}, {}, {})
 
 
 GAS_KEYS = ('atmospheric_pressure', 'supply_temperature', 'heat_capacity_ratio', 'gas_constant')
@@ -98,12 +114,6 @@ def log_graded(grade: float, weak: float, strong: float) -> float:
 def log_uniform(random: Generator, low: float, high: float) -> float:
     """Draw a size."""
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
-
-def wrong(name: str, grade: float, model: Settings) -> Secret:
-    """Return the secret that a parameter of the model is 10 to 30 % too small, by its grade."""
-    section, key = name.split('.')
-    return Secret({}, {name: (1.1 + 0.1 * grade) * model[section][key]}, {})
 
 
 def names() -> list[str]:

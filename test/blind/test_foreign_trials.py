@@ -302,7 +302,7 @@ def test_stated_shares_are_those_of_the_answers_so_far() -> None:
         (each['verdict'], each['part'].startswith('nuisance'), foreign_scores.right(each))
         for found in stores
         for each in found
-        if foreign_page.seed_of(each) <= LAST_COUNTED
+        if foreign_scores.seed_of(each) <= LAST_COUNTED
     ]
     for key, (true, count) in TRUE_ANSWERS.items():
         own = [is_true for *of, is_true in kept if tuple(of) == key]
