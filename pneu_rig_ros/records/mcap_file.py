@@ -84,11 +84,11 @@ class McapFile:
     def messages(self, channels: Collection[int], start_ns: int = 0) -> Iterator[Message]:
         """Yield the messages of some channels from a log time [ns] on, in the order of time."""
         wanted = frozenset(channels)
-        chunks = [
-            chunk
-            for chunk in self.summary.chunk_indexes
-            if chunk.message_end_time >= start_ns and wanted & chunk.message_index_offsets.keys()
-        ]
+        chunks = []
+        for chunk in self.summary.chunk_indexes:
+            inside = chunk.message_index_offsets.keys()  # optional: none says nothing
+            if chunk.message_end_time >= start_ns and (wanted & inside or not inside):
+                chunks.append(chunk)
         pending: list[Message] = []
         for chunk in sorted(chunks, key=lambda chunk: chunk.message_start_time):
             # Chunks may overlap in time: what is older than all that follows can be passed on.

@@ -13,7 +13,7 @@ from pneu_rig_ros.model import effects as library
 from .runs import Timeline, configured, measured, search_in, system_of
 
 ELASTIC, COULOMB = 'seal_elasticity', 'friction.coulomb_force'
-CREEPS: Timeline = ((0.34, 5.0), (0.0, 0.5), (-0.34, 4.0))
+CREEPS: Timeline = ((0.34, 2.5), (0.0, 0.5), (-0.34, 2.0))
 
 
 @pytest.fixture(scope='module')

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+from mcap.reader import make_reader
+from mcap.writer import IndexType, Writer
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter
@@ -31,6 +33,27 @@ def test_messages_come_in_order_with_causes_before_effects(bag: Path) -> None:
         topics = [m.topic for m in messages if m.time_ns == stamp]
         assert topics[0] == 'joint_states'
         assert topics[-1] == 'valve_voltages'
+
+
+def test_file_whose_chunks_have_no_index_of_messages_is_played(bag: Path, tmp_path: Path) -> None:
+    """That index is optional in MCAP."""
+    other = tmp_path / bag.name
+    shutil.copytree(bag, other)
+    (file,), (old,) = other.glob('*.mcap'), bag.glob('*.mcap')
+    with old.open('rb') as source, file.open('wb') as target:
+        writer = Writer(target, index_types=IndexType.ALL & ~IndexType.MESSAGE)
+        writer.start('ros2')
+        channels: dict[int, int] = {}
+        for schema, channel, message in make_reader(source).iter_messages():
+            assert schema is not None
+            if channel.id not in channels:
+                known = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(channel.topic, 'cdr', known)
+            own, time = channels[channel.id], message.log_time
+            writer.add_message(own, time, message.data, message.publish_time)
+        writer.finish()
+    with Playback(bag) as expected, Playback(other) as playback:
+        assert list(playback.messages()) == list(expected.messages())
 
 
 def test_topics_are_chosen(bag: Path) -> None:
