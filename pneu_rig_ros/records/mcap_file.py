@@ -86,7 +86,7 @@ class McapFile:
         wanted = frozenset(channels)
         chunks = []
         for chunk in self.summary.chunk_indexes:
-            inside = chunk.message_index_offsets.keys()  # optional: none says nothing
+            inside = chunk.message_index_offsets.keys()  # optional in MCAP
             if chunk.message_end_time >= start_ns and (wanted & inside or not inside):
                 chunks.append(chunk)
         pending: list[Message] = []
