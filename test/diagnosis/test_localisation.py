@@ -77,6 +77,13 @@ def test_strong_residual_of_one_regime_makes_no_other_significant() -> None:
     assert np.mean(false) <= 0.08
 
 
+@pytest.mark.filterwarnings('ignore:overflow')
+def test_residual_that_overflows_is_significant_and_no_error() -> None:
+    """Of a start that is far off."""
+    groups = [replace(one, whitened=one.whitened + 1e160) for one in noisy(0)]
+    assert {one.balance for one in localise(groups)} == {'gas_1', 'gas_2', 'force'}
+
+
 def test_a_shift_of_one_noise_is_found_with_its_size_and_bounds() -> None:
     groups = noisy(0)
     shifted = []

@@ -135,7 +135,8 @@ def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
     p_mean = 2.0 * float(ndtr(-abs(top / bottom) / deviation))
     spread = float(chdtrc(count, clipped_squares / NOISE_ERROR**2))
     p_spread = spread if differs == 0.0 else 1.0
-    excess = max(squares - count * NOISE_ERROR**2, mean**2 / bottom - NOISE_ERROR**2, 0.0)
+    square = mean * mean / bottom  # infinite where a start is absurd; a power would raise an error
+    excess = max(squares - count * NOISE_ERROR**2, square - NOISE_ERROR**2, 0.0)
     p_value = min(2.0 * min(p_mean, p_spread), 1.0)
     return CellTest(mean / bottom, 1.0 / np.sqrt(bottom), p_value, excess)
 
