@@ -53,9 +53,9 @@ building were drawn, with other seeds. Formulas that were found missing are in t
 as foreign forms they do not count from these seeds on: {matched}.
 
 The parts `second` and `second_unknown` have forms of a second list: {second_known} of a mechanism
-that the library has, {second_unknown} of none (`test/blind/second.py`). It is a second list of
-forms, written after the library by someone who had not read it; each draw of it is of one
-revision: {second_draws}.
+that the library has, {second_unknown} of none (`test/blind/second.py`). It was written after the
+library, from the literature alone; its first draw, seed 86, judges a revision that was built
+without any trial of it. Draws: {second_draws}.
 
 Every answer is a line of the file of its revision in `docs/{folder}`. Recordings, sensors and what
 is counted are as in [Blind trials](blind.md).
