@@ -132,6 +132,7 @@ def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
 
 QUOTED = {
     'an effect by another law': (foreign_scores, 'blind_foreign', 'foreign_mechanism'),
+    'a law of a second list': (foreign_scores, 'blind_foreign', 'second_mechanism'),
     'a strong cause among weak nuisances': (foreign_scores, 'blind_foreign', 'nuisance_cause'),
     'weak nuisances alone': (foreign_scores, 'blind_foreign', 'nuisance_alarm'),
     "an effect by the library's law": (scores, 'blind', 'single_top1'),
