@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from . import scores
@@ -43,9 +43,9 @@ differ from those of the library: {forms} forms, {known} of a mechanism that the
 another formula, {unknown} of none that it has (`test/blind/foreign.py`). The other parts add weak
 nuisances, conditions that are not as stated, and two or three forms at a time.
 
-The trials were drawn afresh, strengths, shapes and cylinders, and run once: those of {draws}.
-They were run in an order in which any first part is a fair sample, for as long as there was time.
-Of {since} only trials from seed 63 on count: strong causes were weaker
+The trials were drawn afresh, strengths, shapes and cylinders, and run once, those of a seed by the
+[revision of its day](#by-draw), in an order in which any first part is a fair sample, for as long
+as there was time. Of {since} only trials from seed 63 on count: strong causes were weaker
 before, and earlier answers were looked at while the rule for weak effects was set. A strong cause
 among nuisances is drawn from the stronger half of the strengths of its form, and is visible if it
 alone changes a signal by 3 times the noise. The list of forms is the one from which the trials for
@@ -55,7 +55,7 @@ as foreign forms they do not count from these seeds on: {matched}.
 The parts `second` and `second_unknown` have forms of a second list: {second_known} of a mechanism
 that the library has, {second_unknown} of none (`test/blind/second.py`). It was written after the
 library, from the literature alone; its first draw, seed 86, judges a revision that was built
-without any trial of it. Draws: {second_draws}.
+without any trial of it.
 
 Every answer is a line of the file of its revision in `docs/{folder}`. Recordings, sensors and what
 is counted are as in [Blind trials](blind.md).
@@ -111,18 +111,17 @@ def by_kind(answers: list[Answer]) -> str:
     return table(('part', 'kind', 'wrong', 'hidden'), rows)
 
 
-def by_draw(answers: list[Answer]) -> str:
-    """Return a row for each seed: in each part, how many of the visible trials are right."""
-    seeds = sorted({seed_of(a) for a in answers})
-    parts = judged(answers)
+def by_draw(by_revision: dict[str, list[Answer]]) -> str:
+    """Return a row for each draw: in each part, how many of the visible trials are right."""
     rows = []
-    for seed in seeds:
-        cells = []
-        for counted, right in parts.values():
-            own = [a for a in counted if seed_of(a) == seed]
-            cells.append(f'{sum(map(right, own))} of {len(own)}' if own else '-')
-        rows.append((str(seed), *cells))
-    return table(('seed', *(f'`{part}`' for part in parts)), rows)
+    for seed, revision in draws(by_revision):
+        drawn = [each for each in by_revision[revision] if seed_of(each) == seed]
+        cells = [
+            f'{sum(map(right, counted))} of {len(counted)}' if counted else '-'
+            for counted, right in judged(drawn).values()
+        ]
+        rows.append((str(seed), revision, *cells))
+    return table(('seed', 'git', *(f'`{part}`' for part in judged([]))), rows)
 
 
 def judged(answers: list[Answer]) -> dict[str, tuple[list[Answer], Callable[[Answer], bool]]]:
@@ -185,23 +184,10 @@ def counts(part: str, seed: int, own: list[Answer]) -> bool:
     return seed >= SINCE.get(part, 0)
 
 
-def draws(
-    by_revision: dict[str, list[Answer]], parts: Sequence[str] = FOREIGN_PARTS
-) -> list[tuple[int, str]]:
-    """Return the seeds and revisions whose answers are to some of the parts."""
-    return sorted(
-        {
-            (seed_of(each), revision)
-            for revision, found in by_revision.items()
-            for each in found
-            if each['part'] in parts
-        }
-    )
-
-
-def named(drawn: list[tuple[int, str]]) -> str:
-    """Return draws as words."""
-    return ', '.join(f'seed {seed} at git {revision}' for seed, revision in drawn) or 'none so far'
+def draws(by_revision: dict[str, list[Answer]]) -> list[tuple[int, str]]:
+    """Return the seeds and revisions of all answers."""
+    found = ((seed_of(each), name) for name, own in by_revision.items() for each in own)
+    return sorted(set(found))
 
 
 def said(answers: list[Answer]) -> str:
@@ -249,12 +235,10 @@ def write_kept(source: Path, docs: Path) -> None:
         unknown=len(UNKNOWN),
         second_known=len(SECOND_KNOWN),
         second_unknown=len(SECOND_UNKNOWN),
-        second_draws=named(draws(by_revision, SECOND_PARTS)),
         folder=FOLDER,
-        draws=named(drawn),
         headline=headline(answers),
         coverage=coverage(answers, [seed for seed, _ in drawn]),
-        by_draw=by_draw(answers),
+        by_draw=by_draw(by_revision),
         by_kind=by_kind(answers),
         by_form=by_form(answers),
         by_verdict=by_verdict(answers),

@@ -253,9 +253,9 @@ def test_wrong_answers_have_a_kind_and_right_ones_a_draw() -> None:
     ):
         assert f'| {row} |' in kinds
     assert kinds.count('\n| `') == 7
-    by_seed = foreign_page.by_draw(drawn_from).splitlines()
-    assert by_seed[2].startswith('| 60 | 1 of 2 |')
-    assert by_seed[3].startswith('| 61 | 1 of 1 |')
+    by_seed = foreign_page.by_draw({'abc': drawn_from}).splitlines()
+    assert by_seed[2].startswith('| 60 | abc | 1 of 2 |')
+    assert by_seed[3].startswith('| 61 | abc | 1 of 1 |')
 
 
 def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
@@ -271,7 +271,8 @@ def test_page_is_written_of_the_answers_kept(tmp_path: Path) -> None:
     foreign_page.write_kept(tmp_path / FOLDER, tmp_path)
     page = (tmp_path / 'blind_foreign.md').read_text()
     assert f'| `{trial.key}` |' in page
-    assert 'seed 60 at git abc, seed 61 at git def' in page
+    assert '| 60 | abc | 0 of 1 |' in page
+    assert '| 61 | def | 0 of 1 |' in page
     assert '| `foreign` | 2 | 168 | 2 |' in page
     figures = json.loads((tmp_path / 'blind_foreign.json').read_text())
     assert figures['foreign_mechanism']['trials'] == 2
