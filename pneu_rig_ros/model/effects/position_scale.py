@@ -34,7 +34,7 @@ def contribution(
 EFFECT = Effect(
     title='the position sensor has a wrong scale',
     balance=Balance.MOTION_READING,
-    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='JCGM 200:2012 (VIM), sensitivity of a measuring system; IEC 61298-2, terminal-based '
     'linearity: a parabola that is right at both ends of the stroke',
     null=Parameters(0.0),
