@@ -191,7 +191,7 @@ def each_with_one_signal() -> Iterator:
             yield pytest.param(node, number, marks=marks)
 
 
-@pytest.mark.parametrize(('node', 'number'), each_with_one_signal())
+@pytest.mark.parametrize(('node', 'number'), list(each_with_one_signal()))
 def test_two_signals_end_a_node_cleanly(node, number, start, tmp_path, bystander):
     bag = tmp_path / 'bag'
     if node == 'replay':
