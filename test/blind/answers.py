@@ -80,7 +80,7 @@ def joined(trial: Trial, said: Answer) -> Answer:
     """
     Return the answer with the truth beside it, cut down to what the tables need.
 
-    Of what was fitted it has the relative error, and whether the interval told holds the truth.
+    Of what was fitted it has the relative error, and whether its interval holds the truth.
     """
     line = {
         'key': trial.key,
@@ -130,8 +130,8 @@ def joined(trial: Trial, said: Answer) -> Answer:
 
 def _fitted(trial: Trial, said: Answer) -> Iterator[tuple[str, float, dict[str, Any]]]:
     """Yield name, true value and what was said of each hidden parameter that was fitted."""
-    told = {p['name']: p for p in said.get('parameters', [])}
+    rows = {p['name']: p for p in said.get('parameters', [])}
     for effect in said.get('effects', []):
-        told |= {f'{effect["name"]}.{name}': row for name, row in effect['parameters'].items()}
+        rows |= {f'{effect["name"]}.{name}': row for name, row in effect['parameters'].items()}
     truth = cases.hidden_values(trial)
-    yield from ((name, value, told[name]) for name, value in truth.items() if name in told)
+    yield from ((name, value, rows[name]) for name, value in truth.items() if name in rows)

@@ -67,8 +67,8 @@ def right_mechanism(answer: Answer) -> bool:
 
 def all_mechanisms(answer: Answer) -> bool:
     """Whether of each hidden form a right mechanism is in the answer, whatever else is."""
-    told = {*answer['effects'], *answer['parameters']}
-    return all(told & set(mechanism(name)) for name in answer['names'])
+    named = {*answer['effects'], *answer['parameters']}
+    return all(named & set(mechanism(name)) for name in answer['names'])
 
 
 def condition_named(answer: Answer) -> bool:
@@ -79,8 +79,8 @@ def condition_named(answer: Answer) -> bool:
     """
     if answer['verdict'] == 'refused':
         return answer['names'] == ['cylinder'] and answer['cylinder'] in answer['error']
-    told = answer.get('conditions', [])
-    return answer['verdict'] == 'conditions' and told[:1] == answer['names']
+    conditions = answer.get('conditions', [])
+    return answer['verdict'] == 'conditions' and conditions[:1] == answer['names']
 
 
 def alarm(answer: Answer) -> bool:

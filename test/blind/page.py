@@ -132,7 +132,7 @@ def misses(answers: list[Answer]) -> str:
 def kind(answer: Answer) -> str:
     """Return in which way an answer is wrong."""
     right = set(answer['names'])
-    told = {*answer['effects'], *answer['parameters']}
+    named = {*answer['effects'], *answer['parameters']}
     ways = {
         'the workflow failed': answer['verdict'] == 'crashed',
         'reported as indistinguishable from the right one': any(
@@ -142,9 +142,9 @@ def kind(answer: Answer) -> str:
         and scores.unknown(answer),
         'another one takes its place': answer['part'] == 'removed'
         and answer['verdict'] in ('effect', 'parameter'),
-        'found, but not first': bool(right) and right <= told,
+        'found, but not first': bool(right) and right <= named,
         'judged consistent': bool(right) and answer['verdict'] == 'consistent',
-        'one found, not all': bool(right & told),
+        'one found, not all': bool(right & named),
         'ranked, another fits better': bool(
             right & {name for row in answer['ranking'] for name in row.split('+')}
         ),

@@ -22,7 +22,7 @@ print(json.dumps([os.environ.get(name) for name in {tuple(PROFILES)}]))
 """
 
 
-def told(code: str, **given: str) -> str:
+def output_of(code: str, **given: str) -> str:
     """Return what a process says that runs some code, with these profiles."""
     own = {name: value for name, value in os.environ.items() if name not in PROFILES}
     words = [sys.executable, '-c', code]
@@ -32,7 +32,7 @@ def told(code: str, **given: str) -> str:
 
 def profiles_after_import(**given: str) -> list[str | None]:
     """Return the variables in a process that imports the nodes, started with those given."""
-    values = json.loads(told(CODE, **given))
+    values = json.loads(output_of(CODE, **given))
     assert isinstance(values, list)
     return values
 
@@ -51,7 +51,7 @@ def test_profiles_of_the_package_are_set_for_the_release_of_fast_dds() -> None:
 
 def test_fast_dds_reads_every_profile_without_a_complaint() -> None:
     code = "import pneu_rig_ros.nodes, rclpy; rclpy.init(); rclpy.create_node('reader')"
-    assert told(code) == ''
+    assert output_of(code) == ''
 
 
 def test_both_files_have_the_same_profiles() -> None:

@@ -64,7 +64,7 @@ def test_file_gives_every_parameter_its_default(kind, context, new_context, tmp_
 
 
 @pytest.mark.parametrize(
-    ('kind', 'parameters', 'told'),
+    ('kind', 'parameters', 'message'),
     [
         (PlantNode, {'speed': 2.0}, 'speed 2 needs simulated time'),
         (PlantNode, {'speed': 1e-6, 'use_sim_time': True}, 'allowed 0'),
@@ -81,8 +81,8 @@ def test_file_gives_every_parameter_its_default(kind, context, new_context, tmp_
         (ExcitationNode, {'profile': 'stairs'}, 'staircase'),
     ],
 )
-def test_a_wrong_start_is_refused_in_one_line(kind, context, parameters, told):
+def test_a_wrong_start_is_refused_in_one_line(kind, context, parameters, message):
     with pytest.raises(RigError) as caught:
         kind(context, parameters)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert '\n' not in str(caught.value)

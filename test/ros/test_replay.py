@@ -115,7 +115,7 @@ def test_repeat_begins_anew(bag, context, bystander, loop_of):
 
 
 @pytest.mark.parametrize(
-    ('parameters', 'told'),
+    ('parameters', 'message'),
     [
         ({}, 'bag is empty'),
         ({'bag': '/none'}, '/none does not exist'),
@@ -123,11 +123,11 @@ def test_repeat_begins_anew(bag, context, bystander, loop_of):
         ({'topics': 'speed'}, 'speed is not a topic of a rig'),
     ],
 )
-def test_a_wrong_start_is_refused_in_one_line(context, bag, parameters, told):
+def test_a_wrong_start_is_refused_in_one_line(context, bag, parameters, message):
     given = {'bag': str(bag), **parameters} if parameters else {}
     with pytest.raises(RigError) as caught:
         ReplayNode(context, given)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert '\n' not in str(caught.value)
 
 
@@ -150,28 +150,28 @@ def test_command_plays_into_a_namespace_and_ends_with_the_bag(bag, context):
         return over
 
     until(ended)
-    told, errors = process.communicate()
+    printed, errors = process.communicate()
     assert process.returncode == 0, errors
     assert stamps == [k * 1_160_000 for k in range(3449)]
     assert elsewhere.take() is None
-    assert '4.00 s' in told
+    assert '4.00 s' in printed
     assert 'Traceback' not in errors
     watcher.destroy_node()
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'told'),
+    ('arguments', 'message'),
     [
         (['--rate', '0'], 'rate'),
         (['--topic', 'speed'], 'speed is not a topic'),
         (['--namespace', 'a b'], "namespace 'a b'"),
     ],
 )
-def test_what_is_wrong_in_the_command_is_told_in_one_line(bag, capfd, arguments, told):
+def test_what_is_wrong_in_the_command_is_reported_in_one_line(bag, capfd, arguments, message):
     assert main(['replay', str(bag), *arguments]) == 2
     lines = [line for line in capfd.readouterr().err.splitlines() if 'error' in line]
     assert len(lines) == 1
-    assert told in lines[0]
+    assert message in lines[0]
 
 
 @pytest.mark.parametrize(
