@@ -86,9 +86,9 @@ showed went into it.
 ## Answers
 
 {answers}"""
-LAST_COUNTED = 76
-"""Seeds up to this one gave the stated probabilities; on later ones these are judged."""
-RELIABILITY = """Each answer says how probable it is: the share of its verdict of seeds 60 to
+COUNTED = range(77, 87)
+"""Seeds that gave the stated probabilities; on later ones these are judged."""
+RELIABILITY = """Each answer says how probable it is: the share of its verdict of seeds {first} to
 {last}, of systems with exact sensors or of those known to their class only, and of a name its
 weight among what was fitted beside it (`diagnosis/answer/probability.py`). Of {count} answers to
 later seeds, which had no part in that, the expected calibration error is {error:.2f}:
@@ -158,11 +158,13 @@ def kind(answer: Answer) -> str:
 
 def reliability(answers: list[Answer]) -> str:
     """Return how often answers were true by what they say; nothing where none says it."""
-    later = [a for a in answers if seed_of(a) > LAST_COUNTED]
+    later = [a for a in answers if seed_of(a) >= COUNTED.stop]
     rows, error = by_probability(later)
     if error is None:
         return ''
-    return RELIABILITY.format(last=LAST_COUNTED, count=len(later), error=error, table=rows)
+    return RELIABILITY.format(
+        first=COUNTED[0], last=COUNTED[-1], count=len(later), error=error, table=rows
+    )
 
 
 def coverage(answers: list[Answer], seeds: list[int]) -> str:

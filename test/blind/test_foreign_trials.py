@@ -14,7 +14,7 @@ from .__main__ import chosen
 from .answers import FOLDER
 from .circumstances import AS_STATED, PSI_BY_BAR, WRONG, as_it_is, command_delay, shown, stamps
 from .foreign import FORMS, KNOWN, UNKNOWN
-from .foreign_page import LAST_COUNTED
+from .foreign_page import COUNTED
 from .foreign_trials import ALONE, COUNTS, FOREIGN_PARTS, SECOND_PARTS, drawn_foreign, together
 from .forms import ALL_STRENGTHS, mechanism
 from .fresh import FRESH, drawn
@@ -303,7 +303,7 @@ def test_stated_shares_are_those_of_the_answers_so_far() -> None:
         (each['verdict'], each['part'].startswith('nuisance'), foreign_scores.right(each))
         for found in stores
         for each in found
-        if foreign_scores.seed_of(each) <= LAST_COUNTED
+        if foreign_scores.seed_of(each) in COUNTED
     ]
     for key, (true, count) in TRUE_ANSWERS.items():
         own = [is_true for *of, is_true in kept if tuple(of) == key]

@@ -87,14 +87,18 @@ def test_supply_droop_is_resistance_times_flow() -> None:
 
 @pytest.mark.parametrize('pressure', [1e5, 3e5, 4e5, 4.99e5, 5e5, 6e5])
 @pytest.mark.parametrize('resistance', [1e8, 2e9, 1e10])
+@pytest.mark.parametrize('exponent', [0.3, 1.0, 2.0])
 def test_supply_droop_solves_its_equation_at_any_pressure(
-    pressure: float, resistance: float
+    pressure: float, resistance: float, exponent: float
 ) -> None:
     signals = {'voltage_1': 5.0, 'voltage_2': 0.0, 'pressure_1': pressure}
-    for turbulent in (0.0, 1e12):
-        lack = contribute('supply_droop', (resistance, turbulent), **signals)[0]
-        flow = max(valve.mass_flow(5.0, pressure, SUPPLY + lack, VALVE, GAS), 0.0)
-        assert lack == pytest.approx(-resistance * flow - turbulent * flow**2, abs=1e-2)
+    droop = -contribute('supply_droop', (resistance, exponent), **signals)[0]
+
+    def excess(lack: float) -> float:
+        flow = max(valve.mass_flow(5.0, pressure, SUPPLY - lack, VALVE, GAS), 0.0)
+        return lack - resistance * 1e-4 * (flow / 1e-4) ** exponent
+
+    assert excess(droop - 1e-2) <= 0.0 <= excess(droop + 1e-2)  # where it is steep, too
 
 
 def test_cross_piston_leak_keeps_the_gas_and_equalises_the_pressures() -> None:
@@ -121,14 +125,16 @@ def test_local_piston_leak_is_that_of_the_piston_in_a_bell_around_its_place() ->
 
 
 def test_valve_null_leak_halves_at_the_centre_and_fades_beyond() -> None:
-    def leak(voltage: float) -> float:
-        pair = contribute('valve_null_leak', (1e-9, 0.0), voltage_1=voltage)
+    def leak(voltage: float, exponent: float = 1.0) -> float:
+        pair = contribute('valve_null_leak', (1e-9, 0.0, exponent), voltage_1=voltage)
         return cast(float, pair[0])
 
     edge = valve.port_flow(SUPPLY, AT_REST.gas.pressure_1, 1e-9, VALVE, GAS)
     assert leak(VALVE.intake_voltage) == pytest.approx(edge)
     assert leak(2.5) == pytest.approx(0.5 * edge)
     assert leak(0.0) < 0.06 * edge
+    assert leak(2.5, 4.0) == pytest.approx(edge / 16.0)
+    assert leak(0.0, 0.0) == pytest.approx(edge)
 
 
 def test_valve_null_leak_settles_where_intake_equals_exhaust() -> None:
@@ -242,6 +248,14 @@ def test_lag_that_is_too_short_to_be_followed_acts_in_proportion(name: str) -> N
     assert contribute(name, (short,), decayed, **signals)[0] == pytest.approx(
         lack * math.exp(-1.0), rel=1e-6
     )
+
+
+def test_part_of_a_step_passes_a_lag_of_the_spool_at_once() -> None:
+    signals = {'voltage_1': 3.0, 'voltage_2': 2.5}
+    whole = contribute('valve_lag', (0.05,), **signals)
+    part = contribute('valve_lag', (0.05, 0.3), **signals)
+    assert part[0] == pytest.approx(0.3 * whole[0])
+    assert part[2] == pytest.approx(whole[2])
 
 
 def test_line_lag_ends_with_the_gas_of_an_immediate_flow() -> None:

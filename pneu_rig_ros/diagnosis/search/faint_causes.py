@@ -14,6 +14,7 @@ from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import (
     FINALISTS,
+    FIRST_ROUNDS,
     MOST_FITTED,
     Growth,
     of_names,
@@ -107,7 +108,8 @@ class FaintCauses(Growth):
             return None
         before = self.training, self.held_out
         self.training, self.held_out = (each.without_cycles for each in before)
-        fits = self._fit_all(self._alternatives(best), ROUNDS)
+        first = best_of_each(self._fit_all(self._alternatives(best), FIRST_ROUNDS))
+        fits = self._fit_all([fit.explanation for fit in first], ROUNDS)
         fits = [best, *self._leaving_as_little(fits, best)]
         self.training, self.held_out = (
             each.with_cycles(self.hypothesis, self.rng, free=True)

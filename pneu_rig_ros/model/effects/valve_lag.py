@@ -11,9 +11,12 @@ from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
 
 class Parameters(NamedTuple):
-    """Time constant of both spools."""
+    """Of both spools."""
 
     time_constant: Annotated[float, Quantity('s', 0.0, 1.0, 'time constant of the spool')]
+    share: Annotated[
+        float, Quantity('-', 0.01, 1.0, 'part of a step that lags; the rest is immediate')
+    ] = 1.0
 
 
 @compiled
@@ -23,8 +26,8 @@ def contribution(
     """
     Return what the spools lack of the commanded voltages u1, u2 [V].
 
-    The states are the spool positions as voltages from the centre, which is where a valve at
-    rest stands.
+    The states are what lags behind the voltages, from the centre, which is where a valve at rest
+    stands: the spool positions, where all of a step lags.
     """
     if parameters.time_constant <= 0.0:
         rate[:] = 0.0
@@ -32,6 +35,7 @@ def contribution(
     lack_1 = CENTRE_VOLTAGE + state[0] - signals.ports.voltage_1
     lack_2 = CENTRE_VOLTAGE + state[1] - signals.ports.voltage_2
     time, share = integrated_lag(parameters.time_constant)
+    share *= parameters.share
     rate[0], rate[1] = -lack_1 / time, -lack_2 / time
     return share * lack_1, share * lack_2
 
@@ -40,10 +44,14 @@ EFFECT = Effect(
     title='valve spools follow their voltage with a lag',
     balance=Balance.SPOOL,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='P. Beater, Pneumatic Drives, Springer 2007 (first-order spool)',
+    source='P. Beater, Pneumatic Drives, Springer 2007 (first-order spool); H. C. Roters, '
+    'Electromagnetic Devices, Wiley 1941 (eddy currents delay a part of the force)',
     null=Parameters(0.0),
     contribution=contribution,
-    probes=(Parameters(0.01), Parameters(0.05), Parameters(0.2)),
+    probes=(
+        *(Parameters(time) for time in (0.01, 0.05, 0.2)),
+        *(Parameters(time, 0.2) for time in (0.05, 0.3)),
+    ),
     stage=1,
     states=('spool_1', 'spool_2'),
     drivers=('opening',),
