@@ -161,7 +161,6 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
         topic: template(topic)
         for topic, names in NUMBERS.items()
         if all(name in signals for name in names)
-        and ('position' in recording or topic != 'velocity')
     }
     present = {topic: _present(recording, topic) for topic in templates}
     stamps = recording.stamps

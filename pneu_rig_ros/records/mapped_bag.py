@@ -123,6 +123,8 @@ def _own_sources(connections: list[Connection]) -> dict[str, Source]:
         for name, (topic, field) in OWN.items()
         if f'{namespace}/{topic}' in filled
     }
+    if 'velocity' not in sources and (topic := f'{namespace}/velocity') in filled:
+        sources['velocity'] = Source(topic=topic)  # of a part without a position
     if not sources:
         raise RigError('the bag has none of the topics of this project; map its own')
     return sources

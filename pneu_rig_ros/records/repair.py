@@ -24,10 +24,15 @@ from pneu_rig_ros.records.bag import (
     storage_files,
 )
 from pneu_rig_ros.records.cdr_decoding import unpack_string
-from pneu_rig_ros.records.description import METADATA, bag_metadata, read_metadata
+from pneu_rig_ros.records.description import (
+    METADATA,
+    TYPE_HASH,
+    bag_metadata,
+    read_metadata,
+)
 from pneu_rig_ros.records.mcap_chunks import chunk_content, chunk_messages, scan_records
 from pneu_rig_ros.records.whole_files import writing
-from pneu_rig_ros.records.writer import BagWriter
+from pneu_rig_ros.records.writer import BagWriter, Definition
 
 CUT_SUFFIX = '.cut'
 """Appended to the name of the file that was repaired."""
@@ -150,8 +155,11 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
                 if number not in summary.channels:
                     continue  # declared in a damaged chunk
                 channel = summary.channels[number]
-                type_name = summary.schemas[channel.schema_id].name
-                writer.write(channel.topic, type_name, log_time, message)
+                schema = summary.schemas[channel.schema_id]
+                type_hash = channel.metadata.get(TYPE_HASH, '')
+                definition = Definition(schema.data, schema.encoding, type_hash)
+                writer.add_topic(channel.topic, schema.name, definition)
+                writer.write(channel.topic, schema.name, log_time, message)
                 if channel.topic.endswith(DESCRIPTION):
                     with contextlib.suppress(RigError):  # not readable before the damage either
                         metadata = bag_metadata(unpack_string(message))

@@ -61,6 +61,29 @@ class TopicRows(NamedTuple):
     present: NDArray[np.bool_]
 
 
+class Definition(NamedTuple):
+    """
+    What a message type consists of.
+
+    :param text: its definition, as in a .msg file
+    :param encoding: of the text, such as ros2msg
+    :param hash: of the type (REP 2011), '' where it is not known
+    """
+
+    text: bytes
+    encoding: str
+    hash: str
+
+    @classmethod
+    def of(cls, topic: str, type_name: str) -> Definition:
+        """Return that of a type of ROS 2 Jazzy; RigError with the topic for any other."""
+        types = typestore()
+        if type_name not in types.fielddefs:
+            raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
+        text, _ = types.generate_msgdef(type_name, ros_version=2)
+        return cls(text.encode(), SchemaEncoding.ROS2, types.hash_rihs01(type_name))
+
+
 class BagWriter:
     """
     A bag being written. Use as a context manager or call ``close``.
@@ -90,36 +113,38 @@ class BagWriter:
             self._file = GrowingFile(self._storage)
             self._file.append(MAGIC + encode(Header(Profile.ROS2, 'pneu_rig_ros')))
 
-    def add_topic(self, topic: str, type_name: str) -> int:
-        """Return the number of a topic, which the bag lists even if no message comes."""
+    def add_topic(self, topic: str, type_name: str, definition: Definition | None = None) -> int:
+        """
+        Return the number of a topic, which the bag lists even if no message comes.
+
+        :param definition: of its type, that of ROS 2 Jazzy if omitted
+        """
         if topic in self._channels:
             return self._channels[topic].id
-        if type_name not in typestore().fielddefs:
-            raise RigError(f'{topic}: message type {type_name!r} is not one of ROS 2 Jazzy')
+        definition = definition or Definition.of(topic, type_name)
         metadata = {
             'offered_qos_profiles': yaml.safe_dump([offered_qos(topic)]).strip(),
-            TYPE_HASH: typestore().hash_rihs01(type_name),
+            TYPE_HASH: definition.hash,
         }
         channel = Channel(
             id=len(self._channels) + 1,
             topic=topic,
             message_encoding=MessageEncoding.CDR,
             metadata=metadata,
-            schema_id=self._schema_id(type_name),
+            schema_id=self._schema_id(type_name, definition),
         )
         self._channels[topic] = channel
         self._content += encode(channel)
         return channel.id
 
-    def _schema_id(self, type_name: str) -> int:
+    def _schema_id(self, type_name: str, definition: Definition) -> int:
         """Return the number of a type's schema, written with its first topic."""
         if type_name in self._schemas:
             return self._schemas[type_name].id
-        definition, _ = typestore().generate_msgdef(type_name, ros_version=2)
         schema = Schema(
             id=len(self._schemas) + 1,
-            data=definition.encode(),
-            encoding=SchemaEncoding.ROS2,
+            data=definition.text,
+            encoding=definition.encoding,
             name=type_name,
         )
         self._schemas[type_name] = schema

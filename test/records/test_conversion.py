@@ -184,6 +184,14 @@ def test_part_of_a_rig_is_kept_and_told_from_a_whole_one(tmp_path: Path) -> None
     assert columns == ['stamp_ns', 'time_s', 'pressure_1_Pa', 'force_N']
 
 
+def test_velocity_without_a_position_is_kept(tmp_path: Path) -> None:
+    table = part('velocity', 'pressure_1')
+    write_bag(table, tmp_path / 'part')
+    again = read_recording(tmp_path / 'part')
+    assert set(again.signals) == {'velocity', 'pressure_1'}
+    np.testing.assert_array_equal(again['velocity'], table['velocity'])
+
+
 def test_gauge_pressures_bring_their_surroundings(tmp_path: Path) -> None:
     signals = {'pressure_1': np.full(4, 3e5)}
     table = Recording('here', 0, 1_000_000_000, signals, atmospheric_pressure=9.9e4)

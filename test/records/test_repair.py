@@ -15,7 +15,8 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records import read_recording, repair
+from pneu_rig_ros.records import BagWriter, read_recording, repair
+from pneu_rig_ros.records.writer import Definition
 
 Row = tuple[str, int, bytes]
 
@@ -129,6 +130,21 @@ def test_whole_file_without_metadata_loses_nothing(bag: Path, cut: Callable[[int
     assert repair(broken).repaired
     assert content(broken) == content(bag)
     assert read_recording(broken).metadata == read_recording(bag).metadata
+
+
+def test_topic_of_a_type_that_ros_lacks_is_kept(tmp_path: Path) -> None:
+    """Its definition is in the file."""
+    bag, text = tmp_path / 'bag', b'float64 torque\n'
+    with BagWriter(bag) as writer:
+        writer.add_topic('/gripper', 'lab_msgs/msg/Grip', Definition(text, 'ros2msg', 'RIHS01_0'))
+        writer.write('/gripper', 'lab_msgs/msg/Grip', 1, b'\0\1\0\0' + bytes(8))
+        writer.write('/u', 'std_msgs/msg/Float64', 2, b'\0\1\0\0' + bytes(8))
+        writer.close({})
+    whole = (bag / 'bag.mcap').read_bytes()
+    (bag / 'metadata.yaml').unlink()
+    report = repair(bag)
+    assert (report.repaired, report.messages) == (True, 2)
+    assert (bag / 'bag.mcap').read_bytes() == whole
 
 
 def test_healthy_bag_is_left_alone(bag: Path) -> None:
