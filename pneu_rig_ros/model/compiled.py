@@ -34,7 +34,7 @@ class _UniqueNumbers(Iterator[int]):
         return secrets.randbits(64)
 
 
-FunctionIdentity._unique_ids = _UniqueNumbers()  # type: ignore[assignment]
+FunctionIdentity._unique_ids = _UniqueNumbers()
 
 
 def compiled(function: Function) -> Function:

@@ -6,6 +6,7 @@ the given model's balance, evaluated along the signals that perfect sensors with
 would show, so that it holds: a flow of energy as gas at supply temperature [kg/s], a force [N].
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +61,7 @@ def volumes(states: np.ndarray, c: np.ndarray) -> np.ndarray:
     return np.stack([c[at.V10] + c[at.A1] * x, c[at.V20] + c[at.A2] * (c[at.STROKE] - x)], axis=1)
 
 
-def seen(states: np.ndarray, interval: float, errors: dict[str, float]) -> Seen:
+def seen(states: np.ndarray, interval: float, errors: Mapping[str, float]) -> Seen:
     """
     Return a run as sensors with hidden errors see it.
 

@@ -7,7 +7,7 @@ which nothing is hidden. A trial's key holds the seed.
 """
 
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -82,7 +82,7 @@ IN_CHAMBER_1 = (
 
 def drawn(seed: int = SEED) -> list[Trial]:
     """Return the trials of a seed, in an order such that any first part is a fair sample."""
-    makers = (
+    makers: tuple[Callable[[int, Generator], Iterable[Trial]], ...] = (
         partial(_singles, names=SETTLED, count=SINGLES),
         _none,
         _parameter,

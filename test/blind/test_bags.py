@@ -110,7 +110,8 @@ def test_class_of_the_sensors_is_left_out_unless_asked_for() -> None:
 
 def test_lag_of_the_position_sensor_is_first_order() -> None:
     time = np.arange(2000) * INTERVAL
-    ramp = Motion(time, 0.05 * time, *[np.full_like(time, 2e5)] * 3, time < 0.0)
+    constant = np.full_like(time, 2e5)
+    ramp = Motion(time, 0.05 * time, constant, constant, constant, time < 0.0)
     secret = Secret({'sensor_delay': {'time_constant': 0.05}}, {}, {})
     true = truth_of(CYLINDER, NOTHING)
     read = measure(ramp, true, secret, 0.0, seed=1)

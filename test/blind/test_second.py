@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from . import constants as at
-from . import second_force, second_gas
+from . import foreign_gas, second_force, second_gas
+from .foreign_force import JOINT_DAMPING
 from .foreign_gas import CENTRE, wetted_area
 from .motion import levels
 from .plant import Plant
@@ -105,10 +106,10 @@ def test_notch_is_shut_beyond_its_reach() -> None:
     c, (strength, reach, exhaust) = rig.c, numbers_of(rig, 'null_leak')
     half = 0.5 * (c[at.U_M] - c[at.U_N])
     spool = c[at.U_M] + reach * half  # its exhaust edge is further covered than the notch is long
-    into = second_gas.iso_flow(6e5, 3e5, second_gas.LAND_CRITICAL, c)
+    into = foreign_gas.iso_flow(6e5, 3e5, second_gas.LAND_CRITICAL, c)
     assert second_gas.null_flow(6e5, spool, 3e5, c, rig.e) == pytest.approx(strength * into)
     spool = c[at.U_N] - reach * half
-    out = exhaust * second_gas.iso_flow(3e5, c[at.P_ATM], second_gas.LAND_CRITICAL, c)
+    out = exhaust * foreign_gas.iso_flow(3e5, c[at.P_ATM], second_gas.LAND_CRITICAL, c)
     assert second_gas.null_flow(6e5, spool, 3e5, c, rig.e) == pytest.approx(-strength * out)
 
 
@@ -307,7 +308,7 @@ def test_joint_has_dry_friction_beside_its_spring() -> None:
     y = state(rig, STRETCH=1e-4, V=0.0, LOAD_V=0.0)
     assert second_force.joint(y, rig.e) == pytest.approx(1e-4 / compliance)
     y[at.LOAD_V] = 0.05
-    expected = 1e-4 / compliance + friction + second_force.JOINT_DAMPING * 0.05
+    expected = 1e-4 / compliance + friction + JOINT_DAMPING * 0.05
     assert second_force.joint(y, rig.e) == pytest.approx(expected)
 
 

@@ -1,6 +1,7 @@
 """The matrix: complete, repeatable, and within what the library can express."""
 
 from collections import Counter
+from typing import Any
 
 import pytest
 
@@ -45,7 +46,7 @@ def test_any_first_part_of_the_matrix_is_a_fair_sample() -> None:
 @pytest.mark.parametrize('effect', EFFECTS)
 def test_truth_is_within_the_library(effect: str) -> None:
     parameters = library.load(effect).parameters
-    wanted = specifications(parameters)
+    wanted: dict[str, Any] = dict(specifications(parameters))
     for cylinder in CYLINDERS:
         friction = settings(cylinder)['friction']
         seen = []
@@ -104,7 +105,7 @@ def test_any_first_part_of_what_is_drawn_is_a_fair_sample() -> None:
 def test_what_is_hidden_in_a_system_is_of_the_library(system: System) -> None:
     model = sizes(system, 'any')
     for name in (name for name in system.hidden if '.' not in name):
-        wanted = specifications(library.load(name).parameters)
+        wanted: dict[str, Any] = dict(specifications(library.load(name).parameters))
         for grade in (0.0, 2.0):
             values = true_parameters(name, system.hide(name, grade, model), model['friction'])
             for key, value in values.items():
