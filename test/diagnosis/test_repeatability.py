@@ -104,7 +104,7 @@ def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path)
     rig = configured('cylinder_1')
     worn = rubbing(rig, 1.06)
     bags = [
-        simulate(replace(worn, seed=seed), 0.34, 6.0, tmp_path / f'run_{seed}') for seed in (1, 2)
+        simulate(replace(worn, seed=seed), 0.34, 3.0, tmp_path / f'run_{seed}') for seed in (1, 2)
     ]
     verdicts = verdicts_with(tmp_path, bags, 'friction_level', (0.0, 0.05))
     assert verdicts[0.0] in ('effect', 'parameter')
