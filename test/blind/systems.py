@@ -35,8 +35,13 @@ def runs(system: System, key: str, secret: Secret) -> list[Run]:
 
 def make_files(folder: Path, system: System, key: str, secret: Secret) -> Files:
     """Record a trial into a folder."""
+    return write_runs(folder, system, key, secret, runs(system, key, secret))
+
+
+def write_runs(folder: Path, system: System, key: str, secret: Secret, real: list[Run]) -> Files:
+    """Write what the sensors show of the recordings of a trial into a folder."""
     given = changed(sizes(system, key), secret.model)
-    return write_files(folder, system, given, runs(system, key, secret), stream(key, NOISE))
+    return write_files(folder, system, given, real, stream(key, NOISE))
 
 
 def fitted(system: System, key: str, secret: Secret) -> list[Run]:

@@ -46,8 +46,8 @@ def recorded(system: System, tmp_path_factory: pytest.TempPathFactory) -> Trial:
     """Return a trial of a system, recorded once for the tests of its parametrization."""
     secret = system.hide(system.hidden[0], 1.0, systems.sizes(system, KEY))
     folder = tmp_path_factory.mktemp(system.name) / 'recordings'
-    files = systems.make_files(folder, system, KEY, secret)
-    return Trial(secret, systems.runs(system, KEY, secret), files)
+    real = systems.runs(system, KEY, secret)
+    return Trial(secret, real, systems.write_runs(folder, system, KEY, secret, real))
 
 
 EVERY_SYSTEM = pytest.mark.parametrize('system', SYSTEMS.values(), ids=SYSTEMS, scope='module')

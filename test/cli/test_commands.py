@@ -28,6 +28,7 @@ def until(condition: Callable[[], bool], process: subprocess.Popen[str]) -> None
     while not condition():
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
+        time.sleep(0.01)  # the processors are for what is waited for
 
 
 @pytest.mark.parametrize('name', ['', *command.commands])
