@@ -7,7 +7,8 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-PYTEST = MAKE_TARGET=$@ $(BIN)/python -m pytest
+# Each test process has one thread for linear algebra: there are enough of them.
+PYTEST = MAKE_TARGET=$@ OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
 SHARED := -n 2 --dist loadgroup --no-loadscope-reorder
 LONG_TESTS := MAKE_TARGET=test-long $(BIN)/python -m pytest -s -m long
 
