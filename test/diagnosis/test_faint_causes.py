@@ -13,6 +13,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.cycle_test import compare_cycles, compare_free_runs
 from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
+from pneu_rig_ros.diagnosis.search import selection
 from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, score
@@ -129,6 +130,30 @@ def test_nothing_is_found_in_free_runs_of_a_true_model(
     search = search_of(system, system.hypothesis, comparisons)
     assert search.run() is None
     assert not search.cycle_residuals()
+    assert search.training.cycles is None
+
+
+def test_explanation_of_the_most_causes_is_kept_whatever_its_free_runs_show(
+    system: System, comparisons: list[Comparison], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is fitted again as free runs choose it, and there is no room for another cause."""
+    friction = system.hypothesis.model.friction
+    given = system.hypothesis.with_parameter(
+        'friction', 'coulomb_force', 1.5 * friction.coulomb_force
+    )
+    search = search_of(system, given, comparisons[:2])
+
+    def chosen(best: ScoredFit) -> ScoredFit:
+        search.free_runs_are_off = True
+        return best
+
+    monkeypatch.setattr(search, 'by_free_runs', chosen)
+    monkeypatch.setattr(selection, 'MOST_CAUSES', 1)
+    best = search.run()
+    assert search.residuals_significant
+    assert best is not None
+    assert best.explanation.name == 'friction.coulomb_force'
+    assert best.explanation.values[0] == (pytest.approx(friction.coulomb_force, rel=0.1),)
     assert search.training.cycles is None
 
 
