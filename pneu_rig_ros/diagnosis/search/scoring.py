@@ -111,7 +111,7 @@ def preferred(fits: Sequence[ScoredFit]) -> ScoredFit:
 
 
 def best_of_each(fits: Sequence[ScoredFit]) -> list[ScoredFit]:
-    """Return the best fit of each set of causes and readings of their law, best first."""
+    """Return the best fit of each set of causes and forms of their laws, best first."""
     best: dict[tuple[object, ...], ScoredFit] = {}
     for fit in sorted(fits, key=lambda fit: fit.cost):
         best.setdefault(fit.explanation.forms, fit)

@@ -27,7 +27,7 @@ class Parameters(NamedTuple):
     exponent: Annotated[
         float,
         Quantity(
-            '-', 0.1, 3.0, 'of the flow: 1 laminar, 2 turbulent, less for a valve that cracks open'
+            '-', 0.2, 3.0, 'of the flow: 1 laminar, 2 turbulent, less for a valve that cracks open'
         ),
     ] = 1.0
 

@@ -1,6 +1,5 @@
 """Leakage of the valves past the lands of their spools."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
@@ -23,9 +22,6 @@ class Parameters(NamedTuple):
     exhaust_area: Annotated[
         float, Quantity('m^2', 0.0, 1e-7, 'leak area of the exhaust at its edge')
     ]
-    exponent: Annotated[
-        float, Quantity('-', 0.0, 8.0, 'how steeply the leak falls with the overlap')
-    ] = 1.0
 
 
 @compiled
@@ -41,8 +37,7 @@ def leak_into(
 
     The gap between land and sleeve is as long as the land overlaps its port, and its resistance
     grows with its length. At an edge and beyond it the leak is the area given; half of the
-    valve's overlap away from the edge, where the spool is centred, it is half of that, of a land
-    with notches or rounded edges less: 1 / (1 + overlap)^n.
+    valve's overlap away from the edge, where the spool is centred, it is half of that.
 
     :param voltage: where the spool stands [V]
     :param pressure: of the chamber, absolute [Pa]
@@ -52,9 +47,8 @@ def leak_into(
     scale = max(0.5 * (valve.intake_voltage - valve.exhaust_voltage), LEAST_OVERLAP)
     intake_gap = max(valve.intake_voltage - voltage, 0.0)
     exhaust_gap = max(voltage - valve.exhaust_voltage, 0.0)
-    n = parameters.exponent
-    intake = parameters.intake_area * math.pow(scale / (scale + intake_gap), n)
-    exhaust = parameters.exhaust_area * math.pow(scale / (scale + exhaust_gap), n)
+    intake = parameters.intake_area * scale / (scale + intake_gap)
+    exhaust = parameters.exhaust_area * scale / (scale + exhaust_gap)
     supplied = port_flow(supply_pressure, pressure, intake, valve, gas)
     return supplied - port_flow(pressure, gas.atmospheric_pressure, exhaust, valve, gas)
 
@@ -83,7 +77,6 @@ EFFECT = Effect(
         Parameters(0.0, 1e-9),
         Parameters(3e-9, 3e-9),
         Parameters(6e-9, 6e-9),
-        Parameters(3e-9, 3e-9, 4.0),
     ),
     needs=(Need.VALVES,),
     drivers=('opening', 'pressure'),
