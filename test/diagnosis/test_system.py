@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.inputs.open_balances import lacks
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.inputs.system import load_system
@@ -239,6 +240,21 @@ def test_causes_of_a_rig_with_one_pressure_are_those_of_its_chamber(tmp_path: Pa
     assert found['porous_leak'] == ['flow_1', 'exponent']
     assert found['valve_lag'] == ['time_constant', 'share']  # of no chamber
     assert not {'inclination', 'load_spring', 'cross_piston_leak'} & set(found)
+
+
+def test_law_is_tried_with_and_without_what_it_can_do_beyond_the_simplest(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    system = system_of(tmp_path, rig)
+    run = prepare_run(recorded('run', rig), system, Path('run'))
+    simple, general = (each for each in pool(system, [run])[0] if each.name == 'supply_droop')
+    assert [coordinate.name for coordinate in simple.coordinates] == ['resistance']
+    assert [coordinate.name for coordinate in general.coordinates] == ['resistance', 'exponent']
+    assert simple.starts == ((1e8,), (5e8,), (2e9,))
+    given = system.hypothesis
+    assert simple.apply(given, (1e9,)).effects == general.apply(given, (1e9, 1.0)).effects
+    start = Explanation()
+    forms = {start.with_part(law, law.starts[0]).forms for law in (simple, general)}
+    assert len(forms) == 2
 
 
 def test_growth_with_dwell_is_tried_under_each_reading_and_written_with_it(tmp_path: Path) -> None:
