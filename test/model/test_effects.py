@@ -95,6 +95,9 @@ def test_effect_describes_itself(name: str) -> None:
             assert spec.low <= getattr(values, key) <= spec.high
     assert 2 <= len(effect.probes) <= 12  # each is screened
     assert effect.null not in effect.probes
+    defaults = effect.parameters._field_defaults
+    simplest = [probe for probe in effect.probes if probe._replace(**defaults) == probe]
+    assert simplest or effect.describes
     assert set(effect.laws) <= set(FRICTION_MODELS)
     assert set(effect.proportional) <= set(effect.parameters._fields)
 
