@@ -163,8 +163,7 @@ def test_free_runs_choose_among_causes_that_leave_nothing(
     """A leak at the valve's centre, of which another intake voltage leaves no residual."""
     search, (wrong, right) = search_in_leaking_rigs(system, WEAK_LEAK)
     search.best = wrong
-    left = {residual.balance for residual in search.significant()}
-    assert 'gas_1' not in left
+    assert {residual.balance for residual in search.significant()} <= {'force'}
     # a force that is significant in one of many draws of the noise is, under the truth too
     monkeypatch.setattr(search, 'strong', list)
     assert wrong.cost - right.cost < DECISIVE
