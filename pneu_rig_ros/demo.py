@@ -146,7 +146,7 @@ def recorded_rig(
             await_first_sample(lambda: check_all(nodes))
             yield nodes
         finally:
-            with uninterrupted():
+            with held_signals():  # a second Ctrl-C must not leave nodes behind
                 report('stopping')
                 ended = {node.name: node.stop() for node in nodes}
                 if not ended.get('recorder', True) and any(bag.glob('*.mcap')):
@@ -200,13 +200,19 @@ def absolute(cylinder: str) -> str:
 
 
 @contextlib.contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Ignore a second Ctrl-C in the block."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    for number in before:
-        signal.signal(number, signal.SIG_IGN)
+def held_signals() -> Iterator[list[int]]:
+    """
+    Let SIGINT and SIGTERM only be appended to the list that is yielded, for the block.
+
+    KeyboardInterrupt would be lost, or become another exception, in a callback of rclpy.
+    """
+    received: list[int] = []
+    before = {
+        number: signal.signal(number, lambda number, _: received.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
-        yield
+        yield received
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

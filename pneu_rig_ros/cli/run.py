@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -151,35 +150,32 @@ def live(port: int, namespace: str, start: str | None, browse: bool) -> None:
         demo.prepare_environment()
     options.load_ros()
     terminal = output.console(stderr=True)
-    with contextlib.suppress(KeyboardInterrupt), contextlib.ExitStack() as rig:
+    with demo.held_signals() as received, contextlib.ExitStack() as rig:
         nodes: list[NodeProcess] = []
         if start:
             nodes = rig.enter_context(demo.restartable_rig(start))
             terminal.print(f'ROS_DOMAIN_ID={os.environ["ROS_DOMAIN_ID"]}', style='dim')
-        _serve(port, namespace, browse, nodes)
+        _serve(port, namespace, browse, nodes, received)
 
 
-def _serve(port: int, namespace: str, browse: bool, nodes: list[NodeProcess]) -> None:
+def _serve(
+    port: int, namespace: str, browse: bool, nodes: list[NodeProcess], received: list[int]
+) -> None:
     from pneu_rig_ros.nodes.embedding import embedded
     from pneu_rig_ros.nodes.live import LiveNode
     from pneu_rig_ros.web.server import serve
 
-    def revive() -> bool:
+    def keep_running() -> bool:
         for node in nodes:
             if node.revive():
                 output.console(stderr=True).print(f'{node.name} was killed and is restarted')
-        return True
+        return not received
 
     with embedded(LiveNode, namespace) as (node, run), serve(node, port) as address:
         output.console().print(f'{address} (stop with Ctrl-C)')
         if browse:
             click.launch(address)
-        try:
-            run(revive)
-        finally:
-            # A second Ctrl-C must not leave nodes or a command behind.
-            for number in (signal.SIGINT, signal.SIGTERM):
-                signal.signal(number, signal.SIG_IGN)
+        run(keep_running)
 
 
 @options.command(
@@ -234,6 +230,7 @@ def replay(
     """
     options.load_ros()
 
+    from pneu_rig_ros.demo import held_signals
     from pneu_rig_ros.nodes.embedding import embedded
     from pneu_rig_ros.nodes.replay import ReplayNode
 
@@ -244,15 +241,20 @@ def replay(
         'wait_for_subscribers': subscribers,
         **settings,
     }
-    with embedded(partial(ReplayNode, overrides=parameters), namespace) as (node, run):
+    with (
+        held_signals() as received,
+        embedded(partial(ReplayNode, overrides=parameters), namespace) as (node, run),
+    ):
         title = f'{bag.name} at {settings["rate"]:g}x'
         with output.progress_bar(title, node.duration, 's', quiet) as progress:
 
             def unfinished() -> bool:
                 progress(node.elapsed)
-                return not node.done
+                return not (received or node.done)
 
             run(unfinished)
+        if received:
+            raise KeyboardInterrupt
         if as_json:
             output.print_json({'elapsed': node.elapsed, 'messages': node.rate.count})
         elif not quiet:

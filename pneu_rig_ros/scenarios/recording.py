@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import yaml
 
-from pneu_rig_ros.demo import NodeProcess, Value, uninterrupted
+from pneu_rig_ros.demo import NodeProcess, Value, held_signals
 from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
@@ -67,7 +67,7 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
                 progress(min(sum(map(_size, runs)) / total, 1.0))
                 time.sleep(WATCH)
         finally:
-            with uninterrupted():
+            with held_signals():
                 for node in nodes:
                     node.stop()
     for run in runs:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from pneu_rig_ros.demo import held_signals
 from pneu_rig_ros.records import read_recording
 
 from .conftest import Terminal
@@ -109,3 +110,16 @@ def test_impossible_domain_is_told_before_anything_starts(
     assert process.returncode == 2
     assert 'ROS_DOMAIN_ID=9999: must be a whole number from 0 to 232' in err
     assert not (terminal.directory / 'bag').exists()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signal_that_comes_where_exceptions_are_lost_is_kept(number: int) -> None:
+    class Swallowing:
+        def __del__(self) -> None:
+            os.kill(os.getpid(), number)
+
+    before = signal.getsignal(number)
+    with held_signals() as received:
+        Swallowing()
+    assert received == [number]
+    assert signal.getsignal(number) is before
