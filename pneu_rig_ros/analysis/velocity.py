@@ -47,16 +47,30 @@ LEAST_TRAVEL_TO_NOISE = 12.0
 """The same in standard deviations of a reading [-]; the larger of both counts."""
 
 
-def velocity_of(position: Floats, interval: float, window: float = WINDOW) -> Floats:
-    """
-    Return the velocity [m/s] of equally spaced positions [m] by line fits, shape (n,).
+CUBIC = 3
+"""
+Degree of fits that keep the peak of a slip: what a line misses of it grows with the square of the
+window, what a cubic misses with the fourth power.
+"""
 
-    Within half a window of an end it is the slope of the line there.
+CUBIC_NOISE = 2.5
+"""Noise of the slope of a cubic relative to that of a line through as many samples [-]."""
+
+
+def velocity_of(
+    position: Floats, interval: float, window: float = WINDOW, degree: int = 1
+) -> Floats:
+    """
+    Return the velocity [m/s] of equally spaced positions [m] by fits of polynomials, shape (n,).
+
+    Within half a window of an end it is the slope in the middle of the last fit.
+
+    :param degree: 1 or ``CUBIC``
     """
     size = min(_odd(window / interval), position.size - 1 + position.size % 2)
-    if size < 3:
+    if size < degree + 2:
         return np.zeros_like(position)
-    slopes = np.convolve(position, _slope_weights(size, interval)[::-1], 'valid')
+    slopes = np.convolve(position, _slope_weights(size, interval, degree)[::-1], 'valid')
     return np.pad(slopes, size // 2, mode='edge')
 
 
@@ -74,24 +88,25 @@ def window_for(interval: float, noise: float = NOISE) -> float:
 
 
 def adaptive_velocity(
-    position: Floats, interval: float, shortest: float | None, noise: float
+    position: Floats, interval: float, shortest: float | None, noise: float, degree: int = 1
 ) -> Floats:
     """
-    Return the velocity [m/s] by the longest line fits that all shorter ones agree with.
+    Return the velocity [m/s] by the longest fits that all shorter ones agree with.
 
     Lepski's method: each fit has an interval of confidence, and a longer fit is taken as long as
     it lies within those of all the shorter ones.
 
     :param position: measured position [m], shape (n,), equally spaced
     :param interval: sampling interval [s]
-    :param shortest: length of the shortest line fit [s], None for ``window_for``
+    :param shortest: length of the shortest fit [s], None for ``window_for``
     :param noise: standard deviation of a measured position [m]
+    :param degree: of the fits, 1 or ``CUBIC``
     """
     shortest = shortest or window_for(interval, noise)
     windows = [factor * shortest for factor in WIDENING]
     return _longest_consistent(
-        [velocity_of(position, interval, window) for window in windows],
-        [speed_noise(window, interval, noise) for window in windows],
+        [velocity_of(position, interval, window, degree) for window in windows],
+        [speed_noise(window, interval, noise, degree) for window in windows],
     )
 
 
@@ -154,11 +169,12 @@ def least_travel(noise: float) -> float:
     return max(LEAST_TRAVEL, LEAST_TRAVEL_TO_NOISE * noise)
 
 
-def speed_noise(window: float, interval: float, noise: float) -> float:
-    """Return the standard deviation [m/s] of the slope of a line through a window [s]."""
+def speed_noise(window: float, interval: float, noise: float, degree: int = 1) -> float:
+    """Return the standard deviation [m/s] of the slope of a fit to a window [s]."""
     samples = _odd(window / interval)
     # Least squares: var(slope) = var / sum of squared distances from the middle, ~ n^3 dt^2 / 12.
-    return max(noise, NOISE) / interval * float(np.sqrt(12.0 / samples**3))
+    of_line = max(noise, NOISE) / interval * float(np.sqrt(12.0 / samples**3))
+    return of_line * (CUBIC_NOISE if degree == CUBIC else 1.0)
 
 
 def running_mean(signal: Floats, interval: float, window: float) -> Floats:
@@ -168,10 +184,11 @@ def running_mean(signal: Floats, interval: float, window: float) -> Floats:
     return np.convolve(padded, np.full(size, 1.0 / size), 'valid')
 
 
-def _slope_weights(size: int, interval: float) -> Floats:
-    """Return what the samples of a window [m] are weighted with for the slope of a line [1/s]."""
+def _slope_weights(size: int, interval: float, degree: int = 1) -> Floats:
+    """Return the weights of samples [m] for the slope in the middle of their fit [1/s]."""
     place = (np.arange(size) - 0.5 * (size - 1)) * interval
-    return np.asarray(place / (place @ place))
+    weights: Floats = np.linalg.pinv(np.vander(place, degree + 1, increasing=True))[1]
+    return weights
 
 
 def _odd(samples: float) -> int:

@@ -66,12 +66,13 @@ def test_replicates_have_the_friction_of_another_recording(tmp_path: Path) -> No
     run = measured(system, 'run', rig)
     worn = replace(run, level_error=0.1 * rig.model.friction.coulomb_force)
 
-    def positions(simulate: Callable[..., Run], of: Run) -> np.ndarray:
-        return simulate(system.hypothesis, of, np.random.default_rng(1)).position
+    def positions(simulate: Callable[..., Run], of: Run, seed: int = 1) -> np.ndarray:
+        return simulate(system.hypothesis, of, np.random.default_rng(seed)).position
 
     same = positions(simulate_replicate, run)
     np.testing.assert_array_equal(positions(simulate_worn, run), same)
-    assert np.abs(positions(simulate_worn, worn) - same).max() > 1e-3
+    draws = [np.abs(positions(simulate_worn, worn, seed) - same).max() for seed in range(8)]
+    assert np.median(draws) > 1e-3
 
 
 def test_rig_keeps_its_repeatability_and_the_plant_runs_as_before(tmp_path: Path) -> None:
@@ -100,15 +101,15 @@ def verdicts_with(
 
 
 def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path) -> None:
-    """Friction 6 % higher: a cause, but not where levels differ by 5 %."""
+    """Friction 6 % higher: a cause, but not where levels differ by 10 %."""
     rig = configured('cylinder_1')
     worn = rubbing(rig, 1.06)
     bags = [
         simulate(replace(worn, seed=seed), 0.34, 3.0, tmp_path / f'run_{seed}') for seed in (1, 2)
     ]
-    verdicts = verdicts_with(tmp_path, bags, 'friction_level', (0.0, 0.05))
+    verdicts = verdicts_with(tmp_path, bags, 'friction_level', (0.0, 0.1))
     assert verdicts[0.0] in ('effect', 'parameter')
-    assert verdicts[0.05] == 'consistent'
+    assert verdicts[0.1] == 'consistent'
 
 
 def test_supply_that_varies_between_recordings_is_no_condition_of_the_next(tmp_path: Path) -> None:

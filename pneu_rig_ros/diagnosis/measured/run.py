@@ -17,21 +17,27 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
 from pneu_rig_ros.analysis.motion import Rest, Sides, breakaways, end_stops, find_rests, rest_flags
-from pneu_rig_ros.analysis.velocity import adaptive_velocity, imposed_velocity, window_for
+from pneu_rig_ros.analysis.velocity import CUBIC, adaptive_velocity, imposed_velocity
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, from_when, unclipped
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Gas, Operation
 from pneu_rig_ros.rig.sensors import near_zero
 
-SMOOTHING = 0.025
-"""Window of the parabolas that smooth position and pressures: shorter than a filling [s]."""
+SMOOTHING = 0.07
+"""
+Window of the quartics that smooth position and pressures [s]: they follow a filling. Noise that is
+left bends the seal of a piston at rest to and fro; with that of parabolas of 25 ms what its film
+feels of it made 0.2 N in the slip that follows.
+"""
+QUARTIC, FEWEST_SMOOTHED = 4, 11
+"""Degree, and samples in such a window at least: a fit to fewer would hardly smooth."""
+BEGINNING = 0.025
+"""Length of the readings of where the piston began [s]."""
 IMPACT = 0.1
 """Before it rests at an end stop the piston bounces, and its velocity is smeared [s]."""
 SMEARED = 0.046
-"""The line fits of the velocity smear it after a breakaway and before a rest [s]."""
-FINEST_FIT = 0.5
-"""Length of the shortest line fits of the velocity, relative to those that find rests [-]."""
+"""The fits of the velocity smear it after a breakaway and before a rest [s]."""
 LARGEST_DELAY = 3.0
 """Largest delay of the pressures that is considered [standard deviations]."""
 
@@ -138,8 +144,7 @@ class Run:
             return np.zeros(self.size - 1)
         if self.force is not None:  # however slow a bench is, it deflects the seal
             return imposed_velocity(self.position, self.interval, noise)
-        finest = FINEST_FIT * window_for(self.interval, noise)
-        velocity = adaptive_velocity(self.position, self.interval, finest, noise)
+        velocity = adaptive_velocity(self.position, self.interval, None, noise, CUBIC)
         return np.where(self.resting, 0.0, 0.5 * (velocity[1:] + velocity[:-1]))
 
     @cached_property
@@ -147,8 +152,8 @@ class Run:
         """Position [m] and pressures [Pa] without most of their noise, shape (n, 3)."""
         size = 2 * round(0.5 * SMOOTHING / self.interval) + 1
         columns = np.column_stack([self.position, self.pressures])
-        if size >= 5:
-            columns = savgol_filter(columns, size, 2, axis=0)
+        if size >= FEWEST_SMOOTHED:
+            columns = savgol_filter(columns, size, QUARTIC, axis=0)
         for rest in self.rests if self.force is None else ():
             columns[rest.first : rest.end, 0] = self.position[rest.first : rest.end].mean()
         for column, noise in enumerate(self.noise.pressures, start=1):
@@ -237,9 +242,11 @@ class Run:
         The conditions with the state in which the run begins, within the stroke.
 
         What a sensor reads near its zero is a vented chamber: a few pascals more there are noise,
-        and would move every later slip.
+        and would move every later slip. The seal gives way by some tenths of a millimetre during
+        the first rest, so that the mean position in it is not where it began.
         """
-        x, *pressures = self.smooth[0].tolist()
+        x = float(self.position[: max(round(BEGINNING / self.interval), 1)].mean())
+        pressures = self.smooth[0, 1:].tolist()
         p1, p2 = (
             self.span.low if self.near_zero(chamber, pressure) else pressure
             for chamber, pressure in enumerate(pressures, start=1)

@@ -70,17 +70,19 @@ class FaintCauses(Growth):
 
     def is_exact(self) -> bool:
         """Return whether pistons are free, sensors and supply exact, and all recordings alike."""
-        runs = [comparison.run for comparison in self.training.comparisons]
-        free = all(comparison.free for comparison in self.training.comparisons)
-        return free and not self.base.parts and not any(run.repeatability for run in runs)
+        comparisons = self.training.comparisons
+        free = all(comparison.free for comparison in comparisons)
+        runs = [comparison.run for comparison in comparisons]
+        differ = any(run.repeatability or run.level_error > 0.0 for run in runs)
+        return free and not self.base.parts and not differ
 
     def free_runs_differ(self) -> bool:
         """
         Return whether free runs of the given model are off where nothing else was found.
 
-        Then they join the initial data.
+        Then they join the initial data. Cycles that are off, and by no force, do not prevent it.
         """
-        if not self.is_exact() or self.reproduced():
+        if not self.is_exact() or self.residuals_are_reproduced():
             return False
         assert self.initial is not None
         self.progress('comparing free runs')

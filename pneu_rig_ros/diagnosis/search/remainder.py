@@ -224,9 +224,13 @@ class Remainder:
         return compare_free_runs(hypothesis, recordings, self.rng)
 
     def reproduced(self) -> bool:
-        """Return whether a cause was found, or the held-out data disagree in the same balances."""
+        """Return whether a cause was found, or the held-out data disagree as those fitted do."""
         if self.has_cause or (self.training.cycles is not None and self.cycles_differ()):
             return True
+        return self.residuals_are_reproduced()
+
+    def residuals_are_reproduced(self) -> bool:
+        """Return whether the held-out residuals are significant in the same balances."""
         return bool(self._disagreeing(self.training) & self._disagreeing(self.held_out))
 
     def leaves_something(self, residuals: Sequence[SignificantResidual]) -> bool:
