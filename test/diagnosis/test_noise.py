@@ -58,9 +58,9 @@ def test_force_residuals_of_a_true_model_are_noise(whitened: tuple[str, Residual
     z = residuals.force
     assert z.size > 400
     assert abs(z.mean()) < 0.15
-    if name == 'cylinder_2':
-        pytest.xfail('0.5 N of friction: at 10 to 30 mm/s errors of the speed make some 1.3')
-    assert 0.8 < z.std() < 1.15
+    # 0.5 N of friction: what errors of the speed make at 10 to 30 mm/s counts, 1.2 with it
+    widest = 1.4 if name == 'cylinder_2' else 1.15
+    assert 0.8 < z.std() < widest
 
 
 @pytest.mark.parametrize(

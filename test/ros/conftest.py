@@ -1,5 +1,6 @@
 """Contexts of ROS, apart from all others."""
 
+import gc
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -35,6 +36,10 @@ def new_context() -> Iterator[Callable[..., Context]]:
     yield make
     for context in contexts:
         context.try_shutdown()
+    contexts.clear()
+    # Else participants end in any later test, several at once: Fast DDS may then wait for itself
+    # forever, see `runner.exit_after`.
+    gc.collect()
 
 
 @pytest.fixture

@@ -242,7 +242,7 @@ class Run:
         The conditions with the state in which the run begins, within the stroke.
 
         What a sensor reads near its zero is a vented chamber: a few pascals more there are noise,
-        and would move every later slip. The seal gives way by some tenths of a millimetre during
+        and would move every later slip. The seal yields by some tenths of a millimetre during
         the first rest, so that the mean position in it is not where it began.
         """
         x = float(self.position[: max(round(BEGINNING / self.interval), 1)].mean())
