@@ -14,26 +14,23 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_filter
 
 from pneu_rig_ros.analysis.motion import Rest, Sides, breakaways, end_stops, find_rests, rest_flags
 from pneu_rig_ros.analysis.velocity import CUBIC, adaptive_velocity, imposed_velocity
 from pneu_rig_ros.arrays import Flags, Floats
-from pneu_rig_ros.diagnosis.measured.reading import CLIPPED, Noise, Span, from_when, unclipped
+from pneu_rig_ros.diagnosis.measured.reading import (
+    CLIPPED,
+    Noise,
+    Span,
+    first_of,
+    from_when,
+    smoothed,
+    unclipped,
+)
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.parameters import Gas, Operation
 from pneu_rig_ros.rig.sensors import near_zero
 
-SMOOTHING = 0.07
-"""
-Window of the quartics that smooth position and pressures [s]: they follow a filling. Noise that is
-left bends the seal of a piston at rest to and fro; with that of parabolas of 25 ms what its film
-feels of it made 0.2 N in the slip that follows.
-"""
-QUARTIC, FEWEST_SMOOTHED = 4, 11
-"""Degree, and samples in such a window at least: a fit to fewer would hardly smooth."""
-BEGINNING = 0.025
-"""Length of the readings of where the piston began [s]."""
 IMPACT = 0.1
 """Before it rests at an end stop the piston bounces, and its velocity is smeared [s]."""
 SMEARED = 0.046
@@ -150,10 +147,7 @@ class Run:
     @cached_property
     def smooth(self) -> Floats:
         """Position [m] and pressures [Pa] without most of their noise, shape (n, 3)."""
-        size = 2 * round(0.5 * SMOOTHING / self.interval) + 1
-        columns = np.column_stack([self.position, self.pressures])
-        if size >= FEWEST_SMOOTHED:
-            columns = savgol_filter(columns, size, QUARTIC, axis=0)
+        columns = smoothed(np.column_stack([self.position, self.pressures]), self.interval)
         for rest in self.rests if self.force is None else ():
             columns[rest.first : rest.end, 0] = self.position[rest.first : rest.end].mean()
         for column, noise in enumerate(self.noise.pressures, start=1):
@@ -245,7 +239,7 @@ class Run:
         and would move every later slip. The seal yields by some tenths of a millimetre during
         the first rest, so that the mean position in it is not where it began.
         """
-        x = float(self.position[: max(round(BEGINNING / self.interval), 1)].mean())
+        x = first_of(self.position, self.interval)
         pressures = self.smooth[0, 1:].tolist()
         p1, p2 = (
             self.span.low if self.near_zero(chamber, pressure) else pressure
