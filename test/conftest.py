@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import faulthandler
+import gc
 import shutil
 import signal
+import sys
 from collections.abc import Callable, Generator, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +20,9 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 CHROMIUM = ('chromium', 'chromium-browser', 'google-chrome')
+
+LONGEST_LIVE_TEST = 280.0
+"""Time after which a live test is given up [s], a little less than the `timeout` of all."""
 
 # a shell starts what is in its background deaf to Ctrl-C, and what that starts inherits it
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -53,6 +59,25 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.timeout(0))
     order = ('live', 'timeout')
     items.sort(key=lambda item: [item.get_closest_marker(name) is None for name in order])
+
+
+@pytest.fixture(autouse=True)
+def _dds_ends(request: pytest.FixtureRequest) -> Iterator[None]:
+    """
+    Let the participants of a live test end with it, and end its process if it hangs.
+
+    Left to the garbage collector they would end while others begin. Fast DDS may then wait for
+    itself forever, see `runner.exit_after`, where no Python code can run.
+    """
+    markers = {marker.name for marker in request.node.iter_markers()}
+    if 'live' not in markers or 'long' in markers:
+        yield
+        return
+    faulthandler.dump_traceback_later(LONGEST_LIVE_TEST, exit=True, file=sys.__stderr__)
+    gc.collect()  # fixtures of the test before may still have held one
+    yield
+    gc.collect()
+    faulthandler.cancel_dump_traceback_later()
 
 
 class Scheduler(LoadGroupScheduling):

@@ -1,8 +1,5 @@
 """Contexts of ROS, apart from all others."""
 
-import faulthandler
-import gc
-import sys
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -14,17 +11,6 @@ from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.runner import Runner
 
 from .bystander import DOMAIN, Bystander
-
-LONGEST_TEST = 280.0
-"""Time after which a test is given up [s], a little less than the `timeout` of all others."""
-
-
-@pytest.fixture(autouse=True)
-def _no_wait_forever() -> Iterator[None]:
-    """End the process of a test that hangs in DDS, where no Python code can run."""
-    faulthandler.dump_traceback_later(LONGEST_TEST, exit=True, file=sys.__stderr__)
-    yield
-    faulthandler.cancel_dump_traceback_later()
 
 
 @pytest.fixture(autouse=True)
@@ -49,10 +35,6 @@ def new_context() -> Iterator[Callable[..., Context]]:
     yield make
     for context in contexts:
         context.try_shutdown()
-    contexts.clear()
-    # Else participants end in any later test, several at once: Fast DDS may then wait for itself
-    # forever, see `runner.exit_after`.
-    gc.collect()
 
 
 @pytest.fixture
