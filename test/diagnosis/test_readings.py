@@ -130,3 +130,22 @@ def test_noise_that_is_cut_off_at_the_end_of_a_span_does_not_hide_the_rest() -> 
     assert reading_noise(read, 0.0) < 0.9 * 450.0
     assert reading_noise(without_clipped(read, 1e5), 0.0) == pytest.approx(450.0, rel=0.05)
     assert (without_clipped(read[:2000], 1e5) == read[:2000]).all()
+
+
+@pytest.mark.parametrize('interval', [1.16e-3, 0.01, 0.05])
+def test_free_piston_has_its_velocity_however_slowly_it_is_sampled(
+    tmp_path: Path, interval: float
+) -> None:
+    """30 mm of sine in 10 s, and as much noise as the rig's sensor has."""
+    rig = configured('cylinder_1')
+    run = measured(system_of(tmp_path, rig), 'run', rig, ((0.0, 1.2),))
+    time = np.arange(0.0, 30.0, interval)
+    phase = 0.2 * np.pi * time
+    noise = run.noise.position * np.random.default_rng(0).standard_normal(time.size)
+    pressures = np.full((time.size, 2), 1e5)
+    slow = replace(run, interval=interval, position=0.08 + 0.03 * np.sin(phase) + noise)
+    slow = replace(slow, pressures=pressures)
+    true = 0.2 * np.pi * 0.03 * np.cos(phase)
+    middles = 0.5 * (true[1:] + true[:-1])
+    inside = (np.abs(middles) > 5e-3) & (slow.time > 1.0) & (slow.time < 29.0)
+    assert (slow.velocity - middles)[inside].std() < 1e-3

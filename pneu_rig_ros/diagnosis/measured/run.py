@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from pneu_rig_ros.analysis.motion import Rest, Sides, breakaways, end_stops, find_rests, rest_flags
-from pneu_rig_ros.analysis.velocity import CUBIC, adaptive_velocity, imposed_velocity
+from pneu_rig_ros.analysis.velocity import CUBIC, adaptive_velocity, imposed_velocity, window_for
 from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.measured.reading import (
     CLIPPED,
@@ -141,7 +141,9 @@ class Run:
             return np.zeros(self.size - 1)
         if self.force is not None:  # however slow a bench is, it deflects the seal
             return imposed_velocity(self.position, self.interval, noise)
-        velocity = adaptive_velocity(self.position, self.interval, None, noise, CUBIC)
+        # slow sampling leaves fewer samples in that window than a cubic needs to smooth them
+        shortest = max(window_for(self.interval, noise), (CUBIC + 2) * self.interval)
+        velocity = adaptive_velocity(self.position, self.interval, shortest, noise, CUBIC)
         return np.where(self.resting, 0.0, 0.5 * (velocity[1:] + velocity[:-1]))
 
     @cached_property

@@ -29,7 +29,7 @@ class Parameters(NamedTuple):
 
     compliance: Annotated[float, Quantity('m/N', 0.0, 1e-3, 'compliance of the joint')]
     damping: Annotated[
-        float, Quantity('N*s/m', 0.0, 1e4, 'damping of the joint; at least 1 % of critical acts')
+        float, Quantity('N*s/m', 0.0, 1e4, 'damping of the joint, at least 1 % of critical')
     ]
 
 
