@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import faulthandler
+import fcntl
 import gc
+import os
 import shutil
 import signal
 import sys
 from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -23,6 +26,9 @@ CHROMIUM = ('chromium', 'chromium-browser', 'google-chrome')
 
 LONGEST_LIVE_TEST = 280.0
 """Time after which a live test is given up [s], a little less than the `timeout` of all."""
+
+COMPUTING = 10
+"""Niceness of a worker that runs no live tests, beside one that does."""
 
 # a shell starts what is in its background deaf to Ctrl-C, and what that starts inherits it
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -49,7 +55,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with what takes longest, all live tests on one worker; give long tests their time."""
+    """
+    Begin with what takes longest, all live tests on one worker; give long tests their time.
+
+    Of the live tests those that diagnose come last: others have compiled the plants by then.
+    """
     for item in items:
         if item.get_closest_marker('live'):
             item.add_marker(pytest.mark.xdist_group('live'))
@@ -57,8 +67,23 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.xdist_group('alone'))
         if item.get_closest_marker('long'):
             item.add_marker(pytest.mark.timeout(0))
-    order = ('live', 'timeout')
-    items.sort(key=lambda item: [item.get_closest_marker(name) is None for name in order])
+
+    def rank(item: pytest.Item) -> int:
+        live, slow = (item.get_closest_marker(name) is not None for name in ('live', 'timeout'))
+        return (1 if slow else 0) if live else (2 if slow else 3)
+
+    items.sort(key=rank)
+
+
+def pytest_collection_finish() -> None:
+    """Let the collections of garbage at live tests pass over what stays to the end anyway."""
+    gc.freeze()
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let the worker of the live tests go before those that only compute."""
+    if 'PYTEST_XDIST_WORKER' in os.environ and not item.get_closest_marker('live'):
+        os.nice(COMPUTING - os.nice(0))
 
 
 @pytest.fixture(autouse=True)
@@ -78,6 +103,21 @@ def _dds_ends(request: pytest.FixtureRequest) -> Iterator[None]:
     yield
     gc.collect()
     faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.fixture(scope='session')
+def one_worker(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Callable[[str], AbstractContextManager[None]]:
+    """Return a context that one worker at a time enters: what one compiles serves the others."""
+
+    @contextmanager
+    def entered(name: str) -> Iterator[None]:
+        with (tmp_path_factory.getbasetemp().parent / name).open('w') as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+
+    return entered
 
 
 class Scheduler(LoadGroupScheduling):

@@ -22,6 +22,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
+from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.valve_drive import valve_voltages
@@ -47,6 +48,11 @@ def configured(
     return replace(given, effects=effects or {}, sensors=sensors)
 
 
+def every_effect() -> dict[str, Any]:
+    """Return every effect of the library, as it is without any."""
+    return {name: library.load(name).null for name in library.names()}
+
+
 def changed(rig: RigConfiguration, section: str, **values: Any) -> RigConfiguration:
     """Return a rig with other values in a section of its model [SI]."""
     own = getattr(rig.model, section)._replace(**values)
@@ -60,8 +66,13 @@ def rubbing(rig: RigConfiguration, factor: float) -> RigConfiguration:
 
 
 def recorded(name: str, rig: RigConfiguration, timeline: Timeline = TIMELINE) -> Recording:
-    """Return what the sensors of a rig read of a run."""
-    emulated = Rig(rig)
+    """
+    Return what the sensors of a rig read of a run.
+
+    With an effect, the rig has all others too, as they are without any: as the plants of the
+    diagnosis have, so that none is compiled for it alone.
+    """
+    emulated = Rig(replace(rig, effects={**every_effect(), **rig.effects}) if rig.effects else rig)
     u = np.concatenate(
         [np.full(round(time / emulated.interval), level) for level, time in timeline]
     )

@@ -17,7 +17,7 @@ from pneu_rig_ros.rig.yaml_file import configuration_folder
 from .rigs import changed, drive, stroke
 from .test_effect_physics import AT_REST, COMPILED, at_rest
 
-pytestmark = pytest.mark.timeout(900)
+pytestmark = [pytest.mark.timeout(900), pytest.mark.xdist_group('shapes')]
 """A plant of all effects with a shape compiles for a minute, on a busy machine for several."""
 
 MODEL = changed('cylinder_2')
