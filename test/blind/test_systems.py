@@ -167,7 +167,7 @@ def test_friction_along_a_motion_is_that_which_the_plant_had(law: str) -> None:
     assert np.corrcoef(found[slides], had[slides])[0, 1] > 0.99
 
 
-@EVERY_SYSTEM
+@pytest.mark.parametrize('system', [VESSEL], ids=[VESSEL.name], scope='module')
 def test_recordings_are_the_same_whenever_they_are_made(system: System, recorded: Trial) -> None:
     first, same = recorded.runs, systems.runs(system, KEY, recorded.secret)
     other = systems.runs(system, 'another', recorded.secret)

@@ -56,6 +56,7 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
     assert measured(held) == 'cylinder_1: fewer: 9, 2'
 
 
+@pytest.mark.long
 def test_neighbours_of_a_reading_are_measured_and_their_share_is_printed(
     run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -95,6 +95,7 @@ def test_offset_of_a_clock_is_a_disagreement_where_it_is_not_named(tmp_path: Pat
     assert data['each_recording'] == []
 
 
+@pytest.mark.long
 def test_heat_transfer_is_named_despite_the_offset_of_a_clock(tmp_path: Path) -> None:
     data = chambers(tmp_path, CLOCK, CONDUCTANCES, LATE)
     assert data['verdict'] == 'effect'

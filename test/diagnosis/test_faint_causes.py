@@ -105,6 +105,7 @@ def test_cause_that_free_runs_alone_show_is_named(
     assert {row.regime for row in search.cycle_residuals()} == {FREE_RUN}
 
 
+@pytest.mark.long
 def test_faint_cause_is_named_beside_one_that_leaves_no_residual(
     system: System, comparisons: list[Comparison]
 ) -> None:
@@ -158,6 +159,7 @@ def test_explanation_of_the_most_causes_is_kept_whatever_its_free_runs_show(
     assert search.training.cycles is None
 
 
+@pytest.mark.long
 def test_free_runs_choose_among_causes_that_leave_nothing(
     system: System, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,6 +177,7 @@ def test_free_runs_choose_among_causes_that_leave_nothing(
     assert search.by_free_runs(chosen) is None
 
 
+@pytest.mark.long
 def test_free_runs_do_not_choose_a_cause_that_leaves_residuals(
     system: System, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -49,6 +49,7 @@ def test_no_wave_is_sought_where_two_do_not_fit() -> None:
     assert dominant_wavelengths([]) == []
 
 
+@pytest.mark.long
 @pytest.mark.timeout(600)
 def test_force_that_repeats_along_the_stroke_is_described_as_a_wave(tmp_path: Path) -> None:
     runs = []

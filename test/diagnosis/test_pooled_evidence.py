@@ -60,6 +60,7 @@ def test_of_a_true_model_they_show_nothing(tmp_path: Path) -> None:
     assert search.best is None
 
 
+@pytest.mark.long
 def test_what_a_cause_gains_counts_beyond_what_it_gains_by_chance(heavier: Search) -> None:
     (load,) = (each for each in heavier.pool if each.name == LOAD)
     larger, smaller = Explanation().with_part(load, load.starts[0]), Explanation()

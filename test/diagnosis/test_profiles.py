@@ -19,6 +19,7 @@ SOME = ('position_dependent_friction', 'pressure_dependent_friction', 'load_spri
 """Causes in a small library."""
 
 
+@pytest.mark.long
 def test_friction_in_waves_along_the_stroke_is_named_with_its_profile(tmp_path: Path) -> None:
     runs = [bench_run(i, gauge, 0.0, wave=WAVE) for i, gauge in enumerate((1e5, 3e5, 5e5))]
     without = tuple(set(causes()) - set(SOME))
@@ -51,6 +52,7 @@ def test_only_an_empirical_term_may_change_its_sign(tmp_path: Path) -> None:
         load_system(system_file(tmp_path, BENCH + law))
 
 
+@pytest.mark.long
 def test_profile_that_leaves_a_third_stays_where_no_description_leaves_less(
     tmp_path: Path,
 ) -> None:

@@ -41,6 +41,7 @@ def test_recordings_that_differ_are_consistent_within_a_known_repeatability(
     assert 'within the repeatability (0.5 N)' in answer(diagnosis)['sentence']
 
 
+@pytest.mark.long
 def test_more_than_the_repeatability_is_found(tmp_path: Path) -> None:
     diagnosis = seals(tmp_path, KNOWN, slope=2e-5)  # 8 N between 1 and 5 bar
     assert [part.name for part in diagnosis.explanation.parts if part.is_effect] == [
@@ -100,6 +101,7 @@ def verdicts_with(
     return verdicts
 
 
+@pytest.mark.long
 def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path) -> None:
     """Friction 6 % higher: a cause, but not where levels differ by 5 %."""
     rig = configured('cylinder_1')
@@ -112,6 +114,7 @@ def test_recordings_of_a_rig_are_consistent_within_what_it_keeps(tmp_path: Path)
     assert verdicts[0.05] == 'consistent'
 
 
+@pytest.mark.long
 def test_supply_that_varies_between_recordings_is_no_condition_of_the_next(tmp_path: Path) -> None:
     """A supply 3 % high: not as stated, but not where it differs by 2 %."""
     rig = configured('cylinder_1')

@@ -48,6 +48,7 @@ def test_seal_that_is_worn_in_one_recording_is_a_difference_of_that_recording(
     assert high - low < 0.1
 
 
+@pytest.mark.long
 def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_path: Path) -> None:
     bags = []
     for i in range(RUNS):
@@ -67,6 +68,7 @@ def test_answer_says_which_recording_differs_and_that_nothing_is_missing(tmp_pat
     assert f'its friction_level is {100.0 * row["difference"]:.3g} +- ' in data['sentence']
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('factors', [(1.0,) * RUNS, (WORN,) * RUNS, (1.0, 1.0, WORN)])
 def test_recordings_that_are_alike_or_few_do_not_differ(
     tmp_path: Path, factors: tuple[float, ...]

@@ -27,6 +27,7 @@ def search(tmp_path_factory: pytest.TempPathFactory) -> Search:
     return search_in(system.hypothesis, runs, causes)
 
 
+@pytest.mark.long
 def test_cycles_exchange_a_cause_for_one_that_residuals_hardly_distinguish(search: Search) -> None:
     fits = {}
     for cause in search.pool:

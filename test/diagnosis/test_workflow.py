@@ -127,6 +127,7 @@ def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_pat
     assert load_system(improved).hypothesis.effects == found.improved.effects
 
 
+@pytest.mark.long
 def test_heat_transfer_of_another_law_is_named_with_a_shape(tmp_path: Path) -> None:
     found = chambers(tmp_path, CONDUCTANCES, power=0.8)
     data = checked(found)
@@ -174,6 +175,7 @@ def test_friction_that_grows_with_pressure_is_named_on_a_bench(tmp_path: Path) -
     assert data['gap']['cut'] > 0.8
 
 
+@pytest.mark.long
 def test_supply_that_is_not_as_stated_is_a_condition_and_no_physics(tmp_path: Path) -> None:
     stated = 1.04
     bags = recordings(tmp_path, lambda rig: rig)
@@ -225,6 +227,7 @@ def test_wrong_parameter_of_a_rig_is_found_with_its_value(tmp_path: Path) -> Non
     assert {row['balance'] for row in data['where']} <= {'gas_1', 'gas_2'}
 
 
+@pytest.mark.long
 def test_second_cause_is_named_beside_one_that_is_many_times_stronger(tmp_path: Path) -> None:
     """
     The bent opening alone leaves less than 1 % of the gap.
@@ -251,6 +254,7 @@ def test_second_cause_is_named_beside_one_that_is_many_times_stronger(tmp_path: 
     assert found['chamber_leak']['area_2']['value'] == pytest.approx(4e-9, rel=0.3)
 
 
+@pytest.mark.long
 def test_growth_of_static_friction_with_dwell_time_is_found_by_cycles(tmp_path: Path) -> None:
     """RLG with constant static friction; test/blind has the whole of it, which takes minutes."""
     rig = configured('cylinder_1')
@@ -294,6 +298,7 @@ def test_effect_that_the_library_lacks_is_unknown_but_localised(tmp_path: Path) 
     assert data['intervals']
 
 
+@pytest.mark.long
 def test_end_stop_nearer_than_in_the_model_is_found_at_the_stop(tmp_path: Path) -> None:
     bags = []
     for seed, u in enumerate((0.5, 0.6, 0.55), start=1):
