@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 # Each test process has one thread for linear algebra: there are enough of them.
 PYTEST = MAKE_TARGET=$@ OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
-# On two cores, as the live tests mostly wait: one worker runs them.
+# Three are right for two cores: one runs the live tests, which mostly wait.
 SHARED := -n 3 --dist loadgroup --no-loadscope-reorder
 LONG_TESTS := MAKE_TARGET=test-long $(BIN)/python -m pytest -s -m long
 

@@ -83,7 +83,7 @@ def pytest_collection_finish() -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let the worker of the live tests go before those that only compute."""
     if 'PYTEST_XDIST_WORKER' in os.environ and not item.get_closest_marker('live'):
-        os.nice(COMPUTING - os.nice(0))
+        os.nice(max(COMPUTING - os.nice(0), 0))  # going back needs privileges
 
 
 @pytest.fixture(autouse=True)
