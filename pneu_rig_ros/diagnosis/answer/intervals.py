@@ -24,7 +24,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.noise import white_variances
 from pneu_rig_ros.diagnosis.residuals.replicates import replicate
 from pneu_rig_ros.diagnosis.residuals.windows import NEAR_BREAKAWAY, Windows
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit_from_valley
 from pneu_rig_ros.executor import Executor, map_tasks
 
 Spans = list[tuple[str, str, float, float]]
@@ -61,7 +61,8 @@ def _replicate_error(
     data = Dataset.of(hypothesis, runs, rng, dataset.inflation)
     if dataset.cycles is not None:
         data = data.with_cycles(hypothesis, rng, dataset.cycles.free)
-    error: Floats = fit(explanation, given, data, ROUNDS).explanation.theta - explanation.theta
+    found = fit_from_valley(explanation, given, data, ROUNDS).explanation
+    error: Floats = found.theta - explanation.theta
     return error
 
 

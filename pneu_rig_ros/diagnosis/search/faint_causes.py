@@ -11,10 +11,9 @@ from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.fitting import FIRST_ROUNDS, ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.growth import (
     FINALISTS,
-    FIRST_ROUNDS,
     MOST_FITTED,
     Growth,
     of_names,
@@ -34,6 +33,8 @@ from pneu_rig_ros.executor import map_tasks
 
 FREE_RUN = 'free run'
 """Regime of what only simulation without restarts shows."""
+UNFINISHED = 2.0
+"""Factor by which a first fit may leave more than it would after more evaluations [-]."""
 
 
 @dataclass(kw_only=True)
@@ -111,7 +112,8 @@ class FaintCauses(Growth):
         before = self.training, self.held_out
         self.training, self.held_out = (each.without_cycles for each in before)
         first = best_of_each(self._fit_all(self._alternatives(best), FIRST_ROUNDS))
-        fits = self._fit_all([fit.explanation for fit in first], ROUNDS)
+        near = self._leaving_as_little(first, best, UNFINISHED)
+        fits = self._fit_all([fit.explanation for fit in near], ROUNDS)
         fits = [best, *self._leaving_as_little(fits, best)]
         self.training, self.held_out = (
             each.with_cycles(self.hypothesis, self.rng, free=True)
@@ -135,12 +137,14 @@ class FaintCauses(Growth):
         sharper = fit(best.explanation, self.given, training, ROUNDS).explanation
         return self.free_run_test(sharper.apply(self.given)).significant
 
-    def _leaving_as_little(self, fits: Sequence[ScoredFit], best: ScoredFit) -> list[ScoredFit]:
-        """Return the fits that leave next to no more residual than the best one."""
+    def _leaving_as_little(
+        self, fits: Sequence[ScoredFit], best: ScoredFit, slack: float = 1.0
+    ) -> list[ScoredFit]:
+        """Return the fits that leave next to no more residual than the best one, or some more."""
         left = list(fits)
         for data in (self.training, self.held_out):
             least = residual_excess(data, best.explanation.apply(self.given))
-            most = max(NEGLIGIBLE * residual_excess(data, self.given), least)
+            most = slack * max(NEGLIGIBLE * residual_excess(data, self.given), least)
             left = [
                 fit
                 for fit in left

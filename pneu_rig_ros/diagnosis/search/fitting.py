@@ -19,8 +19,13 @@ STEP = 1e-3
 """Of the finite differences, internal units [-]: rates have no noise of their own."""
 SIMULATED_STEP = 1e-2
 """The same with simulated cycles, which have noise of integration."""
-ROUNDS, FINAL_ROUNDS = 15, 40
-"""Evaluations of the least-squares solver, in the comparison and of the accepted fit."""
+CONVERGED, SIMULATED_CONVERGED = 1e-5, 1e-4
+"""Relative change of loss or values that ends a fit [-]; simulated, less is that noise."""
+FIRST_ROUNDS, ROUNDS, FINAL_ROUNDS = 4, 15, 40
+"""
+Evaluations of the least-squares solver: in first fits, which choose those that are fitted further,
+in the comparison of these, and of the accepted fit.
+"""
 VALLEY = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
 """Steps along the direction that the residuals determine least [standard deviations]."""
 
@@ -50,12 +55,30 @@ class Fit:
         return float(np.sqrt(max(variances[-1], 0.0))), directions[:, -1]
 
 
+def fit_from_valley(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) -> Fit:
+    """
+    Return the explanation fitted to a dataset from the best of a start and of a valley.
+
+    The valley is what the residuals of the weak form alone leave open. Simulations have local
+    minima between a start and the best values, which these have not; free runs, which are the data
+    only of what is weak, have none.
+    """
+    if dataset.cycles is None or dataset.runs_freely:
+        return fit(start, given, dataset, rounds)
+    weak = fit(start, given, dataset.without_cycles, rounds)
+    deviation, direction = weak.widest
+    step, theta = deviation * direction, weak.explanation.theta
+    points = [weak.explanation.with_theta(theta + t * step) for t in VALLEY]
+    best = min((start, *points), key=lambda point: loss_of(point, given, dataset))
+    return fit(best, given, dataset, rounds)
+
+
 def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) -> Fit:
     """Return the explanation fitted to a dataset from a start."""
-    if dataset.cycles is not None and not dataset.runs_freely:
-        start = _best_of_valley(start, given, dataset, rounds)
     low, high = np.array([c.bounds for c in start.coordinates]).T
-    delta = STEP if dataset.cycles is None else SIMULATED_STEP
+    delta, converged = STEP, CONVERGED
+    if dataset.cycles is not None:
+        delta, converged = SIMULATED_STEP, SIMULATED_CONVERGED
 
     @lru_cache(maxsize=1)  # the solver asks for the Jacobian where it was last
     def residual_at(theta: bytes) -> Floats:
@@ -85,8 +108,8 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
         loss='soft_l1',
         f_scale=OUTLIER,
         max_nfev=rounds,
-        xtol=1e-5,
-        ftol=1e-5,
+        xtol=converged,
+        ftol=converged,
     )
     # before the data, a value is anywhere in its range; the prior of others is in the residuals
     anywhere = np.array([c.deviation <= 0.0 for c in start.coordinates])
@@ -98,21 +121,6 @@ def fit(start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int) ->
 def _residual(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:
     """Return the residuals of the data, and values as errors where these have a prior."""
     return np.concatenate([dataset.residual(explanation.apply(given)), explanation.errors])
-
-
-def _best_of_valley(
-    start: Explanation, given: Hypothesis, dataset: Dataset, rounds: int
-) -> Explanation:
-    """
-    Return the best of a start and of what the residuals of the weak form alone leave open.
-
-    Simulations have local minima between a start and the best values, which these have not.
-    """
-    weak = fit(start, given, dataset.without_cycles, rounds)
-    deviation, direction = weak.widest
-    step, theta = deviation * direction, weak.explanation.theta
-    points = [weak.explanation.with_theta(theta + t * step) for t in VALLEY]
-    return min((start, *points), key=lambda point: loss_of(point, given, dataset))
 
 
 def loss_of(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> float:

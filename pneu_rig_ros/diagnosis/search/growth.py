@@ -16,8 +16,13 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import by_balance, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
-from pneu_rig_ros.diagnosis.search.multi_start import multi_start, over_hills, over_ridges
+from pneu_rig_ros.diagnosis.search.fitting import FIRST_ROUNDS, ROUNDS, Fit, fit, fit_from_valley
+from pneu_rig_ros.diagnosis.search.multi_start import (
+    multi_start,
+    over_hills,
+    over_ridges,
+    simplex_search,
+)
 from pneu_rig_ros.diagnosis.search.noise_gain import beyond_noise, under_own_noise
 from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance
 from pneu_rig_ros.diagnosis.search.remainder import Remainder
@@ -37,8 +42,6 @@ from pneu_rig_ros.model import effects as library
 
 MOST_FITTED = 6
 """Candidates that are fitted at each size."""
-FIRST_ROUNDS = 4
-"""Evaluations of the solver in the first fits, which choose the finalists."""
 FINALISTS = 3
 """Explanations that are fitted further."""
 DISCREPANT = 3.0
@@ -192,7 +195,7 @@ class Growth(Remainder):
 
     def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
         """Return explanations fitted from several starts; thoroughly only the finalists."""
-        first = best_of_each(self._fit_all(starts, FIRST_ROUNDS))
+        first = best_of_each(self._fit_all(starts, FIRST_ROUNDS, fit_from_valley))
         names = list(dict.fromkeys(each.explanation.name for each in first))[:FINALISTS]
         finalists = [each.explanation for each in first if each.explanation.name in names]
         others = [each for each in first if each.explanation.name not in names]
@@ -200,9 +203,11 @@ class Growth(Remainder):
         data = self.training, self.held_out
         return beyond_noise(fits, self.given, self.hypothesis, data, self.rng)
 
-    def _fit_all(self, starts: Sequence[Explanation], rounds: int) -> list[ScoredFit]:
+    def _fit_all(
+        self, starts: Sequence[Explanation], rounds: int, fit_one: Callable[..., Fit] = fit
+    ) -> list[ScoredFit]:
         self.progress('fitting ' + ', '.join(start.name for start in starts))
-        fits = map_tasks(self.executor, fit, starts, self.given, self.training, rounds)
+        fits = map_tasks(self.executor, fit_one, starts, self.given, self.training, rounds)
         return map_tasks(self.executor, score, fits, self.given, self.training, self.held_out)
 
     def _with_discrepancy(
@@ -255,23 +260,25 @@ class Growth(Remainder):
         self.progress('fitting ' + explanation.name)
         problem = self.given, self.training, self.executor
         best = multi_start(explanation, *problem)
-        if self.training.cycles is not None:
-            if not self.training.runs_freely and self._may_be_behind_a_hill(best):
-                best = over_hills(best, *problem)
-        elif self._may_swing(best):
+        if self.training.cycles is not None and not self.training.runs_freely:
+            best = self._beyond_slips(best)
+        elif self.training.cycles is None and self._may_swing(best):
             best = over_ridges(best, *problem)
         return score(best, self.given, self.training, self.held_out)
 
-    def _may_be_behind_a_hill(self, found: Fit) -> bool:
+    def _beyond_slips(self, found: Fit) -> Fit:
         """
-        Return whether a fit to simulations may be in the minimum of a slip at the wrong time.
+        Return the best of a fit to simulations and of others that slips separate from it.
 
-        One value alone, fitted from both sides, is not if its cycles are like those of replicates.
-        Of several that compensate each other, another set may be likelier still.
+        Slips at the wrong time make hills in the loss if the cycles are not like those of
+        replicates. If they are, several values may still compensate each other a little better;
+        a single one, fitted from both sides, may not.
         """
+        if self.cycle_test(found.explanation.apply(self.given)).significant:
+            return over_hills(found, self.given, self.training, self.executor)
         if found.explanation.calibrates.count(False) > 1:
-            return True
-        return self.cycle_test(found.explanation.apply(self.given)).significant
+            return simplex_search(found, self.given, self.training)
+        return found
 
     def _may_swing(self, found: Fit) -> bool:
         """Return whether states of the last cause may be out of phase with what is left."""

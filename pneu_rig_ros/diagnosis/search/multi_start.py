@@ -15,7 +15,15 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
-from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, ROUNDS, Fit, fit, loss_of
+from pneu_rig_ros.diagnosis.search.fitting import (
+    FINAL_ROUNDS,
+    FIRST_ROUNDS,
+    ROUNDS,
+    Fit,
+    fit,
+    fit_from_valley,
+    loss_of,
+)
 from pneu_rig_ros.executor import Executor, map_tasks
 
 FAR_STARTS = 2
@@ -31,6 +39,8 @@ SCATTER = 40.0, 1.5
 """Their distance from the fit at most [standard deviations, internal units]."""
 RESTARTS = 3
 """Best of them, and of those along the valley, that are fitted."""
+REFITTED = 2
+"""Best of these fits that go on."""
 ALONG, ACROSS = 0.25 * np.arange(-12, 13), 2.0 * np.arange(-8, 9)
 """
 Grid on which a cause with a memory is sought again: steps in the direction that the data determine
@@ -56,9 +66,10 @@ def multi_start(
         return fit(explanation, given, dataset, FINAL_ROUNDS)
     kept = explanation.values[:-1]
     starts = [replace(explanation, values=(*kept, s)) for s in explanation.parts[-1].starts]
-    starts = [explanation, *best_starts(starts, given, dataset, executor)[:FAR_STARTS]]
-    fits: Sequence[Fit] = map_tasks(executor, fit, starts, given, dataset, FINAL_ROUNDS)
-    return min(fits, key=lambda result: result.loss)
+    far = best_starts(starts, given, dataset, executor)[:FAR_STARTS]
+    fits: Sequence[Fit] = map_tasks(executor, fit, far, given, dataset, ROUNDS)
+    near = fit_from_valley(explanation, given, dataset, FINAL_ROUNDS)
+    return min((near, *fits), key=lambda result: result.loss)
 
 
 def over_hills(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executor) -> Fit:
@@ -75,7 +86,10 @@ def over_hills(best: Fit, given: Hypothesis, dataset: Dataset, executor: Executo
         for points in (along, scattered(best))
         for start in best_starts(points, given, dataset, executor)[:RESTARTS]
     ]
-    fits = map_tasks(executor, fit, starts, given, dataset, ROUNDS)
+    first = map_tasks(executor, fit, starts, given, dataset, FIRST_ROUNDS)
+    first.sort(key=lambda result: result.loss)
+    finalists = [each.explanation for each in first[:REFITTED]]
+    fits = map_tasks(executor, fit, finalists, given, dataset, ROUNDS)
     return simplex_search(min((best, *fits), key=lambda result: result.loss), given, dataset)
 
 
