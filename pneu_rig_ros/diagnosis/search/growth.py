@@ -18,6 +18,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import FIRST_ROUNDS, ROUNDS, Fit, fit, fit_from_valley
 from pneu_rig_ros.diagnosis.search.multi_start import (
+    best_starts,
     multi_start,
     over_hills,
     over_ridges,
@@ -185,13 +186,15 @@ class Growth(Remainder):
         return [*fits, *self._fits(self._with_other_forms([best.explanation]))], before
 
     def _with_other_forms(self, explanations: Sequence[Explanation]) -> list[Explanation]:
-        """Return explanations with each other form of their last causes, from all its starts."""
-        return [
+        """Return explanations with each other form of their last causes, at its best start."""
+        starts = [
             explanation.with_part(form, values)
             for explanation in explanations
             for form in self._forms_of(explanation.parts[-1])
             for values in form.starts
         ]
+        ordered = best_starts(starts, self.given, self.training, self.executor)
+        return list({start.forms: start for start in reversed(ordered)}.values())
 
     def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
         """Return explanations fitted from several starts; thoroughly only the finalists."""
