@@ -162,6 +162,22 @@ def test_nonlinear_opening_is_a_power_of_the_way() -> None:
     assert contribute('nonlinear_opening', (0.5, 0.5))[:2] == (0.0, 0.0)
 
 
+@pytest.mark.parametrize('curvature', [-0.4, 0.8])
+def test_opening_with_a_curvature_is_a_parabola_whose_slope_at_the_edge_is_stated(
+    curvature: float,
+) -> None:
+    full = 5.0 - VALVE.intake_voltage
+    for share in (1e-4, 0.3, 1.0):
+        bend, back, _ = contribute(
+            'nonlinear_opening',
+            (1.0, 1.0, curvature),
+            voltage_1=VALVE.intake_voltage + share * full,
+            voltage_2=(1.0 - share) * VALVE.exhaust_voltage,
+        )
+        assert bend == pytest.approx(full * curvature * share**2)
+        assert back == pytest.approx(-VALVE.exhaust_voltage * curvature * share**2)
+
+
 @pytest.mark.parametrize('exponent', [0.5, 1.0, 2.0])
 def test_nonlinear_opening_keeps_the_exhaust_at_its_edge_and_fully_open(exponent: float) -> None:
     counted = VALVE._replace(exhaust_zero_voltage=VALVE.intake_voltage)

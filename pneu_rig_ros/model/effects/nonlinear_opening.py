@@ -20,6 +20,9 @@ class Parameters(NamedTuple):
     exhaust_exponent: Annotated[
         float, Quantity('-', 0.5, 3.0, 'the exhaust opens with this power of the way of the spool')
     ]
+    curvature: Annotated[
+        float, Quantity('-', -0.9, 4.0, 'share by which both are wider, or saturate, at full way')
+    ] = 0.0
 
 
 @compiled
@@ -27,18 +30,21 @@ def bend(voltage: float, parameters: Parameters, model: CompiledModel) -> float:
     """
     Return the voltage [V] that a linear opening would need in addition.
 
-    Way w of the spool from the edge and its full way W give the opening K_V W (w / W)^n on top of
-    what the exhaust has at its edge: there and fully open, the port is that of Eq. 3.
+    Share s of the full way W of the spool from the edge gives the opening K_V W (s^n + c s^2) on
+    top of what the exhaust has at its edge: there, and fully open with c = 0, the port is that of
+    Eq. 3. With c alone it is so where the opening is small, as K_V may have been found there.
     """
-    valve = model.valve
+    valve, curvature = model.valve, parameters.curvature
     if voltage > valve.intake_voltage:
         way = voltage - valve.intake_voltage
-        full = FULL_VOLTAGE - valve.intake_voltage
-        return way * (math.pow(way / full, parameters.intake_exponent - 1.0) - 1.0)
+        share = way / (FULL_VOLTAGE - valve.intake_voltage)
+        power = math.pow(share, parameters.intake_exponent - 1.0)
+        return way * (power + curvature * share - 1.0)
     if voltage < valve.exhaust_voltage:
         way = valve.exhaust_voltage - voltage
         share = way / valve.exhaust_voltage
-        return -way * (math.pow(share, parameters.exhaust_exponent - 1.0) - 1.0)
+        power = math.pow(share, parameters.exhaust_exponent - 1.0)
+        return -way * (power + curvature * share - 1.0)
     return 0.0
 
 
@@ -57,13 +63,14 @@ EFFECT = Effect(
     balance=Balance.SPOOL,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
-    'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law',
+    'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law and a parabola',
     null=Parameters(1.0, 1.0),
     contribution=contribution,
     probes=(
         *(Parameters(exponent, exponent) for exponent in (0.85, 0.95, 1.05, 1.2)),
         *(Parameters(1.0, exponent) for exponent in (0.9, 1.1)),
         *(Parameters(exponent, 1.0) for exponent in (0.9, 1.1)),
+        *(Parameters(1.0, 1.0, curvature) for curvature in (-0.2, -0.05, 0.05, 0.2)),
     ),
     stage=2,
     drivers=('opening', 'pressure'),
