@@ -178,6 +178,12 @@ def test_opening_with_a_curvature_is_a_parabola_whose_slope_at_the_edge_is_state
         assert back == pytest.approx(-VALVE.exhaust_voltage * curvature * share**2)
 
 
+def test_no_opening_is_negative() -> None:
+    voltage = VALVE.intake_voltage + 0.2 * (5.0 - VALVE.intake_voltage)
+    bend = contribute('nonlinear_opening', (3.0, 3.0, -0.5), voltage_1=voltage)[0]
+    assert voltage + bend == pytest.approx(VALVE.intake_voltage)
+
+
 @pytest.mark.parametrize('exponent', [0.5, 1.0, 2.0])
 def test_nonlinear_opening_keeps_the_exhaust_at_its_edge_and_fully_open(exponent: float) -> None:
     counted = VALVE._replace(exhaust_zero_voltage=VALVE.intake_voltage)

@@ -273,9 +273,9 @@ class Growth(Remainder):
         """
         Return the best of a fit to simulations and of others that slips separate from it.
 
-        Slips at the wrong time make hills in the loss if the cycles are not like those of
-        replicates. If they are, several values may still compensate each other a little better;
-        a single one, fitted from both sides, may not.
+        Where cycles are not like those of replicates, slips at the wrong time make hills in the
+        loss. Else several values may still compensate each other a little better; a single one,
+        which is fitted from both sides, may not.
         """
         if self.cycle_test(found.explanation.apply(self.given)).significant:
             return over_hills(found, self.given, self.training, self.executor)

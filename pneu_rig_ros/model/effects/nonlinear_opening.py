@@ -21,7 +21,7 @@ class Parameters(NamedTuple):
         float, Quantity('-', 0.5, 3.0, 'the exhaust opens with this power of the way of the spool')
     ]
     curvature: Annotated[
-        float, Quantity('-', -0.9, 4.0, 'share by which both are wider, or saturate, at full way')
+        float, Quantity('-', -0.5, 4.0, 'share by which both are wider, or saturate, at full way')
     ] = 0.0
 
 
@@ -32,19 +32,20 @@ def bend(voltage: float, parameters: Parameters, model: CompiledModel) -> float:
 
     Share s of the full way W of the spool from the edge gives the opening K_V W (s^n + c s^2) on
     top of what the exhaust has at its edge: there, and fully open with c = 0, the port is that of
-    Eq. 3. With c alone it is so where the opening is small, as K_V may have been found there.
+    Eq. 3. With c alone it is so where the opening is small, as K_V may have been found there. No
+    opening is negative.
     """
     valve, curvature = model.valve, parameters.curvature
     if voltage > valve.intake_voltage:
         way = voltage - valve.intake_voltage
         share = way / (FULL_VOLTAGE - valve.intake_voltage)
         power = math.pow(share, parameters.intake_exponent - 1.0)
-        return way * (power + curvature * share - 1.0)
+        return way * (max(power + curvature * share, 0.0) - 1.0)
     if voltage < valve.exhaust_voltage:
         way = valve.exhaust_voltage - voltage
         share = way / valve.exhaust_voltage
         power = math.pow(share, parameters.exhaust_exponent - 1.0)
-        return -way * (power + curvature * share - 1.0)
+        return -way * (max(power + curvature * share, 0.0) - 1.0)
     return 0.0
 
 
