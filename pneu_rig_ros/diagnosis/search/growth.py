@@ -194,7 +194,8 @@ class Growth(Remainder):
             for values in form.starts
         ]
         ordered = best_starts(starts, self.given, self.training, self.executor)
-        return list({start.forms: start for start in reversed(ordered)}.values())
+        best = {start.forms: start for start in reversed(ordered)}  # the last of each form stays
+        return list(best.values())
 
     def _fits(self, starts: Sequence[Explanation]) -> list[ScoredFit]:
         """Return explanations fitted from several starts; thoroughly only the finalists."""
