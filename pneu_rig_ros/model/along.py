@@ -14,7 +14,7 @@ import numpy as np
 from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model import chambers, events
 from pneu_rig_ros.model.compiled import compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
     DEFLECTION,
@@ -141,7 +141,7 @@ def build_rest(mechanics: Callable[..., object]) -> Callable[..., float]:
         carry: IntegratorState,
         voltages: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> float:
         """
         Deflect the bristle until it holds the driving force; return how far the seal is loaded.
@@ -201,7 +201,7 @@ def build_along(
         states: Floats,
         carry: IntegratorState,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         start, state, rate, arrow, memory = carry.y0, carry.y1, carry.f1, carry.arrow, carry.memory
         cylinder, grown, half = model.cylinder, 0.0, 0.5 * interval

@@ -37,7 +37,7 @@ from numba import njit
 
 from pneu_rig_ros.model import assembly
 
-_rhs, _run, _readings, _along = assembly.build({effects!r}, {shaped!r})
+_rhs, _run, _readings, _along = assembly.build({effects!r})
 
 
 @njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
@@ -78,9 +78,9 @@ class Assembly(NamedTuple):
     along: Callable[..., None]
 
 
-def build(effects: Sequence[str], shaped: bool = False) -> Assembly:
-    """Return the functions with the named effects, not yet cached; ``shaped`` as there."""
-    contributions = collect([library.load(name) for name in effects], STATE_SIZE, shaped)
+def build(effects: Sequence[str]) -> Assembly:
+    """Return the functions with the named effects, not yet cached."""
+    contributions = collect([library.load(name) for name in effects], STATE_SIZE)
     mechanics = build_mechanics(contributions)
     right_hand_side = build_right_hand_side(contributions, mechanics)
     return Assembly(
@@ -94,20 +94,15 @@ def build(effects: Sequence[str], shaped: bool = False) -> Assembly:
 _ASSEMBLING = threading.Lock()
 
 
-def assemble(effects: tuple[str, ...], shaped: bool = False) -> Assembly:
-    """
-    Return the compiled, disk-cached functions with the named effects.
-
-    :param shaped: whether they take shapes after the parameters; those that take none cost
-        nothing for it, and those that do serve any shape of any effect
-    """
+def assemble(effects: tuple[str, ...]) -> Assembly:
+    """Return the compiled, disk-cached functions with the named effects, of any shape."""
     with _ASSEMBLING:  # threads that start together would each compile a plant of their own
-        return _assemble(effects, shaped)
+        return _assemble(effects)
 
 
 @cache
-def _assemble(effects: tuple[str, ...], shaped: bool) -> Assembly:
-    module = _module(effects, shaped)
+def _assemble(effects: tuple[str, ...]) -> Assembly:
+    module = _module(effects)
     return Assembly(module.right_hand_side, module.run, module.readings, module.along)
 
 
@@ -121,8 +116,8 @@ def cache_folder() -> Path:
     return (Path(home) if home else Path.home() / '.cache') / 'pneu_rig_ros'
 
 
-def _module(effects: tuple[str, ...], shaped: bool = False) -> ModuleType:
-    text = _TEMPLATE.format(effects=effects, shaped=shaped)
+def _module(effects: tuple[str, ...]) -> ModuleType:
+    text = _TEMPLATE.format(effects=effects)
     return kept_module(f'plant_{_fingerprint(text)}', text)
 
 

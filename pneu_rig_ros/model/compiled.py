@@ -1,7 +1,7 @@
 """The compiler switch used by every function of the model."""
 
 import secrets
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, TypeVar, cast
 
 import numba
@@ -70,3 +70,29 @@ def called(function: Function) -> Function:
 def inner(function: Function) -> Function:
     """Compile a block that compiled code alone calls, such as one made for a set of effects."""
     return cast(Function, numba.njit(**OPTIONS, forceinline=True)(function))
+
+
+def inner_called(function: Function) -> Function:
+    """Compile such a block as a function of its own, see :func:`called`."""
+    return cast(Function, numba.njit(**OPTIONS, forceinline=False)(function))
+
+
+def in_turn(
+    arguments: str, first: str, steps: Iterable[str], blocks: Mapping[str, Any]
+) -> Callable[..., Any]:
+    """
+    Return a function that does one step after the other, and returns what they leave.
+
+    Compiled code cannot loop over functions, and a chain of them, each with a function of its
+    own, takes a time to compile that grows with the square of their number.
+
+    :param arguments: of the function, by name
+    :param first: statement that defines ``total``
+    :param steps: statements that change it
+    :param blocks: what the steps call, by name
+    """
+    lines = '\n    '.join([first, *steps, 'return total'])
+    space = dict(blocks)
+    exec(f'def sum_of_steps({arguments}):\n    {lines}\n', space)
+    summed: Callable[..., Any] = space['sum_of_steps']
+    return summed

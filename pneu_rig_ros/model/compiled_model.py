@@ -1,10 +1,16 @@
-"""The parameters as compiled code takes them: lists as arrays, derived constants worked out."""
+"""
+The parameters as compiled code takes them: lists as arrays, derived constants worked out.
+
+Those of the effects are one array. As a tuple of tuples each function of the plant would hand on
+every one of them by value, which took longer to compile than what the functions do.
+"""
 
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.model.parameters import Cylinder, Friction, Gas, Model, Operation, Valve
 
 
@@ -28,6 +34,20 @@ class CompiledModel(NamedTuple):
     valve: Valve
     gas: Air
     operation: Operation
+
+
+class CompiledEffects(NamedTuple):
+    """
+    The optional effects of a plant.
+
+    :param values: parameters of all effects, one after the other, shape (n,)
+    :param acting: which effects act, shape (m,)
+    :param shapes: a row an effect, see ``shape.rows``, shape (m, w)
+    """
+
+    values: Floats
+    acting: Flags
+    shapes: Floats
 
 
 def air(gas: Gas) -> Air:

@@ -8,12 +8,11 @@ changed only by ``events``.
 """
 
 from collections.abc import Callable
-from typing import Any
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers, friction, valve
 from pneu_rig_ros.model.compiled import compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
 from pneu_rig_ros.model.effect import (
     Balance,
     ChamberGas,
@@ -33,7 +32,9 @@ from pneu_rig_ros.model.parameters import (
 )
 
 RightHandSide = Callable[..., None]
-Contribution = Callable[[Signals, CompiledModel, Any, Floats, Floats], tuple[float, float]]
+Contribution = Callable[
+    [Signals, CompiledModel, CompiledEffects, Floats, Floats], tuple[float, float]
+]
 Contributions = dict[Balance, Contribution]
 """One compiled function a balance, the sum over the effects; units as in :class:`Balance`."""
 
@@ -151,7 +152,7 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
         rate: Floats,
         arrow: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         gas, a1, a2 = model.gas, model.cylinder.cap_area, model.cylinder.rod_area
         spool_1, spool_2 = add_spool(s, model, effects, state, rate)
@@ -193,7 +194,7 @@ def build_seal_rates(contributions: Contributions) -> Callable[..., None]:
         arrow: Floats,
         memory: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         law, film = model.friction, state[FILM]
         v, bristles = s.motion.velocity, s.seal.bristle_force
@@ -234,7 +235,7 @@ def build_piston_rates(contributions: Contributions) -> Callable[..., None]:
         arrow: Floats,
         memory: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         cylinder, law, v = model.cylinder, model.friction, s.motion.velocity
         force, added_mass = add_force(s, model, effects, state, rate)

@@ -243,6 +243,7 @@ class Effect:
     :param needs: without any of which it does not show in a part of a rig
     :param fastest: ``f(parameters, model)``, the shortest time in which its states change [s];
         without it the least of the parameters in seconds, or ``LEAST_TIME``
+    :param as_array: whether the contribution takes the parameters as an array, as suits many
     :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
         compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
     :raises RigError: when the regimes are not some of :class:`Regime`, each once
@@ -265,6 +266,7 @@ class Effect:
     drivers: tuple[str, ...] = ()
     needs: tuple[Need, ...] = ()
     fastest: Callable[[Any, Any], float] | None = None
+    as_array: bool = False
 
     def __post_init__(self) -> None:
         """Check the regimes, which a fit and its report rely on."""

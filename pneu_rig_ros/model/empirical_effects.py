@@ -8,13 +8,11 @@ from collections.abc import Callable, Sequence
 from types import new_class
 from typing import Annotated, Any, NamedTuple
 
-import numpy as np
-
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import called, compiled
+from pneu_rig_ros.model.compiled import called, compiled, in_turn
 from pneu_rig_ros.model.compiled_model import CompiledModel
 from pneu_rig_ros.model.effect import Balance, Effect, Motion, Regime, Signals
-from pneu_rig_ros.model.empirical import OUTPUTS, TERMS, Term
+from pneu_rig_ros.model.empirical import OUTPUTS, TERMS
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import DRIVERS
 
@@ -24,67 +22,25 @@ Guard = Callable[[float, float, Signals, CompiledModel], tuple[float, float]]
 SOURCE = 'a fit to data: a description, not a cause'
 
 
-def coefficients(parameters: Any) -> Floats:
-    """
-    Return the parameters of such an effect as compiled code takes them; none if all are zero.
-
-    As a tuple each function of the plant would hand on every one of them, which took longer to
-    compile than all the rest.
-    """
-    return np.array(parameters if any(parameters) else (), dtype=np.float64)
-
-
 @compiled
 def _nothing(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
     return 0.0
 
 
-def _one(term: Term, place: int) -> Sum:
-    """Return a term of the present times its coefficient, which is at ``place``."""
-    signal = compiled(term.signal)
-
-    @compiled
-    def one(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
-        return float(c[place] * signal(s, model)) if c[place] != 0.0 else 0.0
-
-    return one
-
-
-def _one_total(term: Term, place: int, slot: int) -> Sum:
-    """Return the integral of a term, which is the state ``slot``, times its coefficient."""
-    signal = compiled(term.signal)
-
-    @compiled
-    def one(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
-        rate[slot] = signal(s, model) if c[place] != 0.0 else 0.0
-        return float(c[place] * state[slot])
-
-    return one
-
-
-def _both(first: Sum, second: Sum) -> Sum:
-    @compiled
-    def both(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
-        a = first(s, model, c, state, rate)
-        return a + second(s, model, c, state, rate)
-
-    return both
+SIGNALS = {f'signal_{name}': compiled(term.signal) for name, term in TERMS.items()}
 
 
 def _sum(names: Sequence[str], place: int, slot: int) -> Sum:
-    """
-    Return the terms times their coefficients, which begin at a place, as the states do.
-
-    By halves: a block compiles again what it is made of, so that one term after the other would
-    take a time that grows with their square.
-    """
-    if len(names) == 1:
-        term = TERMS[names[0]]
-        return _one_total(term, place, slot) if term.integrated else _one(term, place)
-    half = len(names) // 2
-    first, second = names[:half], names[half:]
-    states = sum(TERMS[name].integrated for name in first)
-    return _both(_sum(first, place, slot), _sum(second, place + half, slot + states))
+    """Return the terms times their coefficients, which begin at a place, as the states do."""
+    steps = []
+    for index, name in enumerate(names, start=place):
+        value = f'signal_{name}(s, model) if c[{index}] != 0.0 else 0.0'
+        if TERMS[name].integrated:
+            steps += [f'rate[{slot}] = {value}', f'total += c[{index}] * state[{slot}]']
+            slot += 1
+        else:
+            steps.append(f'total += c[{index}] * ({value})')
+    return compiled(in_turn('s, model, c, state, rate', 'total = 0.0', steps, SIGNALS))
 
 
 @compiled
@@ -124,21 +80,12 @@ def _static_on_top(
 
 def _pair(first: Sum, second: Sum, guard: Guard) -> Callable[..., tuple[float, float]]:
     @called
-    def act(
+    def contribution(
         s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats
     ) -> tuple[float, float]:
         a = first(s, model, c, state, rate)
         b = second(s, model, c, state, rate)
         return guard(a, b, s, model)
-
-    @compiled
-    def contribution(
-        signals: Signals, model: CompiledModel, parameters: Any, state: Floats, rate: Floats
-    ) -> tuple[float, float]:
-        if len(parameters) == 0:
-            rate[:] = 0.0
-            return 0.0, 0.0
-        return act(signals, model, parameters, state, rate)
 
     return contribution
 
@@ -215,6 +162,7 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
         stage=3 if balance is Balance.SPOOL else 0,
         states=states,
         describes=True,
+        as_array=True,
         drivers=tuple(DRIVERS),
     )
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model import chambers, events, friction
-from pneu_rig_ros.model.compiled import called, compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel, air
+from pneu_rig_ros.model.compiled import compiled, inner, inner_called
+from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel, air
 from pneu_rig_ros.model.dynamics import (
     ANCHORS,
     ARROW_SIZE,
@@ -137,10 +137,8 @@ def step_factor(ratio: float) -> float:
 def build_evaluate(right_hand_side: RightHandSide) -> Callable[..., None]:
     """Return the compiled evaluation of the rates where the present step ends."""
 
-    @called
-    def evaluate(
-        carry: IntegratorState, model: CompiledModel, effects: tuple[object, ...]
-    ) -> None:
+    @inner_called
+    def evaluate(carry: IntegratorState, model: CompiledModel, effects: CompiledEffects) -> None:
         y1, f1, arrow, memory = carry.y1, carry.f1, carry.arrow, carry.memory
         right_hand_side(carry.clock[END], y1, f1, arrow, memory, carry.voltages, model, effects)
         carry.counts[EVALUATIONS] += 1
@@ -171,7 +169,7 @@ def build_advance(
         tolerance: float,
         longest: float,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         clock, counts, memory, error = carry.clock, carry.counts, carry.memory, carry.work[4]
         y0, f0, before = carry.y0, carry.f0, carry.work_arrow

@@ -12,9 +12,8 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import along, chambers, dynamics, integrator
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.assembly import assemble
-from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
+from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel, compiled_model
 from pneu_rig_ros.model.effect import READING_BALANCES
-from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
 from pneu_rig_ros.model.integrator import initial_state
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.shape import rows, without_shape
@@ -104,19 +103,14 @@ class Plant:
         self._chosen = tuple(without_shape(own) for own in chosen.values())
         self._library = loaded = [library.load(name) for name in chosen]
         acting = [own != one.null for own, one in zip(self._chosen, loaded, strict=True)]
-        self.effects = tuple(
-            coefficients(own) if name in EFFECTS else own
-            for name, own in zip(chosen, self._chosen, strict=True)
-        )
-        self.effects += (np.array(acting, dtype=np.bool_),)
+        values = np.array([value for own in self._chosen for value in own], dtype=np.float64)
+        shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
+        self.effects = CompiledEffects(values, np.array(acting, dtype=np.bool_), shapes)
         self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         sensing = [effect.balance in READING_BALANCES for effect in loaded]
         self._sensed = any(np.logical_and(sensing, acting))
         self._temperatures = temperatures or (model.gas.supply_temperature,) * 2
-        shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
-        if shapes is not None:
-            self.effects += (shapes,)
-        assembled = assemble(tuple(chosen), shapes is not None)
+        assembled = assemble(tuple(chosen))
         self.right_hand_side, self._compiled_run, self._read, self._along = assembled
         self._one_voltage = np.empty((1, 2))
         self._index = 0

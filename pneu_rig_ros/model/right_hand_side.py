@@ -10,11 +10,12 @@ from itertools import accumulate
 from typing import Any
 
 import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import friction
-from pneu_rig_ros.model.compiled import compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.compiled import compiled, in_turn, inner
+from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
 from pneu_rig_ros.model.dynamics import (
     ANCHORS,
     DEFLECTION,
@@ -48,28 +49,28 @@ CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}
 """Balance -> what the later stages see of the earlier ones."""
 
 
-def collect(effects: Sequence[Effect], first_state: int, shaped: bool = False) -> Contributions:
+def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     """
     Return the sums over the effects.
 
-    :param effects: in the order of their parameters in the plant's tuple, after which that tuple
-        has which of them act, shape (len(effects),)
+    :param effects: in the order of their parameters
     :param first_state: index of the first effect state in the state array
-    :param shaped: whether the plant's tuple ends with the shapes of the effects
     """
-    sums: Contributions = dict.fromkeys(Balance, _nothing)
+    parts: dict[Balance, list[Callable[..., Any]]] = {balance: [] for balance in Balance}
     ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
+    firsts = list(accumulate((len(effect.null) for effect in effects), initial=0))
     for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
-        effect, place = effects[index], (index, ends[index], ends[index + 1], len(effects))
-        sums[effect.balance] = _sum(sums[effect.balance], effect, place, shaped)
-    return sums
+        effect, place = effects[index], (index, firsts[index], ends[index], ends[index + 1])
+        parts[effect.balance].append(_added(effect, place))
+    return {balance: _sum(own) for balance, own in parts.items()}
 
 
-@compiled
-def _nothing(
-    signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    return 0.0, 0.0
+def _sum(parts: Sequence[Callable[..., Any]]) -> Contribution:
+    """Return the sum over the effects of one balance, in the order of their stages."""
+    blocks = {f'add_{i}': part for i, part in enumerate(parts)}
+    given = 'signals, model, effects, state, rate'
+    steps = [f'total = {name}(total, {given})' for name in blocks]
+    return inner(in_turn(given, 'total = 0.0, 0.0', steps, blocks))
 
 
 @compiled
@@ -78,39 +79,46 @@ def _as_without_them(signals: Signals, first: float, second: float) -> Signals:
     return signals
 
 
-def _sum(
-    others: Contribution, effect: Effect, place: tuple[int, int, int, int], shaped: bool
-) -> Contribution:
+def _added(effect: Effect, place: tuple[int, int, int, int]) -> Callable[..., Any]:
     """
-    Return both contributions of an effect and of the others; it sees what is behind them.
+    Return what adds both contributions of an effect to those before it, behind which it sees.
 
     While the effect does not act, it costs next to nothing. It is one function of all that
     belongs to an effect, as each function of its own takes time to compile.
 
-    :param place: index of its parameters, first and end index of its states, index of which
-        effects act; the shapes, if there are any, come after it
+    :param place: index among the effects and of its first parameter, first and end index of its
+        states
     """
     contribution, behind = effect.contribution, CHAINS.get(effect.balance, _as_without_them)
-    index, start, end, acting = place
-    shapes = acting + 1  # Numba takes no other index of a tuple than a constant
+    as_array, parameters, count = effect.as_array, effect.parameters, len(effect.null)
+    index, first, start, end = place
+    last = first + count
 
     @inner
-    def total(
-        signals: Signals, model: CompiledModel, effects: Any, state: Floats, rate: Floats
+    def added(
+        total: tuple[float, float],
+        signals: Signals,
+        model: CompiledModel,
+        effects: CompiledEffects,
+        state: Floats,
+        rate: Floats,
     ) -> tuple[float, float]:
-        a, b = others(signals, model, effects, state, rate)
-        if effects[acting][index]:
-            seen, own = behind(signals, a, b), effects[index]
-            c, d = contribution(seen, model, own, state[start:end], rate[start:end])
-            if shaped:
-                row = effects[shapes][index]
-                if row[COUNT] != 0.0:
-                    first, second = factors(row, seen, model)
-                    c, d = first * c, second * d
-            a, b = a + c, b + d
-        return a, b
+        if not effects.acting[index]:
+            return total
+        seen, own = behind(signals, total[0], total[1]), effects.values[first:last]
+        states, rates = state[start:end], rate[start:end]
+        if as_array:
+            a, b = contribution(seen, model, own, states, rates)
+        else:
+            named = parameters(*to_fixed_tuple(own, count))
+            a, b = contribution(seen, model, named, states, rates)
+        row = effects.shapes[index]
+        if row[COUNT] != 0.0:
+            factor_1, factor_2 = factors(row, seen, model.gas)
+            a, b = factor_1 * a, factor_2 * b
+        return total[0] + a, total[1] + b
 
-    return total
+    return added
 
 
 def build_mechanics(contributions: Contributions) -> Callable[..., Signals]:
@@ -128,7 +136,7 @@ def build_mechanics(contributions: Contributions) -> Callable[..., Signals]:
         memory: Floats,
         voltages: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> Signals:
         z, law, supply = state[DEFLECTION], model.friction, model.operation.supply_pressure
         bristles, stiffness = friction.bristle_force(z, memory[ANCHORS:], law)
@@ -154,7 +162,7 @@ def build_right_hand_side(
 
     ``rhs(time, state, rate, arrow, memory, voltages, model, effects)`` writes d(state)/dt into
     ``rate``, shape (n,), and the Jacobian entries into ``arrow``, shape (12,). ``voltages`` are
-    u1, u2 [V], shape (2,); ``effects`` is the tuple of the effects' parameters.
+    u1, u2 [V], shape (2,); ``effects`` are those of the plant.
     """
     gas_rates = build_gas_rates(contributions)
     motion_reading = contributions[Balance.MOTION_READING]
@@ -169,7 +177,7 @@ def build_right_hand_side(
         memory: Floats,
         voltages: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         signals = mechanics(time, state, rate, arrow, memory, voltages, model, effects)
         gas_rates(signals, state, rate, arrow, model, effects)
@@ -207,7 +215,7 @@ def build_readings(contributions: Contributions) -> Callable[..., None]:
         out: Floats,
         scratch: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         for i in range(len(states)):
             state = states[i]

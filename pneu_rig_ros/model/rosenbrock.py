@@ -10,7 +10,7 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
 from pneu_rig_ros.model.dynamics import (
     DEFLECTION,
     P1_P1,
@@ -109,7 +109,7 @@ def build_step(right_hand_side: RightHandSide) -> RightHandSide:
         memory: Floats,
         voltages: Floats,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         u1, u2, u3, u4 = u[0], u[1], u[2], u[3]
         diagonal, per_h = 1.0 / (h * _DIAGONAL), 1.0 / h

@@ -12,8 +12,8 @@ from enum import IntFlag, auto
 
 from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model import chambers, events
-from pneu_rig_ros.model.compiled import called, compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.compiled import compiled, inner, inner_called
+from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
 from pneu_rig_ros.model.dynamics import (
     CONTACT,
     DEFLECTION,
@@ -104,8 +104,8 @@ def set_position(state: Floats, position: float, model: CompiledModel) -> None:
 def build_balance(evaluate: Callable[..., None]) -> Callable[..., None]:
     """Return the compiled balance of a piston that does not accelerate."""
 
-    @called
-    def balance(carry: IntegratorState, model: CompiledModel, effects: tuple[object, ...]) -> None:
+    @inner_called
+    def balance(carry: IntegratorState, model: CompiledModel, effects: CompiledEffects) -> None:
         """Deflect the bristle until it holds the driving force (Newton's method)."""
         for _ in range(BALANCING_ROUNDS):
             evaluate(carry, model, effects)
@@ -125,7 +125,7 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
         measured: Floats,
         rest: float,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         memory, position, stop = carry.memory, measured[0], 0.0
         slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
@@ -154,14 +154,14 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
     balance = build_balance(evaluate)
     restart = build_restart(balance)
 
-    @called
+    @inner_called
     def act(
         carry: IntegratorState,
         action: int,
         measured: Floats,
         rest: float,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         state, memory = carry.y1, carry.memory
         if action & Impose.BREAK.value and memory[STICKING] != 0.0:
@@ -218,7 +218,7 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
         tolerance: float,
         longest: float,
         model: CompiledModel,
-        effects: tuple[object, ...],
+        effects: CompiledEffects,
     ) -> None:
         held = carry.voltages
         for i in range(len(voltages)):

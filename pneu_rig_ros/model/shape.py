@@ -14,7 +14,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import called, compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.compiled_model import Air
 from pneu_rig_ros.model.effect import Effect, Signals
 from pneu_rig_ros.model.quantity import (
     Quantity,
@@ -136,16 +136,14 @@ COUNT, OVER, FIRST = range(3)
 """A shape in compiled code: number of knots, none for no shape; driver; knots, then factors."""
 
 
-def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Floats | None:
+def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Floats:
     """
-    Return the shapes for compiled code, one row an effect; None where no effect has any.
+    Return the shapes for compiled code, one row an effect, of zeros where it has none.
 
     :param effects: name, record and parameters of each effect
     :raises RigError: for a shape that the effect cannot have
     """
     chosen = list(effects)
-    if not any(isinstance(own, Shaped) for *_, own in chosen):
-        return None
     table = np.zeros((len(chosen), FIRST + 2 * KNOTS))
     for row, (name, effect, own) in zip(table, chosen, strict=True):
         if isinstance(own, Shaped):
@@ -182,17 +180,17 @@ def _own(
     volume: float,
     gas_mass: float,
     voltage: float,
-    model: CompiledModel,
+    gas: Air,
 ) -> float:
     """Return a driver of one chamber and its valve."""
     if driver == 8:
         return pressure
     if driver == 9:
-        return chambers.temperature(pressure, volume, gas_mass, model.gas)
+        return chambers.temperature(pressure, volume, gas_mass, gas)
     return voltage - CENTRE_VOLTAGE
 
 
-@compiled
+@called
 def _factor(row: Floats, value: float) -> float:
     count = int(row[COUNT])
     at, times = row[FIRST : FIRST + count], row[FIRST + KNOTS : FIRST + KNOTS + count]
@@ -206,13 +204,13 @@ def _factor(row: Floats, value: float) -> float:
 
 
 @called
-def factors(row: Floats, s: Signals, model: CompiledModel) -> tuple[float, float]:
+def factors(row: Floats, s: Signals, gas: Air) -> tuple[float, float]:
     """Return the factors of both contributions of an effect with the shape of a row."""
     driver = int(row[OVER])
     if driver < 8:
         factor = _factor(row, _common(driver, s))
         return factor, factor
-    gas, ports = s.gas, s.ports
-    first = _own(driver, gas.pressure_1, gas.volume_1, gas.gas_mass_1, ports.voltage_1, model)
-    second = _own(driver, gas.pressure_2, gas.volume_2, gas.gas_mass_2, ports.voltage_2, model)
+    own, ports = s.gas, s.ports
+    first = _own(driver, own.pressure_1, own.volume_1, own.gas_mass_1, ports.voltage_1, gas)
+    second = _own(driver, own.pressure_2, own.volume_2, own.gas_mass_2, ports.voltage_2, gas)
     return _factor(row, first), _factor(row, second)

@@ -6,11 +6,10 @@ from contextlib import AbstractContextManager
 import numpy as np
 import pytest
 
+from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.along import MOVES
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration
-
-from .runs import every_effect
 
 
 @pytest.fixture(autouse=True, scope='session')
@@ -19,7 +18,7 @@ def _compiled_once(one_worker: Callable[[str], AbstractContextManager[None]]) ->
     model = load_configuration('cylinder_1').model
     measured, voltages = np.full((2, 3), 1e5), np.full((1, 2), 2.5)
     with one_worker('plants'):
-        for effects in ({}, every_effect()):
-            plant = Plant(model, effects)
+        for chosen in ({}, effects.nulls()):
+            plant = Plant(model, chosen)
             plant.run(voltages, 1e-3)
             plant.along(measured, np.zeros(1), np.full(1, MOVES), voltages, 1e-3)

@@ -48,11 +48,6 @@ def configured(
     return replace(given, effects=effects or {}, sensors=sensors)
 
 
-def every_effect() -> dict[str, Any]:
-    """Return every effect of the library, as it is without any."""
-    return {name: library.load(name).null for name in library.names()}
-
-
 def changed(rig: RigConfiguration, section: str, **values: Any) -> RigConfiguration:
     """Return a rig with other values in a section of its model [SI]."""
     own = getattr(rig.model, section)._replace(**values)
@@ -72,7 +67,9 @@ def recorded(name: str, rig: RigConfiguration, timeline: Timeline = TIMELINE) ->
     With an effect, the rig has all others too, as they are without any: as the plants of the
     diagnosis have, so that none is compiled for it alone.
     """
-    emulated = Rig(replace(rig, effects={**every_effect(), **rig.effects}) if rig.effects else rig)
+    emulated = Rig(
+        replace(rig, effects={**library.nulls(), **rig.effects}) if rig.effects else rig
+    )
     u = np.concatenate(
         [np.full(round(time / emulated.interval), level) for level, time in timeline]
     )

@@ -61,8 +61,7 @@ def _run(seed: int, level: int, share: float) -> Outcome:
     (configuration, steps), (samples, tolerance) = case(seed), EFFORTS[level]
     model, effects = configuration.model, configuration.effects
     # All effects, most of them null: one compiled plant for every case.
-    nulls = {name: library.load(name).null for name in library.names()}
-    plant = Plant(model, {**nulls, **effects}, tolerance=tolerance)
+    plant = Plant(model, {**library.nulls(), **effects}, tolerance=tolerance)
     start, started = plant.state, time.process_time()
     voltages = np.repeat(steps, samples // len(steps), axis=0)[: round(share * samples)]
     run = plant.run(voltages, DURATION / samples)

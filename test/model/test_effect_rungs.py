@@ -183,7 +183,7 @@ def runs(
     law = changed(cylinder).friction
     higher = changed(cylinder, friction=rung.higher(law))
     lower = changed(cylinder, friction=rung.lower(law))
-    null = {name: effects.load(name).null for name in effects.names()} | (beside or {})
+    null = effects.nulls() | (beside or {})
     plants = (
         Plant(higher, null, TOLERANCE),
         Plant(lower, null | rung.missing(law), TOLERANCE),

@@ -36,13 +36,9 @@ def there_and_back(plant: Plant) -> Trajectory:
     return Trajectory(*(np.concatenate(columns) for columns in zip(*runs, strict=True)))
 
 
-def null_effects() -> dict[str, object]:
-    return {name: effects.load(name).null for name in effects.names()}
-
-
 def test_null_values_reproduce_the_baseline_bit_for_bit() -> None:
     baseline = stroke(Plant(MODEL), 0.34, 5.0)
-    nulled = stroke(Plant(MODEL, null_effects()), 0.34, 5.0)
+    nulled = stroke(Plant(MODEL, effects.nulls()), 0.34, 5.0)
     assert np.ptp(baseline.position) > 0.02
     for name, column in baseline._asdict().items():
         assert np.array_equal(column, getattr(nulled, name)), name
@@ -52,10 +48,10 @@ def test_null_values_reproduce_the_baseline_bit_for_bit() -> None:
 def test_effect_changes_the_run(name: str) -> None:
     effect = effects.load(name)
     model = model_that_lacks(name)
-    baseline = there_and_back(Plant(model, null_effects()))
+    baseline = there_and_back(Plant(model, effects.nulls()))
     on_sensor = effect.balance in READING_BALANCES
     for probe in effect.probes:
-        run = there_and_back(Plant(model, null_effects() | {name: probe}))
+        run = there_and_back(Plant(model, effects.nulls() | {name: probe}))
         assert (
             seen(baseline.position_reading - run.position_reading, POSITION_NOISE)
             or seen(baseline.pressure_1_reading - run.pressure_1_reading, PRESSURE_NOISE)
@@ -74,7 +70,7 @@ def test_effect_is_safe_at_its_bounds(name: str) -> None:
     ]
     model = model_that_lacks(name)
     for values in itertools.product(*ranges):
-        chosen = null_effects() | {name: effects.load(name).parameters(*values)}
+        chosen = effects.nulls() | {name: effects.load(name).parameters(*values)}
         run = stroke(Plant(model, chosen, 1e-5), 0.5, 2.0)
         assert all(np.all(np.isfinite(column)) for column in run), values
         assert run.position.min() >= -1e-9

@@ -9,7 +9,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.effect import Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS
-from pneu_rig_ros.model.empirical_effects import EFFECTS, coefficients
+from pneu_rig_ros.model.empirical_effects import EFFECTS
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig.configuration import configuration_from_yaml
 from pneu_rig_ros.rig.yaml_file import configuration_folder
@@ -84,7 +84,7 @@ def test_travel_is_the_integral_of_the_speed() -> None:
 
 def test_sums_are_those_of_their_terms_in_a_plant_too() -> None:
     """Coefficients reach the compiled plant in the order of the table."""
-    chosen = {name: effects.load(name).null for name in effects.names()}
+    chosen = dict(effects.nulls())
     chosen |= described('pressure_2', 'gauge_2', 3.0)
     chosen |= described('position', 'position_squared', 1e-3)
     run = drive(Plant(changed('cylinder_2'), chosen), (3.0, 2.0), 0.5)
@@ -100,10 +100,9 @@ def test_sums_are_those_of_their_terms_in_a_plant_too() -> None:
 def test_null_parameters_vanish_with_the_memory(name: str) -> None:
     effect = EFFECTS[name]
     rate = np.full(len(effect.states), np.nan)
-    for given in (effect.null, coefficients(effect.null)):
-        pair = effect.contribution(STATES[1], COMPILED, given, np.ones(len(rate)), rate)
-        assert pair == (0.0, 0.0)
-        assert not rate.any()
+    pair = effect.contribution(STATES[1], COMPILED, effect.null, np.ones(len(rate)), rate)
+    assert pair == (0.0, 0.0)
+    assert not rate.any()
 
 
 def test_flow_out_of_a_chamber_without_gas_ends() -> None:

@@ -17,8 +17,8 @@ from pneu_rig_ros.rig.yaml_file import configuration_folder
 from .rigs import changed, drive, stroke
 from .test_effect_physics import AT_REST, COMPILED, at_rest
 
-pytestmark = [pytest.mark.timeout(900), pytest.mark.xdist_group('shapes')]
-"""A plant of all effects with a shape compiles for a minute, on a busy machine for several."""
+pytestmark = pytest.mark.timeout(900)
+"""A plant of all effects compiles for a minute, on a busy machine for several."""
 
 MODEL = changed('cylinder_2')
 LEAK = effects.load('chamber_leak').parameters
@@ -49,7 +49,7 @@ def ones(over: str) -> Shape:
 
 def library(**chosen: Any) -> dict[str, Any]:
     """Return the parameters of all effects: the plant that most tests share, compiled once."""
-    return {name: effects.load(name).null for name in effects.names()} | chosen
+    return effects.nulls() | chosen
 
 
 def same(a: Trajectory, b: Trajectory) -> None:

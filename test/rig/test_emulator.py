@@ -226,8 +226,7 @@ def test_rig_sensors_show_the_effect_and_differentiate_what_they_read() -> None:
 def test_readings_without_effects_are_the_true_values_bit_for_bit() -> None:
     voltages = np.tile(valve_voltages(0.5), (2000, 1))
     model = load_configuration('cylinder_1').model
-    null = {name: effects.load(name).null for name in effects.names()}
-    for plant in (Plant(model), Plant(model, null)):
+    for plant in (Plant(model), Plant(model, effects.nulls())):
         run = plant.run(voltages, 1.16e-3)
         assert np.array_equal(run.position_reading, run.position)
         assert np.array_equal(run.velocity_reading, run.velocity)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,12 +22,6 @@ POSITION_ZERO, SENSOR_CLOCK = 'position_zero', 'clock_offset'
 Conditions that are differences: reading of the position at the inner end [m], and by how much the
 clock of the sensors is ahead of that of the commands [s].
 """
-
-
-@cache
-def _nulls() -> Mapping[str, Any]:
-    """Return the parameters of every effect of the library with which it does not act."""
-    return {name: library.load(name).null for name in library.names()}
 
 
 @dataclass(frozen=True)
@@ -71,7 +64,7 @@ class Hypothesis:
         }
         gas = self.model.gas._replace(atmospheric_pressure=run.atmospheric_pressure)
         model = self.model._replace(operation=operation._replace(**true), gas=gas)
-        effects = {**_nulls(), **self.effects}
+        effects = {**library.nulls(), **self.effects}
         return Plant(model, effects, TOLERANCE, temperatures=temperatures)
 
     @property
