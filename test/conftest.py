@@ -9,6 +9,7 @@ import os
 import shutil
 import signal
 import sys
+from bisect import bisect
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
@@ -55,11 +56,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """
-    Begin with what takes longest, all live tests on one worker; give long tests their time.
-
-    Of the live tests those that diagnose come last: others have compiled the plants by then.
-    """
+    """Run all live tests on one worker, each slow one by itself; give long tests their time."""
     for item in items:
         if item.get_closest_marker('live'):
             item.add_marker(pytest.mark.xdist_group('live'))
@@ -67,12 +64,29 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.xdist_group('alone'))
         if item.get_closest_marker('long'):
             item.add_marker(pytest.mark.timeout(0))
+    items.sort(key=_rank)
+    ranks = [_rank(item) for item in items]
+    if SLOW in ranks:  # the first of them, which compiles what others wait for, comes earlier
+        items.insert(bisect(ranks, LIVE_AND_SLOW), items.pop(ranks.index(SLOW)))
 
-    def rank(item: pytest.Item) -> int:
-        live, slow = (item.get_closest_marker(name) is not None for name in ('live', 'timeout'))
-        return (1 if slow else 0) if live else (2 if slow else 3)
 
-    items.sort(key=rank)
+LIVE, LIVE_AND_SLOW, SECOND_PLANT, SLOW, REST = range(5)
+
+
+def _rank(item: pytest.Item) -> int:
+    """
+    Return when a test begins: what takes longest first.
+
+    While the first slow test compiles the plants of the package, those of the second plant
+    compile that. Live tests that diagnose come last of the live ones: the plants are there by
+    then.
+    """
+    live, slow, long = (bool(item.get_closest_marker(m)) for m in ('live', 'timeout', 'long'))
+    if live:
+        return LIVE_AND_SLOW if slow else LIVE
+    if slow and not long:
+        return SLOW
+    return SECOND_PLANT if 'blind' in item.path.parts else REST
 
 
 def pytest_collection_finish() -> None:

@@ -1,11 +1,10 @@
 """Friction of the second plant along a motion that is known, sample by sample."""
 
-import numba
 import numpy as np
 
 from . import constants as at
 from .foreign_force import slipped
-from .kept import kept
+from .kept import block, kept
 from .motion import (
     drag,
     elements,
@@ -22,7 +21,7 @@ ROUNDS = 20
 """Of Newton's method on the piecewise straight force of the bristles."""
 
 
-@numba.njit
+@block
 def bent(
     z: float,
     travel: float,
@@ -45,7 +44,7 @@ def bent(
     return new
 
 
-@numba.njit
+@block
 def level_at(
     t: float,
     y: np.ndarray,

@@ -6,11 +6,11 @@ Foreign laws of friction, load, cushions and joints, from the literature that ``
 
 import math
 
-import numba
 import numpy as np
 
 from . import constants as at
 from .foreign_gas import RUN
+from .kept import block
 
 POWER_OF_PRESSURE, FIRST_LIP, SECOND_LIP, DIFFERENCE = range(1, 5)
 BUMP, TAPER, SLEEVE, LONG_WAVE, SHORT_WAVE, STICKING_PLACE = range(1, 7)
@@ -45,7 +45,7 @@ ATTRACTION = 200.0
 """How fast the force of an element that slides goes to its level [1/s]."""
 
 
-@numba.njit
+@block
 def side_of(y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray) -> float:
     """Return the way of the motion or, at rest, of what pushes, -1 to 1."""
     if memory[at.STICKING] == 1.0:
@@ -53,7 +53,7 @@ def side_of(y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray) -
     return 1.0 if y[at.V] > 0.0 else -1.0
 
 
-@numba.njit
+@block
 def walk(t: float, number: float) -> float:
     """
     Random walk with a standard deviation of 1 at the end of a run (Karhunen-Loeve, 8 terms).
@@ -69,7 +69,7 @@ def walk(t: float, number: float) -> float:
     return total
 
 
-@numba.njit
+@block
 def over_place(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Share of both levels [-] that the position adds."""
     code, s, number = e[at.AT_POSITION], e[at.AT_POSITION + 1], e[at.AT_POSITION + 2]
@@ -87,7 +87,7 @@ def over_place(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return s * math.sin(2.0 * math.pi * number * place)
 
 
-@numba.njit
+@block
 def over_history(y: np.ndarray, e: np.ndarray) -> float:
     """Share of both levels [-] that time, way or work add."""
     code, s, number = e[at.AT_WARMING], e[at.AT_WARMING + 1], e[at.AT_WARMING + 2]
@@ -100,7 +100,7 @@ def over_history(y: np.ndarray, e: np.ndarray) -> float:
     return s * walk(y[at.CLOCK], number) if code == WEAR else 0.0
 
 
-@numba.njit
+@block
 def over_pressure(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] that the pressures add to both levels."""
     code, s = e[at.AT_PRESSURE], e[at.AT_PRESSURE + 1]
@@ -114,7 +114,7 @@ def over_pressure(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return s * abs(first - second) if code == DIFFERENCE else 0.0
 
 
-@numba.njit
+@block
 def added_levels(
     y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> tuple[float, float]:
@@ -133,7 +133,7 @@ def added_levels(
     return share * c[at.F_C] + force, share * c[at.F_S] + force + excess
 
 
-@numba.njit
+@block
 def stribeck_excess(speed: float, c: np.ndarray, e: np.ndarray) -> float:
     """
     Return what the level of sliding friction is above F_c at a speed [N].
@@ -152,7 +152,7 @@ def stribeck_excess(speed: float, c: np.ndarray, e: np.ndarray) -> float:
     return s * math.exp(-(ratio ** e[at.AT_SHAPE + 3])) if code == BO_PAVELESCU else 0.0
 
 
-@numba.njit
+@block
 def dwell_share(dwell: float, e: np.ndarray) -> float:
     """
     Return the share of F_smax - F_c that a dwell time [s] leaves.
@@ -171,13 +171,13 @@ def dwell_share(dwell: float, e: np.ndarray) -> float:
     return 1.0 - s * (1.0 - min(grown, 1.0))
 
 
-@numba.njit
+@block
 def film_share(y: np.ndarray, e: np.ndarray) -> float:
     """Return the share of F_s - F_c that the film leaves."""
     return 1.0 - e[at.AT_FILM + 1] * max(0.0, min(1.0, y[at.H]))
 
 
-@numba.njit
+@block
 def foreign_film_rate(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Return dh/dt [1/s] of a film that is linear in speed, or grows with the way slid."""
     steady = min(abs(y[at.V]) / c[at.V_B], 1.0)
@@ -186,7 +186,7 @@ def foreign_film_rate(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return abs(y[at.V]) / e[at.AT_FILM + 2] * (steady - y[at.H])
 
 
-@numba.njit
+@block
 def bending(ratio: float, e: np.ndarray) -> float:
     """
     Return the share of the travel that bends the bristles, 1 - ratio without a form.
@@ -210,7 +210,7 @@ def bending(ratio: float, e: np.ndarray) -> float:
     return 1.0 - ratio
 
 
-@numba.njit
+@block
 def slipped(
     z: float,
     travel: float,
@@ -239,7 +239,7 @@ def slipped(
     return 0.5 * (low + high)
 
 
-@numba.njit
+@block
 def element_rates(
     y: np.ndarray, dy: np.ndarray, level: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -263,7 +263,7 @@ def element_rates(
     return total
 
 
-@numba.njit
+@block
 def viscous(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] that opposes the motion and comes of speed alone."""
     v, force = y[at.V], 0.0
@@ -282,7 +282,7 @@ def viscous(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return force
 
 
-@numba.njit
+@block
 def history_rates(y: np.ndarray, dy: np.ndarray, friction: float, e: np.ndarray) -> None:
     """Write the rates of time, way or work, and of the speed that is remembered."""
     dy[at.CLOCK] = 1.0
@@ -291,7 +291,7 @@ def history_rates(y: np.ndarray, dy: np.ndarray, friction: float, e: np.ndarray)
         dy[at.LATE] = (y[at.V] - y[at.LATE]) / e[at.AT_VISCOUS + 2]
 
 
-@numba.njit
+@block
 def load_force(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] along the outstroke of what is coupled to the rod."""
     code, s, number = e[at.AT_LOAD], e[at.AT_LOAD + 1], e[at.AT_LOAD + 2]
@@ -318,7 +318,7 @@ def load_force(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return s * weight / 9.80665 * pull
 
 
-@numba.njit
+@block
 def swing_rates(y: np.ndarray, dy: np.ndarray, e: np.ndarray) -> None:
     """Write the rates of a load that swings (Ibrahim, Liquid Sloshing Dynamics, 2005)."""
     if e[at.AT_LOAD] == SLOSHING:
@@ -327,7 +327,7 @@ def swing_rates(y: np.ndarray, dy: np.ndarray, e: np.ndarray) -> None:
         dy[at.SWING], dy[at.SWING_V] = slip, -pull
 
 
-@numba.njit
+@block
 def pad_force(depth: float, speed: float, e: np.ndarray) -> float:
     """
     Push [N] of a cushion that is pressed in by a depth [m] at a speed [m/s].
@@ -344,7 +344,7 @@ def pad_force(depth: float, speed: float, e: np.ndarray) -> float:
     return max(s * depth**1.5 * (1.0 + e[at.AT_PAD + 3] * speed), 0.0)
 
 
-@numba.njit
+@block
 def pads(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] along the outstroke of the cushions at both ends."""
     length = e[at.AT_PAD + 2]
@@ -352,7 +352,7 @@ def pads(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return inner - pad_force(y[at.X] - c[at.STROKE] + length, y[at.V], e)
 
 
-@numba.njit
+@block
 def foreign_joint(y: np.ndarray, e: np.ndarray) -> float:
     """Force [N] of a joint with play, or of one that hardens, whose compliance is the strength."""
     stretch, compliance, number = y[at.STRETCH], e[at.AT_JOINT + 1], e[at.AT_JOINT + 2]

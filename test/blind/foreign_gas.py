@@ -7,11 +7,10 @@ of zero leaves the plant as it is. ``c`` and ``y`` as in ``gas``.
 
 import math
 
-import numba
 import numpy as np
 
 from . import constants as at
-from .kept import kept
+from .kept import block, kept
 
 WOSCHNI, EICHELBERG, LAMINAR_CONVECTION, TURBULENT_CONVECTION, BY_MASS, THIN_WALL = range(1, 7)
 LAMINAR_GAP, SONIC, LINEAR, POROUS, OPENING_SEAL, RELIEF = range(1, 7)
@@ -33,13 +32,13 @@ RUN = 14.0
 FULL_VOLTAGE, CENTRE = 5.0, 2.5
 
 
-@numba.njit
+@block
 def wetted_area(volume: float, area: float) -> float:
     """Wall of a cylinder [m^2] that holds a volume [m^3] above a face [m^2]."""
     return 2.0 * area + 4.0 * volume / math.sqrt(4.0 * area / math.pi)
 
 
-@numba.njit
+@block
 def heat_coefficient(
     code: float, y: np.ndarray, pressure: float, hot: float, cold: float
 ) -> float:
@@ -62,7 +61,7 @@ def heat_coefficient(
     return 1.0
 
 
-@numba.njit
+@block
 def heat(
     y: np.ndarray, dy: np.ndarray, chamber: int, volume: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -84,19 +83,18 @@ def heat(
     return flow
 
 
-@numba.njit
+@block
 def iso_flow(upstream: float, downstream: float, critical: float, c: np.ndarray) -> float:
     """Mass flow [kg/s] of ISO 6358 for a sonic conductance of 1 m^3/(s Pa); signed."""
-    if downstream > upstream:
-        return -iso_flow(downstream, upstream, critical, c)
-    flow = upstream * DENSITY * math.sqrt(NORMAL_TEMPERATURE / c[at.T_S])
-    ratio = downstream / upstream
-    if ratio <= critical:
-        return flow
-    return flow * math.sqrt(max(1.0 - ((ratio - critical) / (1.0 - critical)) ** 2, 0.0))
+    high, low = max(upstream, downstream), min(upstream, downstream)
+    flow = high * DENSITY * math.sqrt(NORMAL_TEMPERATURE / c[at.T_S])
+    ratio = low / high
+    if ratio > critical:
+        flow *= math.sqrt(max(1.0 - ((ratio - critical) / (1.0 - critical)) ** 2, 0.0))
+    return -flow if downstream > upstream else flow
 
 
-@numba.njit
+@block
 def gap_flow(
     code: float, upstream: float, downstream: float, number: float, c: np.ndarray
 ) -> float:
@@ -114,7 +112,7 @@ def gap_flow(
     return upstream - downstream
 
 
-@numba.njit
+@block
 def leak(y: np.ndarray, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] to the outside of a chamber at a pressure [Pa]."""
     code, strength, number = e[at.AT_LEAK], e[at.AT_LEAK + 1], e[at.AT_LEAK + 2]
@@ -132,7 +130,7 @@ def leak(y: np.ndarray, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     return flow
 
 
-@numba.njit
+@block
 def cross_leak(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] from chamber 1 past the piston into chamber 2."""
     code, strength, number = e[at.AT_CROSS], e[at.AT_CROSS + 1], e[at.AT_CROSS + 2]
@@ -148,7 +146,7 @@ def cross_leak(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return strength * gap_flow(code, p1, p2, number, c)
 
 
-@numba.njit
+@block
 def null_flow(supply: float, spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """
     Flow [kg/s] past the lands of a spool.
@@ -176,7 +174,7 @@ def null_flow(supply: float, spool: float, pressure: float, c: np.ndarray, e: np
     return strength * (into - out)
 
 
-@numba.njit
+@block
 def source(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Supply pressure [Pa] before anything resists; a regulator's and a tank's is a state."""
     code, strength, number = e[at.AT_SUPPLY], e[at.AT_SUPPLY + 1], e[at.AT_SUPPLY + 2]
@@ -190,7 +188,7 @@ def source(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return y[at.SOURCE]
 
 
-@numba.njit
+@block
 def source_rate(y: np.ndarray, flow: float, c: np.ndarray, e: np.ndarray) -> float:
     """
     Rate of the supply pressure [Pa/s] while a flow [kg/s] is drawn.
@@ -207,7 +205,7 @@ def source_rate(y: np.ndarray, flow: float, c: np.ndarray, e: np.ndarray) -> flo
     return 0.0
 
 
-@numba.njit
+@block
 def bent(share: float, intake: bool, e: np.ndarray) -> float:
     """
     Opening [-] at a share [-] of the spool's travel, 0 to 1 without a form.
@@ -233,7 +231,7 @@ def bent(share: float, intake: bool, e: np.ndarray) -> float:
     return x
 
 
-@numba.njit
+@block
 def discharge(upstream: float, downstream: float, e: np.ndarray) -> float:
     """Factor on a flow: the contraction of a jet weakens as the ratio falls (Perry 1949)."""
     if e[at.AT_CURVE] != DISCHARGE:
@@ -242,7 +240,7 @@ def discharge(upstream: float, downstream: float, e: np.ndarray) -> float:
     return 1.0 - e[at.AT_CURVE + 1] * ratio * ratio
 
 
-@numba.njit
+@block
 def narrowed(area: float, e: np.ndarray) -> float:
     """Area [m^2] of an opening and an orifice in the line behind it (Andersen 1967)."""
     if e[at.AT_LINE] != LINE_ORIFICE:
@@ -250,7 +248,7 @@ def narrowed(area: float, e: np.ndarray) -> float:
     return area / math.hypot(1.0, e[at.AT_LINE + 1] * area)
 
 
-@numba.njit
+@block
 def spool_of(y: np.ndarray, dy: np.ndarray, place: int, target: float, e: np.ndarray) -> float:
     """
     Return where a spool is [V]; ``place`` 0 or 1.
@@ -277,7 +275,7 @@ def spool_of(y: np.ndarray, dy: np.ndarray, place: int, target: float, e: np.nda
     return now
 
 
-@numba.njit
+@block
 def through_line(
     y: np.ndarray, dy: np.ndarray, chamber: int, flow: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -303,7 +301,7 @@ def through_line(
     return out
 
 
-@numba.njit
+@block
 def at_valve(y: np.ndarray, chamber: int, e: np.ndarray) -> float:
     """Return the pressure that a valve works against [Pa]."""
     code = e[at.AT_LINE]
@@ -312,7 +310,7 @@ def at_valve(y: np.ndarray, chamber: int, e: np.ndarray) -> float:
     return y[at.P1 + chamber]
 
 
-@numba.njit
+@block
 def heaviness(y: np.ndarray, e: np.ndarray) -> float:
     """
     Factor on R T_s in the energy that a flow brings.
@@ -325,7 +323,7 @@ def heaviness(y: np.ndarray, e: np.ndarray) -> float:
     return math.sqrt(1.0 + e[at.AT_GAS + 1] * math.exp(-y[at.CLOCK] / e[at.AT_GAS + 2]))
 
 
-@numba.njit
+@block
 def stiffened(volume: float, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """Volume [m^3] that takes the place of V in dp/dt, walls yielding dV/dp = strength."""
     if e[at.AT_GAS] != ELASTIC_HOSE:
@@ -334,7 +332,7 @@ def stiffened(volume: float, pressure: float, c: np.ndarray, e: np.ndarray) -> f
     return volume + grown + c[at.KAPPA] * pressure * e[at.AT_GAS + 1]
 
 
-@numba.njit
+@block
 def late(voltages: np.ndarray, count: int) -> np.ndarray:
     """Return voltages so many samples later; shut before."""
     shifted = np.full_like(voltages, CENTRE)

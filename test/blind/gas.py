@@ -6,23 +6,22 @@ The gas of the second plant: Eq. 3-7, written anew, with what can be hidden in i
 
 import math
 
-import numba
 import numpy as np
 
 from . import constants as at
 from . import foreign_gas as foreign
 from . import second_gas as second
+from .kept import block
 
 FULL_VOLTAGE = 5.0
 
 
-@numba.njit
+@block
 def orifice(upstream: float, downstream: float, area: float, c: np.ndarray) -> float:
     """Mass flow [kg/s] of Eq. 3-5 through an area [m^2]; negative if downstream is higher."""
-    if downstream > upstream:
-        return -orifice(downstream, upstream, area, c)
     k = c[at.KAPPA]
-    ratio = downstream / upstream
+    high, low = max(upstream, downstream), min(upstream, downstream)
+    ratio = low / high
     if ratio < (2.0 / (k + 1.0)) ** (k / (k - 1.0)):
         psi = (2.0 / (k + 1.0)) ** ((k + 1.0) / (2.0 * (k - 1.0)))
     else:
@@ -30,10 +29,11 @@ def orifice(upstream: float, downstream: float, area: float, c: np.ndarray) -> f
         psi = math.sqrt(2.0 / (k - 1.0) * (r ** (2.0 / k) - r ** ((k + 1.0) / k)))
         if ratio > c[at.LAMINAR]:
             psi *= (1.0 - ratio) / (1.0 - c[at.LAMINAR])
-    return psi * upstream * math.sqrt(k / (c[at.R] * c[at.T_S])) * area
+    flow = psi * high * math.sqrt(k / (c[at.R] * c[at.T_S])) * area
+    return -flow if downstream > upstream else flow
 
 
-@numba.njit
+@block
 def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
     """
     Areas [m^2] of intake and exhaust with the spool at a voltage; full opening unbent.
@@ -58,14 +58,14 @@ def openings(spool: float, c: np.ndarray, e: np.ndarray) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-@numba.njit
+@block
 def drawn(supply: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray) -> float:
     """Flow [kg/s] out of the supply line at a pressure [Pa]; back flow does not raise it."""
     flow_1, flow_2 = orifice(supply, y[at.P1], in_1, c), orifice(supply, y[at.P2], in_2, c)
     return max(flow_1, 0.0) + max(flow_2, 0.0)
 
 
-@numba.njit
+@block
 def lawful_droop(
     before: float, y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -80,7 +80,7 @@ def lawful_droop(
     return before - 0.5 * (low + high)
 
 
-@numba.njit
+@block
 def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray) -> float:
     """Supply pressure [Pa] behind a resistance, found by bisection."""
     before = c[at.P_S] - y[at.TANK]
@@ -102,7 +102,7 @@ def drooped_supply(y: np.ndarray, in_1: float, in_2: float, c: np.ndarray, e: np
     return before - 0.5 * (low + high)
 
 
-@numba.njit
+@block
 def behind_line(
     supply: float, pressure: float, inward: float, outward: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -127,7 +127,7 @@ def behind_line(
     return 0.5 * (low + high) * flow
 
 
-@numba.njit
+@block
 def spool_at(y: np.ndarray, dy: np.ndarray, i: int, target: float, e: np.ndarray) -> float:
     """
     Return where the spool of a chamber, 0 or 1, is [V]; write its rate.
@@ -145,7 +145,7 @@ def spool_at(y: np.ndarray, dy: np.ndarray, i: int, target: float, e: np.ndarray
     return target
 
 
-@numba.njit
+@block
 def out_of_line(y: np.ndarray, dy: np.ndarray, i: int, flow: float, e: np.ndarray) -> float:
     """Return the flow [kg/s] out of a line that lags, or has none; write its rate."""
     if e[at.LINE_TIME] == 0.0:
@@ -154,7 +154,7 @@ def out_of_line(y: np.ndarray, dy: np.ndarray, i: int, flow: float, e: np.ndarra
     return y[at.LINE_1 + i]
 
 
-@numba.njit
+@block
 def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] past the lands: a gap's resistance grows with its length."""
     if e[at.NULL_IN] + e[at.NULL_OUT] == 0.0:
@@ -166,7 +166,7 @@ def null_leak(spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> fl
     return into - orifice(pressure, c[at.P_ATM], exhaust, c)
 
 
-@numba.njit
+@block
 def past_piston(place: float, c: np.ndarray, e: np.ndarray) -> float:
     """Area [m^2] of the leak past the piston, with that of a worn part of the bore."""
     if e[at.WORN] == 0.0:
@@ -175,7 +175,7 @@ def past_piston(place: float, c: np.ndarray, e: np.ndarray) -> float:
     return e[at.CROSS] + e[at.WORN] / math.exp(away * away)
 
 
-@numba.njit
+@block
 def pores(pressure: float, flow: float, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] out through pores, a power of the bars above atmosphere; straight near 0."""
     if flow == 0.0:
@@ -186,7 +186,7 @@ def pores(pressure: float, flow: float, c: np.ndarray, e: np.ndarray) -> float:
     return math.copysign(flow * abs(bars) ** e[at.PORES_POWER], bars)
 
 
-@numba.njit
+@block
 def heated(
     y: np.ndarray, i: int, pressure: float, volume: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -206,7 +206,7 @@ def heated(
     return (e[at.HEAT_1 + i] + forced) * colder + convected
 
 
-@numba.njit
+@block
 def volume_of(y: np.ndarray, i: int, c: np.ndarray) -> float:
     """Volume [m^3] of a chamber, 0 or 1."""
     if i == 0:
@@ -214,7 +214,7 @@ def volume_of(y: np.ndarray, i: int, c: np.ndarray) -> float:
     return c[at.V20] + c[at.A2] * (c[at.STROKE] - y[at.X])
 
 
-@numba.njit
+@block
 def tank_rate(
     y: np.ndarray, supply: float, in_1: float, in_2: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -222,7 +222,7 @@ def tank_rate(
     return e[at.TANK_FALL] * drawn(supply, y, in_1, in_2, c) - y[at.TANK] / e[at.TANK_TIME]
 
 
-@numba.njit
+@block
 def foreign_rates(
     y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> None:
@@ -267,7 +267,7 @@ def foreign_rates(
     dy[at.SOURCE] = foreign.source_rate(y, total, c, e)
 
 
-@numba.njit
+@block
 def gas_rates(
     y: np.ndarray, dy: np.ndarray, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> None:

@@ -8,11 +8,19 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.extending import register_jitable
 
 from pneu_rig_ros.model.assembly import kept_module
 
 _SOURCES = b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.glob('*.py')))
 """All of them: Numba alone would keep a function when only one that it calls has changed."""
+
+
+def block(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what kept functions call, compiled with them; Python runs it as it is written."""
+    options = {'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
+    registered: Callable[..., Any] = register_jitable(**options)(function)
+    return registered
 
 
 def kept(function: Callable[..., Any]) -> Callable[..., Any]:

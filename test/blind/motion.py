@@ -6,17 +6,17 @@ Arguments as in ``gas``; ``stiffness`` and ``limit`` are those of the elements o
 
 import math
 
-import numba
 import numpy as np
 
 from . import constants as at
 from . import foreign_force as foreign
 from . import second_force as second
+from .kept import block
 
 GRAVITY = 9.80665
 
 
-@numba.njit
+@block
 def elements(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray) -> float:
     """F(z) [N]: springs, each but the last behind a slider."""
     total = 0.0
@@ -28,7 +28,7 @@ def elements(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndar
     return total
 
 
-@numba.njit
+@block
 def drag(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray) -> None:
     """Let the sliders that slip take their springs along."""
     for i in range(len(limit)):
@@ -36,7 +36,7 @@ def drag(z: float, memory: np.ndarray, stiffness: np.ndarray, limit: np.ndarray)
         memory[at.ANCHORS + i] = max(z - reach, min(z + reach, memory[at.ANCHORS + i]))
 
 
-@numba.njit
+@block
 def drifted(rate: float, limit: float, progress: float) -> float:
     """Share [-] by which a level has drifted: at a rate at first, towards a limit."""
     if rate == 0.0:
@@ -45,13 +45,13 @@ def drifted(rate: float, limit: float, progress: float) -> float:
     return share if rate > 0.0 else -min(share, 0.9)
 
 
-@numba.njit
+@block
 def pressed(pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """Friction [N] of a lip that a pressure [Pa] presses on: a power of its bars."""
     return e[at.LIP] * max(1e-5 * (pressure - c[at.P_ATM]), 0.0) ** e[at.LIP_POWER]
 
 
-@numba.njit
+@block
 def levels(
     y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> tuple[float, float]:
@@ -78,7 +78,7 @@ def levels(
     return coulomb, largest + excess * max(largest - coulomb, 0.0)
 
 
-@numba.njit
+@block
 def growth(c: np.ndarray, e: np.ndarray) -> tuple[float, float, float]:
     """Share of F_smax - F_c that is not there without a dwell, gamma, alpha; 0 without growth."""
     if e[at.LOST] > 0.0:
@@ -86,7 +86,7 @@ def growth(c: np.ndarray, e: np.ndarray) -> tuple[float, float, float]:
     return (1.0 if c[at.LAW] == 3.0 else 0.0), c[at.GAMMA], c[at.ALPHA]
 
 
-@numba.njit
+@block
 def static_after(
     dwell: float, coulomb: float, largest: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -99,7 +99,7 @@ def static_after(
     return largest - lost * (largest - coulomb) * math.exp(-gamma * dwell**alpha)
 
 
-@numba.njit
+@block
 def share_left(t: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """
     Share that F_s has of what a dwell adds to it, if that fades while sliding.
@@ -117,7 +117,7 @@ def share_left(t: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray) -> fl
     return 1.0 - math.exp(-gamma * (before + (t - memory[at.REST_START])) ** alpha)
 
 
-@numba.njit
+@block
 def static_force(
     t: float, coulomb: float, largest: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -135,7 +135,7 @@ def static_force(
     return static_after(dwell, coulomb, largest, c, e)
 
 
-@numba.njit
+@block
 def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray, e: np.ndarray) -> float:
     """g(v, h) [N], Eq. 11."""
     if c[at.LAW] == 0.0:
@@ -151,7 +151,7 @@ def stribeck(y: np.ndarray, static: float, coulomb: float, c: np.ndarray, e: np.
     return coulomb + (top - coulomb) * math.exp(-((abs(y[at.V]) / c[at.V_S]) ** c[at.N]))
 
 
-@numba.njit
+@block
 def film_rate(
     y: np.ndarray, static: float, coulomb: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -167,7 +167,7 @@ def film_rate(
     return (steady - y[at.H]) / (c[at.TAU_P] if y[at.H] <= steady else c[at.TAU_M])
 
 
-@numba.njit
+@block
 def cushion(depth: float, speed: float, e: np.ndarray) -> float:
     """Push [N] of a cushion that is pressed in by a depth [m] at a speed [m/s]."""
     if depth <= 0.0:
@@ -176,7 +176,7 @@ def cushion(depth: float, speed: float, e: np.ndarray) -> float:
     return max(e[at.CUSHION_K] * depth + damping * speed, 0.0)
 
 
-@numba.njit
+@block
 def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] along the outstroke of weight, spring and cushions."""
     weight = -(c[at.MASS] + c[at.LOAD]) * GRAVITY * math.sin(e[at.ANGLE])
@@ -195,7 +195,7 @@ def outer_forces(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return total
 
 
-@numba.njit
+@block
 def seal_rate(y: np.ndarray, e: np.ndarray) -> float:
     """Rate of the deflection of a seal [m/s], which slips in the last percent of its reach."""
     if y[at.SEAL] * y[at.V] <= 0.0:
@@ -204,7 +204,7 @@ def seal_rate(y: np.ndarray, e: np.ndarray) -> float:
     return float(y[at.V] * (1.0 - max(0.0, min(1.0, beyond))))
 
 
-@numba.njit
+@block
 def elastic(c: np.ndarray, e: np.ndarray) -> bool:
     """Whether the load hangs on a joint that gives way."""
     if e.size > at.FOREIGN and e[at.AT_JOINT + 1] > 0.0:
@@ -212,7 +212,7 @@ def elastic(c: np.ndarray, e: np.ndarray) -> bool:
     return e[at.COMPLIANCE] > 0.0 and c[at.LOAD] > 0.0
 
 
-@numba.njit
+@block
 def joint_force(y: np.ndarray, e: np.ndarray) -> float:
     """Force [N] with which the joint of the load pulls along the outstroke."""
     if e.size > at.FOREIGN and e[at.AT_JOINT + 1] > 0.0:
@@ -220,7 +220,7 @@ def joint_force(y: np.ndarray, e: np.ndarray) -> float:
     return y[at.STRETCH] / e[at.COMPLIANCE] + e[at.JOINT_D] * (y[at.LOAD_V] - y[at.V])
 
 
-@numba.njit
+@block
 def foreign_bending(v: float, bristles: float, level: float, e: np.ndarray) -> float:
     """dz/dt [m/s] of a foreign law."""
     if e[at.AT_BRISTLE] == 0.0:
@@ -229,7 +229,7 @@ def foreign_bending(v: float, bristles: float, level: float, e: np.ndarray) -> f
     return v * foreign.bending(side * bristles / level, e)
 
 
-@numba.njit
+@block
 def motion_rates(
     t: float,
     y: np.ndarray,

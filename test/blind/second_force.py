@@ -6,12 +6,12 @@ Each function is of both lists: where a form is of the first one, it is that of 
 
 import math
 
-import numba
 import numpy as np
 
 from . import constants as at
 from . import foreign_force as first
 from .foreign_force import JOINT_DAMPING
+from .kept import block
 
 (
     THIRION, SIDE_LOAD, HEAT_BALANCE, ROOT_OUTWARD, RELAXING, TANH_CURVE, SQUEEZED_OUT, ENTRAINED,
@@ -28,7 +28,7 @@ POCKET_REST, POCKET_EDGE, CHECK_TIME = 0.3, 1e-3, 5e-3
 its check valve [s]."""
 
 
-@numba.njit
+@block
 def over_pressure(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] of two lips: 1 / mu is straight in pressure, as rubber has it (Thirion 1946)."""
     if e[at.AT_PRESSURE] != THIRION:
@@ -40,7 +40,7 @@ def over_pressure(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return e[at.AT_PRESSURE + 1] * total
 
 
-@numba.njit
+@block
 def over_place(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Share of both levels [-] by a load across the rod: lever of a beam on piston and bush."""
     if e[at.AT_POSITION] != SIDE_LOAD:
@@ -49,7 +49,7 @@ def over_place(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return e[at.AT_POSITION + 1] * place / (1.0 + e[at.AT_POSITION + 2] - place)
 
 
-@numba.njit
+@block
 def over_history(y: np.ndarray, e: np.ndarray) -> float:
     """Share of both levels [-] by a viscosity that falls as exp(-heat) (Reynolds 1886)."""
     if e[at.AT_WARMING] != HEAT_BALANCE:
@@ -57,7 +57,7 @@ def over_history(y: np.ndarray, e: np.ndarray) -> float:
     return math.exp(-e[at.AT_WARMING + 1] * y[at.HEATED]) - 1.0
 
 
-@numba.njit
+@block
 def added_levels(
     y: np.ndarray, bristles: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray
 ) -> tuple[float, float]:
@@ -68,7 +68,7 @@ def added_levels(
     return coulomb + share * c[at.F_C] + force, largest + share * c[at.F_S] + force
 
 
-@numba.njit
+@block
 def stribeck_excess(speed: float, c: np.ndarray, e: np.ndarray) -> float:
     """Return what the level of sliding friction is above F_c at a speed [N] (Makkar 2005)."""
     if e[at.AT_SHAPE] != TANH_CURVE:
@@ -76,7 +76,7 @@ def stribeck_excess(speed: float, c: np.ndarray, e: np.ndarray) -> float:
     return e[at.AT_SHAPE + 1] * (1.0 - math.tanh(speed / (c[at.V_S] * e[at.AT_SHAPE + 2])))
 
 
-@numba.njit
+@block
 def dwell_share(dwell: float, e: np.ndarray) -> float:
     """
     Return the share of F_smax - F_c that a dwell time [s] leaves.
@@ -91,7 +91,7 @@ def dwell_share(dwell: float, e: np.ndarray) -> float:
     return 1.0 - e[at.AT_DWELL + 1] * (1.0 - min(grown, 1.0))
 
 
-@numba.njit
+@block
 def film_rate(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Return dh/dt [1/s] of a film that the way draws in and the load squeezes out, as h^3."""
     if e[at.AT_FILM] != ENTRAINED:
@@ -100,7 +100,7 @@ def film_rate(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return drawn_in - y[at.H] ** 3 / e[at.AT_FILM + 3]
 
 
-@numba.njit
+@block
 def element_rates(
     y: np.ndarray, dy: np.ndarray, level: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -120,14 +120,14 @@ def element_rates(
     return force
 
 
-@numba.njit
+@block
 def sums_elements(e: np.ndarray) -> bool:
     """Whether friction has the forces of elements beside that of the bristles."""
     code = e[at.AT_BRISTLE]
     return code == first.MAXWELL_SLIP or code == RELAXING
 
 
-@numba.njit
+@block
 def viscous(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """
     Force [N] that opposes the motion and comes of speed alone.
@@ -144,7 +144,7 @@ def viscous(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return force
 
 
-@numba.njit
+@block
 def history_rates(y: np.ndarray, dy: np.ndarray, friction: float, e: np.ndarray) -> None:
     """Write the rates of time, way or work, of the speed that is remembered, and of heat."""
     first.history_rates(y, dy, friction, e)
@@ -153,7 +153,7 @@ def history_rates(y: np.ndarray, dy: np.ndarray, friction: float, e: np.ndarray)
         dy[at.HEATED] = power - y[at.HEATED] / e[at.AT_WARMING + 3]
 
 
-@numba.njit
+@block
 def load_force(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """
     Force [N] along the outstroke of what is coupled to the rod.
@@ -171,7 +171,7 @@ def load_force(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return first.load_force(y, c, e)
 
 
-@numba.njit
+@block
 def entered(y: np.ndarray, end: int, c: np.ndarray, e: np.ndarray) -> tuple[float, float, float]:
     """
     Return how far a cushion's piston is in its pocket [m], its speed [m/s] and how shut that is.
@@ -185,7 +185,7 @@ def entered(y: np.ndarray, end: int, c: np.ndarray, e: np.ndarray) -> tuple[floa
     return depth, speed, max(0.0, min(1.0, depth / POCKET_EDGE))
 
 
-@numba.njit
+@block
 def pads(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Force [N] along the outstroke of the cushions at both ends."""
     if e[at.AT_PAD] != NEEDLE_VALVE:
@@ -198,7 +198,7 @@ def pads(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return total
 
 
-@numba.njit
+@block
 def pocket_rates(y: np.ndarray, dy: np.ndarray, c: np.ndarray, e: np.ndarray) -> None:
     """
     Write the rates of the overpressures in the pockets, as shares of the pressure around them.
@@ -220,7 +220,7 @@ def pocket_rates(y: np.ndarray, dy: np.ndarray, c: np.ndarray, e: np.ndarray) ->
         dy[at.POCKET_1 + end] = shut * pressed - over * opened
 
 
-@numba.njit
+@block
 def joint(y: np.ndarray, e: np.ndarray) -> float:
     """Force [N] of a joint; one with dry friction beside its spring (Den Hartog 1931)."""
     if e[at.AT_JOINT] != DRY_JOINT:

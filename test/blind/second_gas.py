@@ -6,13 +6,12 @@ Each function is of both lists: where a form is of the first one, it is that of 
 
 import math
 
-import numba
 import numpy as np
 
 from . import constants as at
 from . import foreign_gas as first
 from .foreign_gas import CENTRE, iso_flow, wetted_area
-from .kept import kept
+from .kept import block, kept
 
 (
     BY_INFLOW, PRESSED_SLIT, ONE_WAY_LIP, NOTCHED_LAND, CRACKING_DROOP, ROUND_PORT, EDDY_CURRENT,
@@ -29,7 +28,7 @@ VISCOSITY = 1.82e-5
 BLASIUS = 0.3164
 
 
-@numba.njit
+@block
 def heat(
     y: np.ndarray,
     dy: np.ndarray,
@@ -56,7 +55,7 @@ def heat(
     return strength * surface * max(stirred, 0.0) ** INFLOW_POWER * (c[at.T_S] - gas)
 
 
-@numba.njit
+@block
 def leak(y: np.ndarray, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """
     Flow [kg/s] to the outside of a chamber at a pressure [Pa].
@@ -71,7 +70,7 @@ def leak(y: np.ndarray, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     return e[at.AT_LEAK + 1] * (pressure**2 - outside**2) * height**3
 
 
-@numba.njit
+@block
 def cross_leak(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Flow [kg/s] from chamber 1 past the piston into chamber 2; a lip seals one way alone."""
     if e[at.AT_CROSS] != ONE_WAY_LIP:
@@ -79,7 +78,7 @@ def cross_leak(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     return e[at.AT_CROSS + 1] * max(y[at.P1] ** 2 - y[at.P2] ** 2, 0.0)
 
 
-@numba.njit
+@block
 def null_flow(supply: float, spool: float, pressure: float, c: np.ndarray, e: np.ndarray) -> float:
     """
     Flow [kg/s] past the lands of a spool.
@@ -97,20 +96,20 @@ def null_flow(supply: float, spool: float, pressure: float, c: np.ndarray, e: np
     return e[at.AT_NULL + 1] * (into - out)
 
 
-@numba.njit
+@block
 def source(y: np.ndarray, c: np.ndarray, e: np.ndarray) -> float:
     """Supply pressure [Pa] before anything resists."""
     return c[at.P_S] if e[at.AT_SUPPLY] == CRACKING_DROOP else first.source(y, c, e)
 
 
-@numba.njit
+@block
 def droops(e: np.ndarray) -> bool:
     """Whether the supply has a law of its own for how it droops."""
     code = e[at.AT_SUPPLY]
     return (code == first.QUADRATIC_DROP or code == CRACKING_DROOP) and e[at.AT_SUPPLY + 1] > 0.0
 
 
-@numba.njit
+@block
 def droop(flow: float, e: np.ndarray) -> float:
     """
     Pressure [Pa] that the supply lacks while a flow [kg/s] is drawn.
@@ -123,14 +122,14 @@ def droop(flow: float, e: np.ndarray) -> float:
     return e[at.AT_SUPPLY + 1] * flow**2
 
 
-@numba.njit
+@block
 def segment(share: float) -> float:
     """Share of a circle [-] that a straight edge has uncovered, by share of its diameter."""
     x = max(0.0, min(share, 1.0))
     return (math.acos(1.0 - 2.0 * x) - 2.0 * (1.0 - 2.0 * x) * math.sqrt(x * (1.0 - x))) / math.pi
 
 
-@numba.njit
+@block
 def bent(share: float, intake: bool, e: np.ndarray) -> float:
     """Opening [-] at a share [-] of the spool's travel; of round ports (Merritt 1967)."""
     if e[at.AT_CURVE] != ROUND_PORT:
@@ -139,7 +138,7 @@ def bent(share: float, intake: bool, e: np.ndarray) -> float:
     return (1.0 - s) * share + s * segment(share)
 
 
-@numba.njit
+@block
 def spool_of(y: np.ndarray, dy: np.ndarray, place: int, target: float, e: np.ndarray) -> float:
     """
     Return where a spool is [V]; ``place`` 0 or 1.
@@ -164,7 +163,7 @@ def spool_of(y: np.ndarray, dy: np.ndarray, place: int, target: float, e: np.nda
     return first.spool_of(y, dy, place, target, e)
 
 
-@numba.njit
+@block
 def darcy_flow(squares: float, bore: float, length: float, c: np.ndarray) -> float:
     """
     Isothermal mass flow [kg/s] through a smooth tube, by p_1^2 - p_2^2 [Pa^2]; signed.
@@ -179,7 +178,7 @@ def darcy_flow(squares: float, bore: float, length: float, c: np.ndarray) -> flo
     return math.copysign(min(laminar, turbulent), squares)
 
 
-@numba.njit
+@block
 def through_line(
     y: np.ndarray, dy: np.ndarray, chamber: int, flow: float, c: np.ndarray, e: np.ndarray
 ) -> float:
@@ -194,7 +193,7 @@ def through_line(
     return out
 
 
-@numba.njit
+@block
 def at_valve(y: np.ndarray, chamber: int, e: np.ndarray) -> float:
     """Return the pressure that a valve works against [Pa]."""
     if e[at.AT_LINE] == DARCY_LINE and e[at.AT_LINE + 1] > 0.0:
@@ -202,7 +201,7 @@ def at_valve(y: np.ndarray, chamber: int, e: np.ndarray) -> float:
     return first.at_valve(y, chamber, e)
 
 
-@numba.njit
+@block
 def side_flow(y: np.ndarray, dy: np.ndarray, chamber: int, c: np.ndarray, e: np.ndarray) -> float:
     """
     Flow [kg/s] from a chamber into a volume beside it, a blind bore or the tube of a gauge.
@@ -216,7 +215,7 @@ def side_flow(y: np.ndarray, dy: np.ndarray, chamber: int, c: np.ndarray, e: np.
     return e[at.AT_GAS + 1] * rate / (c[at.R] * c[at.T_S])
 
 
-@numba.njit
+@block
 def loaded(loop: float, step: float) -> float:
     """
     Return the state of a Bouc-Wen loop [-] after a step of its travel [-].
