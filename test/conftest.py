@@ -14,11 +14,17 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 from hypothesis import settings
 from other_noise import draw_other_noise
 from rerun import rerun_commands
 from xdist.scheduler import LoadGroupScheduling
+
+from pneu_rig_ros.model import effects
+from pneu_rig_ros.model.along import MOVES
+from pneu_rig_ros.model.plant import Plant
+from pneu_rig_ros.rig import load_configuration
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -132,6 +138,18 @@ def one_worker(
             yield
 
     return entered
+
+
+@pytest.fixture(scope='session')
+def plants(one_worker: Callable[[str], AbstractContextManager[None]]) -> None:
+    """Let one worker compile the plants of all diagnoses: with no effect, and with all."""
+    model = load_configuration('cylinder_1').model
+    measured, voltages = np.full((2, 3), 1e5), np.full((1, 2), 2.5)
+    with one_worker('plants'):
+        for chosen in ({}, effects.nulls()):
+            plant = Plant(model, chosen)
+            plant.run(voltages, 1e-3)
+            plant.along(measured, np.zeros(1), np.full(1, MOVES), voltages, 1e-3)
 
 
 class Scheduler(LoadGroupScheduling):

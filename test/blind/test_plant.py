@@ -121,6 +121,7 @@ def each_in_short(usual: str) -> list[Any]:
     ]
 
 
+@pytest.mark.usefixtures('plants')
 @pytest.mark.parametrize('experiment', [FIT[0], FIT[2]], ids=['stick-slip', 'onto the stop'])
 @pytest.mark.parametrize(('cylinder', 'equations'), each_in_short('cylinder_2'))
 def test_moves_as_the_package_plant_does(
@@ -140,6 +141,7 @@ def test_moves_as_the_package_plant_does(
     assert gap[:until].max() < AGREEMENT
 
 
+@pytest.mark.usefixtures('plants')
 @pytest.mark.parametrize(('effect', 'equations'), HIDDEN_IN)
 def test_hides_what_the_library_describes(effect: str, equations: str) -> None:
     cylinder, samples = 'cylinder_2', round(8.5 / INTERVAL)
