@@ -17,7 +17,7 @@ import yaml
 from pneu_rig_ros.demo import NodeProcess, Value, held_signals
 from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
 from pneu_rig_ros.records.whole_files import atomic_write
-from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.scenarios.experiments import Experiment, profile, set_up
 
 BYTES_PER_SECOND = 5.9e5
@@ -57,6 +57,8 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
     :param progress: callback(fraction)
     :raises RigError: when a node fails
     """
+    for rig in dict.fromkeys(run.rig for run in runs):
+        Rig(load_configuration(rig)).warm_up()  # else each node would compile the plant
     nodes: list[NodeProcess] = []
     with tempfile.TemporaryDirectory(prefix='pneu_rig_') as folder:
         try:
