@@ -225,8 +225,8 @@ class Effect:
     :param balance: where the contribution enters
     :param regimes: where it must show
     :param source: literature
-    :param null: the parameters with which the effect vanishes exactly, a ``NamedTuple`` with each
-        field ``Annotated`` with its ``Quantity``
+    :param null: the parameters with which the effect vanishes exactly, a ``NamedTuple`` of
+        numbers, each field ``Annotated`` with its ``Quantity``
     :param probes: a few plausible strengths, weak to strong, from which a fit starts
     :param laws: names of the friction laws that lack it; none named: it adds to any law
     :param clock: names of parameters that replace those of the dwell clock of the law
