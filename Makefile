@@ -29,7 +29,9 @@ unexport ROS_DISCOVERY_SERVER ROS_LOCALHOST_ONLY ROS_STATIC_PEERS _ROS_WHEELS_BO
 unexport PYTHONDONTWRITEBYTECODE
 # ... and what runs here stays on this host, apart from other ROS 2 graphs.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+ifeq ($(filter demo gap kilted,$(MAKECMDGOALS)),)  # each of which chooses a domain of its own
 export ROS_DOMAIN_ID ?= 86
+endif
 export FASTRTPS_DEFAULT_PROFILES_FILE := $(CURDIR)/config/fastdds.xml
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 

@@ -74,7 +74,7 @@ def signals_of(
 
 
 @compiled
-def clock(time: float, memory: Floats, law: Friction) -> float:
+def dwell_clock(time: float, memory: Floats, law: Friction) -> float:
     """
     Return the dwell [s] at which the clock of Eq. 16 stands at ``time`` [s].
 
@@ -109,14 +109,16 @@ def static_forces(
     """
     if law.model != REVISED_LUGRE_DWELL:
         return breakaway, breakaway
-    grown = friction.static_friction(clock(time, memory, law), breakaway, coulomb, law)
+    grown = friction.static_friction(dwell_clock(time, memory, law), breakaway, coulomb, law)
     return (memory[HELD_STATIC] if held_static(memory, law) else grown), grown
 
 
 @compiled
 def counted_dwell(time: float, memory: Floats, law: Friction) -> float:
     """Return the dwell [s] that F_s stands for at ``time`` [s], under the reading of Eq. 16."""
-    return float(memory[HELD_DWELL]) if held_static(memory, law) else clock(time, memory, law)
+    return (
+        float(memory[HELD_DWELL]) if held_static(memory, law) else dwell_clock(time, memory, law)
+    )
 
 
 @compiled

@@ -26,7 +26,7 @@ from pneu_rig_ros.model.dynamics import (
     SLIDE_START,
     STICKING,
     VELOCITY,
-    clock,
+    dwell_clock,
 )
 from pneu_rig_ros.model.parameters import Friction
 
@@ -183,12 +183,12 @@ def apply_event(
 @compiled
 def break_away(time: float, memory: Floats, grown: float, law: Friction) -> None:
     """Begin to slide at ``time`` [s], with Eq. 16 ``grown`` [N]; changes ``memory``."""
-    memory[HELD_STATIC], memory[HELD_DWELL] = grown, clock(time, memory, law)
+    memory[HELD_STATIC], memory[HELD_DWELL] = grown, dwell_clock(time, memory, law)
     memory[SLIDE_START], memory[STICKING] = time, 0.0
 
 
 @compiled
 def enter_rest(time: float, memory: Floats, law: Friction) -> None:
     """Let the dwell clock of Eq. 16 run from ``time`` [s] on; changes ``memory``."""
-    memory[REST_AGE] = clock(time, memory, law)
+    memory[REST_AGE] = dwell_clock(time, memory, law)
     memory[REST_START], memory[STICKING] = time, 1.0

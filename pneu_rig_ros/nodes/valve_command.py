@@ -27,8 +27,8 @@ class ValveCommandNode(ManagedNode):
 
     A command that is not finite or beyond 1000 V is rejected and the last valid one stays; in
     simulated time it is answered with that one, as a plant in lock step waits for it. Without
-    a command for `command_timeout` u is set to 0, also after a start, because the valves may still
-    be open. Of several waiting commands the newest is answered, from any publisher. With trigger
+    a valid one for `command_timeout` u is set to 0, also after a start, because the valves may
+    still be open. Of several waiting commands the newest is answered, from any publisher. With trigger
     `sample` the node answers each sample from the first command on, and the timeout is in the time
     of the samples: lock step without a controller in the loop.
     """
@@ -38,7 +38,7 @@ class ValveCommandNode(ManagedNode):
         Parameter(
             'command_timeout',
             0.5,
-            'time without a command after which u is set to 0; 0: never',
+            'time without a valid command after which u is set to 0; 0: never',
             's',
             0.0,
             3600.0,

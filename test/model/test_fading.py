@@ -196,7 +196,7 @@ def test_with_a_full_memory_the_rests_of_a_run_add_up() -> None:
     memory, law = plant._carry.memory, plant._arguments.friction
     rested = 0.5 + INTERVAL * np.count_nonzero(run.sticking)
     error = INTERVAL * (2 * slips(run) + 1)
-    assert dynamics.clock(run.time[-1], memory, law) == pytest.approx(rested, abs=error)
+    assert dynamics.dwell_clock(run.time[-1], memory, law) == pytest.approx(rested, abs=error)
 
 
 def test_a_run_that_fades_is_the_same_however_it_is_cut() -> None:
@@ -227,7 +227,7 @@ def followed(actions: dict[int, int], rests: dict[int, float]) -> tuple[Plant, f
 
 
 def dwell_of(plant: Plant, time: float) -> float:
-    return dynamics.clock(time, plant._carry.memory, plant._arguments.friction)
+    return dynamics.dwell_clock(time, plant._carry.memory, plant._arguments.friction)
 
 
 def test_a_slide_cannot_have_begun_before_the_rest_it_ends() -> None:
