@@ -9,8 +9,7 @@ import os
 import shutil
 import signal
 import sys
-from bisect import bisect
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +59,10 @@ def pytest_configure(config: pytest.Config) -> None:
         draw_other_noise(number)
 
 
+LIVE, LIVE_AND_SLOW, SECOND_PLANT, SLOW, REST = range(5)
+"""When a test begins."""
+
+
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run all live tests on one worker, each slow one by itself; give long tests their time."""
@@ -71,17 +74,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if item.get_closest_marker('long'):
             item.add_marker(pytest.mark.timeout(0))
     items.sort(key=_rank)
-    ranks = [_rank(item) for item in items]
-    if SLOW in ranks:  # the first of them, which compiles what others wait for, comes earlier
-        items.insert(bisect(ranks, LIVE_AND_SLOW), items.pop(ranks.index(SLOW)))
+    slow = [item for item in items if _rank(item) == SLOW and 'plants' in _fixtures(item)]
+    for item in slow[:1]:  # which compiles what others wait for
+        items.remove(item)
+        items.insert(sum(_rank(each) <= LIVE_AND_SLOW for each in items), item)
 
 
-LIVE, LIVE_AND_SLOW, SECOND_PLANT, SLOW, REST = range(5)
+def _fixtures(item: pytest.Item) -> Sequence[str]:
+    return item.fixturenames if isinstance(item, pytest.Function) else ()
 
 
 def _rank(item: pytest.Item) -> int:
     """
-    Return when a test begins: what takes longest first.
+    Return when a test begins: of those that are not long the slow ones first.
 
     While the first slow test compiles the plants of the package, those of the second plant
     compile that. Live tests that diagnose come last of the live ones: the plants are there by

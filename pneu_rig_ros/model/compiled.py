@@ -50,8 +50,8 @@ def compiled(function: Function) -> Function:
       run time; a block may then not allocate any, which Numba reports when it compiles;
     - ``no_cpython_wrapper`` and ``no_cfunc_wrapper`` omit the code that takes the parameters of
       the whole plant from Python, three quarters of the time to compile a small block;
-    - ``forceinline`` makes one function of the blocks, which would otherwise pass on all
-      parameters of all effects by value: another quarter of the run time, half with every effect.
+    - ``forceinline`` makes one function of the blocks, which would otherwise pass on the
+      model and the signals by value: another quarter of the run time.
     """
     block: Function = register_jitable(**OPTIONS, forceinline=True)(function)
     return block
@@ -78,7 +78,7 @@ def inner_called(function: Function) -> Function:
 
 
 def in_turn(
-    arguments: str, first: str, steps: Iterable[str], blocks: Mapping[str, Any]
+    name: str, arguments: str, first: str, steps: Iterable[str], blocks: Mapping[str, Any]
 ) -> Callable[..., Any]:
     """
     Return a function that does one step after the other, and returns what they leave.
@@ -86,13 +86,14 @@ def in_turn(
     Compiled code cannot loop over functions, and a chain of them, each with a function of its
     own, takes a time to compile that grows with the square of their number.
 
-    :param arguments: of the function, by name
+    :param name: of the function
+    :param arguments: of it, by name
     :param first: statement that defines ``total``
     :param steps: statements that change it
     :param blocks: what the steps call, by name
     """
     lines = '\n    '.join([first, *steps, 'return total'])
     space = dict(blocks)
-    exec(f'def sum_of_steps({arguments}):\n    {lines}\n', space)
-    summed: Callable[..., Any] = space['sum_of_steps']
-    return summed
+    exec(f'def {name}({arguments}):\n    {lines}\n', space)
+    function: Callable[..., Any] = space[name]
+    return function

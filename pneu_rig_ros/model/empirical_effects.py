@@ -22,11 +22,6 @@ Guard = Callable[[float, float, Signals, CompiledModel], tuple[float, float]]
 SOURCE = 'a fit to data: a description, not a cause'
 
 
-@compiled
-def _nothing(s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats) -> float:
-    return 0.0
-
-
 SIGNALS = {f'signal_{name}': compiled(term.signal) for name, term in TERMS.items()}
 
 
@@ -40,7 +35,7 @@ def _sum(names: Sequence[str], place: int, slot: int) -> Sum:
             slot += 1
         else:
             steps.append(f'total += c[{index}] * ({value})')
-    return compiled(in_turn('s, model, c, state, rate', 'total = 0.0', steps, SIGNALS))
+    return compiled(in_turn('terms', 's, model, c, state, rate', 'total = 0.0', steps, SIGNALS))
 
 
 @compiled
@@ -157,7 +152,7 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
         regimes=REGIMES.get(balance, tuple(Regime)),
         source=SOURCE,
         null=parameters(),
-        contribution=_pair(sums[0], sums[1] if len(sums) > 1 else _nothing, guard),
+        contribution=_pair(sums[0], sums[1] if len(sums) > 1 else _sum((), 0, 0), guard),
         probes=tuple(parameters(*([value] * len(parameters._fields))) for value in probes),
         stage=3 if balance is Balance.SPOOL else 0,
         states=states,

@@ -87,7 +87,7 @@ class Plant:
     :param effects: name -> parameters of each optional effect, with or without a ``Shape``
     :param tolerance: local error as a share of full scale [-]
     :param temperatures: of the gas in both chambers at the start [K]; the supply's if omitted
-    :raises RigError: for an unknown effect, or a shape that it cannot have
+    :raises RigError: for an unknown effect, parameters of another, or a shape that it cannot have
     """
 
     def __init__(
@@ -102,6 +102,9 @@ class Plant:
         chosen = dict(sorted((effects or {}).items()))
         self._chosen = tuple(without_shape(own) for own in chosen.values())
         self._library = loaded = [library.load(name) for name in chosen]
+        for name, own, one in zip(chosen, self._chosen, loaded, strict=True):
+            if type(own) is not one.parameters:
+                raise RigError(f'effects.{name}: {own!r} are no parameters of it')
         acting = [own != one.null for own, one in zip(self._chosen, loaded, strict=True)]
         values = np.array([value for own in self._chosen for value in own], dtype=np.float64)
         shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))

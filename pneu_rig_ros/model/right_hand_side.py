@@ -6,7 +6,7 @@ effects. Noise, quantisation and calibration come after it, see ``rig.sensors``.
 """
 
 from collections.abc import Callable, Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -57,20 +57,21 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     :param first_state: index of the first effect state in the state array
     """
     parts: dict[Balance, list[Callable[..., Any]]] = {balance: [] for balance in Balance}
-    ends = list(accumulate((len(effect.states) for effect in effects), initial=first_state))
-    firsts = list(accumulate((len(effect.null) for effect in effects), initial=0))
-    for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
-        effect, place = effects[index], (index, firsts[index], ends[index], ends[index + 1])
-        parts[effect.balance].append(_added(effect, place))
-    return {balance: _sum(own) for balance, own in parts.items()}
+    states = pairwise(accumulate((len(each.states) for each in effects), initial=first_state))
+    values = pairwise(accumulate((len(each.null) for each in effects), initial=0))
+    places = [(i, *own) for i, own in enumerate(zip(values, states, strict=True))]
+    for place in sorted(places, key=lambda place: effects[place[0]].stage):
+        effect = effects[place[0]]
+        parts[effect.balance].append(_added(effect, *place))
+    return {balance: _sum(balance, own) for balance, own in parts.items()}
 
 
-def _sum(parts: Sequence[Callable[..., Any]]) -> Contribution:
+def _sum(balance: Balance, parts: Sequence[Callable[..., Any]]) -> Contribution:
     """Return the sum over the effects of one balance, in the order of their stages."""
     blocks = {f'add_{i}': part for i, part in enumerate(parts)}
     given = 'signals, model, effects, state, rate'
     steps = [f'total = {name}(total, {given})' for name in blocks]
-    return inner(in_turn(given, 'total = 0.0, 0.0', steps, blocks))
+    return inner(in_turn(f'sum_{balance.name}', given, 'total = 0.0, 0.0', steps, blocks))
 
 
 @compiled
@@ -79,20 +80,22 @@ def _as_without_them(signals: Signals, first: float, second: float) -> Signals:
     return signals
 
 
-def _added(effect: Effect, place: tuple[int, int, int, int]) -> Callable[..., Any]:
+def _added(
+    effect: Effect, index: int, values: tuple[int, int], states: tuple[int, int]
+) -> Callable[..., Any]:
     """
     Return what adds both contributions of an effect to those before it, behind which it sees.
 
     While the effect does not act, it costs next to nothing. It is one function of all that
     belongs to an effect, as each function of its own takes time to compile.
 
-    :param place: index among the effects and of its first parameter, first and end index of its
-        states
+    :param index: among the effects
+    :param values: first and end index of its parameters
+    :param states: the same of its states
     """
     contribution, behind = effect.contribution, CHAINS.get(effect.balance, _as_without_them)
     as_array, parameters, count = effect.as_array, effect.parameters, len(effect.null)
-    index, first, start, end = place
-    last = first + count
+    (first, last), (start, end) = values, states
 
     @inner
     def added(
@@ -106,12 +109,12 @@ def _added(effect: Effect, place: tuple[int, int, int, int]) -> Callable[..., An
         if not effects.acting[index]:
             return total
         seen, own = behind(signals, total[0], total[1]), effects.values[first:last]
-        states, rates = state[start:end], rate[start:end]
-        if as_array:
-            a, b = contribution(seen, model, own, states, rates)
-        else:
+        memory, change = state[start:end], rate[start:end]
+        if as_array:  # decided when this is compiled
+            a, b = contribution(seen, model, own, memory, change)
+        else:  # only this makes a tuple of an array in compiled code
             named = parameters(*to_fixed_tuple(own, count))
-            a, b = contribution(seen, model, named, states, rates)
+            a, b = contribution(seen, model, named, memory, change)
         row = effects.shapes[index]
         if row[COUNT] != 0.0:
             factor_1, factor_2 = factors(row, seen, model.gas)

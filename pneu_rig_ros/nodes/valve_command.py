@@ -28,9 +28,9 @@ class ValveCommandNode(ManagedNode):
     A command that is not finite or beyond 1000 V is rejected and the last valid one stays; in
     simulated time it is answered with that one, as a plant in lock step waits for it. Without
     a valid one for `command_timeout` u is set to 0, also after a start, because the valves may
-    still be open. Of several waiting commands the newest is answered, from any publisher. With trigger
-    `sample` the node answers each sample from the first command on, and the timeout is in the time
-    of the samples: lock step without a controller in the loop.
+    still be open. Of several waiting commands the newest is answered, from any publisher. With
+    trigger `sample` the node answers each sample from the first command on, and the timeout is in
+    the time of the samples: lock step without a controller in the loop.
     """
 
     NAME = 'valve_command'

@@ -57,6 +57,7 @@ def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
     :param progress: callback(fraction)
     :raises RigError: when a node fails
     """
+    progress(0.0)
     for rig in dict.fromkeys(run.rig for run in runs):
         Rig(load_configuration(rig)).warm_up()  # else each node would compile the plant
     nodes: list[NodeProcess] = []

@@ -90,7 +90,7 @@ def expected(
     friction, stroke = settings(cylinder)['friction'], settings(cylinder)['cylinder']['stroke']
     changes = operation(set_up(experiment, cylinder, stroke))
     text = model_file(cylinder, {**secret.model, **changes})
-    effects = dict(library.nulls())
+    effects = library.nulls()
     if effect:
         values = true_parameters(effect, secret, friction)
         effects[effect] = library.load(effect).parameters(**values)

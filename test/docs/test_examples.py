@@ -79,7 +79,6 @@ def drag(plain: Trajectory, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
     library.names.cache_clear()
     yield library.load('air_drag')
     library.names.cache_clear()
-    library.nulls.cache_clear()
     assembly._assemble.cache_clear()
     sys.modules.pop(f'{library.__name__}.air_drag')
     delattr(importlib.import_module(library.__name__), 'air_drag')

@@ -100,7 +100,7 @@ def strokes(*effects: str) -> subprocess.Popen[str]:
 def test_plants_compiled_by_different_processes_are_not_mistaken_for_each_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Both effects have one parameter: to Numba their plants have the same signatures."""
+    """To Numba the functions of all plants have the same signatures."""
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
     apart = [strokes('inclination'), strokes('position_scale')]
     alone = [process.communicate()[0] for process in apart]

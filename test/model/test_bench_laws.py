@@ -28,7 +28,7 @@ def plant_with(
     **sections: dict[str, Any],
 ) -> Plant:
     """Return the plant that all effects share, one of them switched on."""
-    chosen = {other: effects.load(other).null for other in effects.names()}
+    chosen = effects.nulls()
     chosen[name] = effects.load(name).parameters(*values)
     return Plant(changed('cylinder_2', **sections), chosen, temperatures=temperatures)
 

@@ -69,7 +69,7 @@ def settle(
 
 def plant_with(name: str, *values: float, **sections: dict[str, Any]) -> Plant:
     """Return the plant that all effects share, one of them switched on."""
-    chosen = {other: effects.load(other).null for other in effects.names()}
+    chosen = effects.nulls()
     chosen[name] = effects.load(name).parameters(*values)
     return Plant(changed('cylinder_2', **sections), chosen)
 
@@ -427,7 +427,7 @@ def test_stiff_joint_moves_the_load_like_a_rigid_one() -> None:
 
 
 def test_flow_effects_see_the_spool_not_the_command() -> None:
-    chosen = dict(effects.nulls())
+    chosen = effects.nulls()
     chosen['valve_lag'] = effects.load('valve_lag').parameters(1.0)
     chosen['line_lag'] = effects.load('line_lag').parameters(1e-3)
     run = stroke(Plant(MODEL, chosen), 2.5, 0.05)  # the spool still stands in the overlap
@@ -436,7 +436,7 @@ def test_flow_effects_see_the_spool_not_the_command() -> None:
 
 def test_opening_is_bent_where_the_lagging_spool_stands() -> None:
     """With the spool halfway to its voltage the flow is that of the bent opening there."""
-    chosen = dict(effects.nulls())
+    chosen = effects.nulls()
     chosen['valve_lag'] = effects.load('valve_lag').parameters(1.0)
     chosen['nonlinear_opening'] = effects.load('nonlinear_opening').parameters(2.0, 2.0)
     at_rest = {'friction': {'breakaway_force': 1e4, 'coulomb_force': 1e4}}
@@ -450,7 +450,7 @@ def test_opening_is_bent_where_the_lagging_spool_stands() -> None:
 
 
 def test_levels_together_leave_some_friction() -> None:
-    chosen = dict(effects.nulls())
+    chosen = effects.nulls()
     for name, values in {
         'direction_dependent_friction': (-0.5,),
         'position_dependent_friction': (1.0,),

@@ -128,6 +128,14 @@ def test_null_contribution_is_exactly_zero(name: str) -> None:
     assert np.array_equal(rate, np.zeros(size))
 
 
+def test_parameters_of_another_effect_are_refused() -> None:
+    wrong = effects.load('inclination').parameters(0.1)
+    with pytest.raises(
+        RigError, match=r'effects\.chamber_leak: .*angle=0\.1.* no parameters of it'
+    ):
+        Plant(MODEL, {'chamber_leak': wrong, 'inclination': wrong})
+
+
 def test_unknown_effect_is_refused_with_the_nearest_name() -> None:
     with pytest.raises(RigError, match="did you mean 'chamber_leak'"):
         Plant(MODEL, {'chamber_leek': ()})

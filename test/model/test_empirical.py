@@ -84,7 +84,7 @@ def test_travel_is_the_integral_of_the_speed() -> None:
 
 def test_sums_are_those_of_their_terms_in_a_plant_too() -> None:
     """Coefficients reach the compiled plant in the order of the table."""
-    chosen = dict(effects.nulls())
+    chosen = effects.nulls()
     chosen |= described('pressure_2', 'gauge_2', 3.0)
     chosen |= described('position', 'position_squared', 1e-3)
     run = drive(Plant(changed('cylinder_2'), chosen), (3.0, 2.0), 0.5)

@@ -144,7 +144,14 @@ def level(plant: Plant, memory: Any, time: float) -> float:
     state, rate = plant.initial_integrator_state().y1, np.zeros(plant.state_size)
     state[[dynamics.VELOCITY, dynamics.DEFLECTION]] = creep, 1e-5
     plant.right_hand_side(
-        time, state, rate, np.zeros(dynamics.ARROW_SIZE), memory, np.full(2, 2.5), model, ()
+        time,
+        state,
+        rate,
+        np.zeros(dynamics.ARROW_SIZE),
+        memory,
+        np.full(2, 2.5),
+        model,
+        plant.effects,
     )
     bristles = 1e-5 * sum(plant.model.friction.element_stiffness)
     return creep * bristles / (creep - rate[dynamics.DEFLECTION])

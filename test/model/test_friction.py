@@ -52,7 +52,7 @@ def test_constant_velocity_gives_the_stribeck_curve(
         state = carry.y1.copy()
         state[dynamics.VELOCITY] = velocity
         state[[dynamics.DEFLECTION, dynamics.FILM]] = seal_state
-        plant.right_hand_side(t, state, rate, arrow, memory, volts, model, ())
+        plant.right_hand_side(t, state, rate, arrow, memory, volts, model, plant.effects)
         return [rate[dynamics.DEFLECTION], rate[dynamics.FILM]]
 
     end = solve_ivp(seal, (0, 20), [0, 0], method='LSODA', rtol=1e-9, atol=1e-13)

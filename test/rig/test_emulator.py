@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -161,8 +160,7 @@ X, V, P1, P2 = range(4)
 def drive(name: str, *values: float, sensors: str = 'ideal') -> tuple[Floats, Floats]:
     """Return readings and true values, each of shape (2500, 4), of an outstroke with an effect."""
     configuration = load_configuration('cylinder_1', sensors=sensors, initial_position=0.0)
-    null: dict[str, Any] = {other: effects.load(other).null for other in effects.names()}
-    chosen = null | {name: effects.load(name).parameters(*values)}
+    chosen = effects.nulls() | {name: effects.load(name).parameters(*values)}
     _, read, true = outstroke(replace(configuration, effects=chosen), u=0.5, count=2500)
     return read, true
 

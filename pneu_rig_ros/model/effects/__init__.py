@@ -7,9 +7,7 @@ else has to be changed to add one.
 
 import importlib
 import pkgutil
-from collections.abc import Mapping
 from functools import cache
-from types import MappingProxyType
 from typing import Any
 
 from pneu_rig_ros.errors import RigError
@@ -43,14 +41,13 @@ def load(name: str, where: str = 'effects') -> Effect:
     return effect
 
 
-@cache
-def nulls() -> Mapping[str, Any]:
+def nulls() -> dict[str, Any]:
     """
     Return the parameters of all effects with which none acts, by name.
 
     Plants with these, and others in place of some, share their compiled code.
     """
-    return MappingProxyType({name: load(name).null for name in names()})
+    return {name: load(name).null for name in names()}
 
 
 def causes() -> tuple[str, ...]:
