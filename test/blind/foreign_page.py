@@ -85,6 +85,9 @@ showed went into it.
 {by_form}
 ## Answers
 
+Right is - where a trial does not count: it shows nothing, or not by each of its causes, or its
+form is in the library since.
+
 {answers}"""
 COUNTED = range(77, 87)
 """Seeds that gave the stated probabilities; on later ones these are judged."""
@@ -194,9 +197,15 @@ def draws(by_revision: dict[str, list[Answer]]) -> list[tuple[int, str]]:
 
 def said(answers: list[Answer]) -> str:
     """Return a row for each answer."""
+    marks = {
+        id(a): 'yes' if right(a) else 'no'
+        for counted, right in judged(answers).values()
+        for a in counted
+    }
     rows = sorted(
         (
             f'`{a["key"]}`',
+            marks.get(id(a), '-'),
             f'{a["visibility"]:.0f}',
             a['verdict'],
             a['error'] or ', '.join([*a['effects'], *a['parameters'], *a['conditions']]) or '-',
@@ -206,7 +215,7 @@ def said(answers: list[Answer]) -> str:
         )
         for a in answers
     )
-    head = 'trial', 'visibility', 'verdict', 'named', 'ranked', 'cut', 's'
+    head = 'trial', 'right', 'visibility', 'verdict', 'named', 'ranked', 'cut', 's'
     return table(head, rows)
 
 
