@@ -37,7 +37,7 @@ def test_position_scale_corrects_the_velocity_too(tmp_path: Path) -> None:
 def test_readings_corrected_for_gains_need_not_be_smoothed_again(tmp_path: Path) -> None:
     rig = configured('cylinder_1')
     run = measured(system_of(tmp_path, rig), 'run', rig)
-    corrected = run.with_gains(1.005, np.array([0.99, 1.01]))
+    corrected = run.with_gains((1.005, 0.99, 1.01), (0.0, 0.0, 0.0))
     again = run.with_readings(corrected.position, corrected.pressures)
     assert corrected.rests == run.rests
     # but where noise is cut off at the zero of a sensor, or a rest has another end

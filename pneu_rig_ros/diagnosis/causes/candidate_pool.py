@@ -110,6 +110,7 @@ def calibration(system: System, balances: frozenset[str]) -> Candidate | None:
     Return what is known within its class only, as a candidate; None for a calibrated rig.
 
     That is the gains of the sensors, and of a fed rig the pressure and temperature of its supply.
+    The zeros of the pressures are set before an experiment, and known to a step of the converter.
     """
     sensors = system.sensors
     if sensors is None or not system.uncalibrated:
@@ -122,8 +123,10 @@ def calibration(system: System, balances: frozenset[str]) -> Candidate | None:
     if system.rig is not None and balances & {'gas_1', 'gas_2'}:
         errors |= {'supply_pressure': SUPPLY_ERROR, 'supply_temperature': TEMPERATURE_ERROR}
     quantity = Quantity('-', 0.0, 2.0, 'true over stated, or gain of a sensor')
-    coordinates = tuple(_within(name, quantity, most + 1e-6) for name, most in errors.items())
-    return Candidate(CALIBRATION, SENSOR, coordinates, ((1.0,) * len(coordinates),))
+    ratios = [_within(name, quantity, most + 1e-6) for name, most in errors.items()]
+    step = sensors.pressure_span / 2.0**sensors.resolution
+    coordinates = (*ratios, _zero('offset_1', step), _zero('offset_2', step))
+    return Candidate(CALIBRATION, SENSOR, coordinates, (tuple(each.null for each in coordinates),))
 
 
 def _within(name: str, quantity: Quantity, most: float) -> Coordinate:
@@ -132,6 +135,12 @@ def _within(name: str, quantity: Quantity, most: float) -> Coordinate:
     return Coordinate(
         name, quantity, 1.0 - most, 1.0 + most, GAIN_SCALE, False, 1.0, float(deviation)
     )
+
+
+def _zero(name: str, most: float) -> Coordinate:
+    """Return an offset of so much at most [Pa], with the variance of any within that."""
+    quantity = Quantity('Pa', -most, most, 'what a pressure sensor reads too much')
+    return Coordinate(name, quantity, -most, most, most, False, 0.0, 1.0 / np.sqrt(3.0))
 
 
 def _usual_parameters(system: System, balances: frozenset[str]) -> Iterator[Candidate]:

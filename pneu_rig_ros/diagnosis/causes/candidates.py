@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -166,7 +166,8 @@ class Candidate:
                 hypothesis = hypothesis.with_parameter('friction', name, reading)
             return hypothesis.with_effect(self.name, parameters)
         if self.name == CALIBRATION:
-            return _calibrated(hypothesis, values)
+            names = [coordinate.name for coordinate in self.coordinates]
+            return _calibrated(hypothesis, dict(zip(names, map(float, values), strict=True)))
         if self.is_condition:
             return hypothesis.with_condition(self.name.removeprefix(CONDITIONS), float(values[0]))
         section, name = self.name.split('.')
@@ -201,13 +202,14 @@ def effect_candidate(name: str) -> Candidate:
     return Candidate(name, balance, tuple(coordinates), starts)
 
 
-def _calibrated(hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
-    """Return a hypothesis with the gains of x, p1, p2, and what the supply is times the stated."""
-    x, p1, p2, *supply = map(float, values)
-    hypothesis = replace(hypothesis, gains=(x, p1, p2))
-    if supply:
-        warmer = supply[1] * hypothesis.model.gas.supply_temperature
-        hypothesis = hypothesis.with_condition('supply_pressure', supply[0])
+def _calibrated(hypothesis: Hypothesis, values: Mapping[str, float]) -> Hypothesis:
+    """Return a hypothesis with sensors and supply as calibrated, see ``candidate_pool``."""
+    gains = values['position'], values['pressure_1'], values['pressure_2']
+    offsets = 0.0, values['offset_1'], values['offset_2']
+    hypothesis = replace(hypothesis, gains=gains, offsets=offsets)
+    if 'supply_pressure' in values:
+        warmer = values['supply_temperature'] * hypothesis.model.gas.supply_temperature
+        hypothesis = hypothesis.with_condition('supply_pressure', values['supply_pressure'])
         hypothesis = hypothesis.with_parameter('gas', 'supply_temperature', warmer)
     return hypothesis
 

@@ -17,6 +17,7 @@ from pneu_rig_ros.rig.configuration import REPEATABILITY
 
 Gains = tuple[float, float, float]
 CALIBRATED: Gains = (1.0, 1.0, 1.0)
+NO_OFFSETS: Gains = (0.0, 0.0, 0.0)
 POSITION_ZERO, SENSOR_CLOCK = 'position_zero', 'clock_offset'
 """
 Conditions that are differences: reading of the position at the inner end [m], and by how much the
@@ -32,6 +33,7 @@ class Hypothesis:
     :param model: parameters; its operation is replaced by that of each recording
     :param effects: name -> parameters of the acting effects
     :param gains: slopes of the sensors of x, p1, p2 [-]
+    :param offsets: what these read too much [m, Pa, Pa]
     :param conditions: condition of a recording -> ratio of its true to its stated value [-], or
         the difference of ``POSITION_ZERO`` or ``SENSOR_CLOCK``
     """
@@ -39,6 +41,7 @@ class Hypothesis:
     model: Model
     effects: Mapping[str, Any] = field(default_factory=dict)
     gains: Gains = CALIBRATED
+    offsets: Gains = NO_OFFSETS
     conditions: Mapping[str, float] = field(default_factory=dict)
 
     def plant_of(self, run: Run) -> Plant:

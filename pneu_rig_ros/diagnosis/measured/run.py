@@ -7,7 +7,7 @@ the modelled rates are computed, are kept.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -303,18 +303,19 @@ class Run:
         first, second = self.temperatures or (supply, supply)
         return first * self.compression[0] ** power, second * self.compression[1] ** power
 
-    def with_gains(self, position: float, pressures: Floats) -> Run:
+    def with_gains(self, gains: Sequence[float], offsets: Sequence[float]) -> Run:
         """
-        Return the run as sensors without errors of gain read it.
+        Return the run as sensors without these errors read it.
 
-        :param position, pressures: slopes of the sensors [-], shape () and (2,)
+        :param gains: slopes of the sensors of x, p1, p2 [-], shape (3,)
+        :param offsets: what they read too much [m, Pa, Pa], shape (3,)
         """
         zero = np.array([0.0, self.atmospheric_pressure, self.atmospheric_pressure])
-        slopes = np.append(position, pressures)
-        columns = zero + (np.column_stack([self.position, self.pressures]) - zero) / slopes
+        read = zero + np.array(offsets)
+        columns = zero + (np.column_stack([self.position, self.pressures]) - read) / gains
         scaled = self.with_readings(columns[:, 0], columns[:, 1:])
         # smoothing is linear, and rests are rests in any unit: neither is recomputed
-        scaled.__dict__.update(rests=self.rests, smooth=zero + (self.smooth - zero) / slopes)
+        scaled.__dict__.update(rests=self.rests, smooth=zero + (self.smooth - read) / gains)
         return scaled
 
     def with_zero(self, zero: float) -> Run:

@@ -80,10 +80,12 @@ def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     x = np.append(start.position_reading, states.position_reading)
     p1 = np.append(start.pressure_1_reading, states.pressure_1_reading)
     p2 = np.append(start.pressure_2_reading, states.pressure_2_reading)
-    gains, zero, noise = hypothesis.gains, run.atmospheric_pressure, run.noise
-    position = hypothesis.position_zero + gains[0] * x
+    zero, noise = run.atmospheric_pressure, run.noise
+    gains, offsets = hypothesis.gains, hypothesis.offsets
+    position = hypothesis.position_zero + offsets[0] + gains[0] * x
     position = position + noise.position * rng.standard_normal(x.size)
     pressures = zero + np.array(gains[1:]) * (np.column_stack([p1, p2]) - zero)
+    pressures = pressures + np.array(offsets[1:])
     pressures = pressures + np.array(noise.pressures) * rng.standard_normal(pressures.shape)
     return replace(
         run,

@@ -110,7 +110,7 @@ class MultipleShooting:
         states = plant.run_imposed(voltages, run.interval, actions, measured, begins)
         read = readings_of(states)
         zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
-        read = zero + np.array(hypothesis.gains) * (read - zero)
+        read = zero + np.array(hypothesis.gains) * (read - zero) + np.array(hypothesis.offsets)
         return within_span(read + np.array([hypothesis.position_zero, 0.0, 0.0]), self.run)
 
     def gap(self, hypothesis: Hypothesis, errors: Floats | None = None) -> Floats:
