@@ -48,6 +48,17 @@ def test_readings_corrected_for_gains_need_not_be_smoothed_again(tmp_path: Path)
     np.testing.assert_allclose(corrected.smooth[known], again.smooth[known], rtol=1e-9)
 
 
+def test_readings_are_corrected_for_gains_and_offsets(tmp_path: Path) -> None:
+    rig = configured('cylinder_1')
+    run = measured(system_of(tmp_path, rig), 'run', rig)
+    gains, offsets = np.array([1.01, 0.99, 1.02]), np.array([1e-4, 300.0, -200.0])
+    zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
+    true = np.column_stack([run.position, run.pressures])
+    read = zero + offsets + gains * (true - zero)
+    again = run.with_readings(read[:, 0], read[:, 1:]).with_gains(gains, offsets)
+    np.testing.assert_allclose(np.column_stack([again.position, again.pressures]), true)
+
+
 def test_pressure_is_unknown_once_a_chamber_expands_below_its_sensors_zero(
     tmp_path: Path,
 ) -> None:

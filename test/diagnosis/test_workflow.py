@@ -27,6 +27,8 @@ STROKES = {'a': (0.34, 5e5, 0.02), 'b': (-0.4, 6e5, 0.2), 'c': (0.4, 7e5, 0.05)}
 FACTOR = 1.15
 NEARER = 1e-3
 """By how much an end stop is nearer than in the model [m]."""
+ZEROS = (200.0, 150.0)
+"""What the pressure sensors read too much, less than a step of 244 Pa [Pa]."""
 Change = Callable[[RigConfiguration], RigConfiguration]
 
 
@@ -106,6 +108,23 @@ def test_supply_and_room_within_their_usual_errors_are_no_cause(tmp_path: Path) 
     improved = load_system(system_file(tmp_path, found.improved_system.to_yaml()))
     assert found.improved.model.gas != exact.model.gas
     assert improved.hypothesis.model.gas == exact.model.gas
+
+
+def zeroed(rig: RigConfiguration) -> RigConfiguration:
+    zeros = library.load('pressure_offset').parameters(*ZEROS)
+    return replace(rig, effects={**library.nulls(), 'pressure_offset': zeros})
+
+
+def test_zeros_of_pressures_within_a_step_of_the_converter_are_no_cause(tmp_path: Path) -> None:
+    bags = recordings(tmp_path, zeroed)
+    exact = configured('cylinder_1')
+    system_of(tmp_path, replace(exact, sensors=load_configuration('cylinder_1').sensors))
+    data = checked(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:]))
+    assert data['verdict'] == 'uncalibrated'
+    for i, true in enumerate(ZEROS, start=1):
+        estimate = data['calibration'][f'offset_{i}']
+        error = 0.25 * (estimate['interval'][1] - estimate['interval'][0])
+        assert estimate['value'] == pytest.approx(true, abs=4.0 * error)
 
 
 def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_path: Path) -> None:
