@@ -121,10 +121,10 @@ def test_zeros_of_pressures_within_a_step_of_the_converter_are_no_cause(tmp_path
     system_of(tmp_path, replace(exact, sensors=load_configuration('cylinder_1').sensors))
     data = checked(diagnose(bags[:2], tmp_path / 'model.yaml', bags[2:]))
     assert data['verdict'] == 'uncalibrated'
-    for i, true in enumerate(ZEROS, start=1):
-        estimate = data['calibration'][f'offset_{i}']
-        error = 0.25 * (estimate['interval'][1] - estimate['interval'][0])
-        assert estimate['value'] == pytest.approx(true, abs=4.0 * error)
+    first, second = (data['calibration'][f'offset_{i}'] for i in (1, 2))
+    assert first['value'] == pytest.approx(ZEROS[0], abs=80.0)
+    low, high = second['interval']  # of a chamber near atmosphere, where a gain acts alike
+    assert low < ZEROS[1] < high
 
 
 def test_heat_transfer_of_sealed_chambers_is_named_with_its_conductances(tmp_path: Path) -> None:

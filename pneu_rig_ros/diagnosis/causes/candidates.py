@@ -205,8 +205,8 @@ def effect_candidate(name: str) -> Candidate:
 def _calibrated(hypothesis: Hypothesis, values: Mapping[str, float]) -> Hypothesis:
     """Return a hypothesis with sensors and supply as calibrated, see ``candidate_pool``."""
     gains = values['position'], values['pressure_1'], values['pressure_2']
-    offsets = 0.0, values['offset_1'], values['offset_2']
-    hypothesis = replace(hypothesis, gains=gains, offsets=offsets)
+    offsets = values['offset_1'], values['offset_2']
+    hypothesis = replace(hypothesis, gains=gains, pressure_offsets=offsets)
     if 'supply_pressure' in values:
         warmer = values['supply_temperature'] * hypothesis.model.gas.supply_temperature
         hypothesis = hypothesis.with_condition('supply_pressure', values['supply_pressure'])

@@ -17,7 +17,6 @@ from pneu_rig_ros.rig.configuration import REPEATABILITY
 
 Gains = tuple[float, float, float]
 CALIBRATED: Gains = (1.0, 1.0, 1.0)
-NO_OFFSETS: Gains = (0.0, 0.0, 0.0)
 POSITION_ZERO, SENSOR_CLOCK = 'position_zero', 'clock_offset'
 """
 Conditions that are differences: reading of the position at the inner end [m], and by how much the
@@ -33,7 +32,7 @@ class Hypothesis:
     :param model: parameters; its operation is replaced by that of each recording
     :param effects: name -> parameters of the acting effects
     :param gains: slopes of the sensors of x, p1, p2 [-]
-    :param offsets: what these read too much [m, Pa, Pa]
+    :param pressure_offsets: what those of p1, p2 read too much [Pa]
     :param conditions: condition of a recording -> ratio of its true to its stated value [-], or
         the difference of ``POSITION_ZERO`` or ``SENSOR_CLOCK``
     """
@@ -41,7 +40,7 @@ class Hypothesis:
     model: Model
     effects: Mapping[str, Any] = field(default_factory=dict)
     gains: Gains = CALIBRATED
-    offsets: Gains = NO_OFFSETS
+    pressure_offsets: tuple[float, float] = (0.0, 0.0)
     conditions: Mapping[str, float] = field(default_factory=dict)
 
     def plant_of(self, run: Run) -> Plant:
@@ -71,9 +70,9 @@ class Hypothesis:
         return Plant(model, effects, TOLERANCE, temperatures=temperatures)
 
     @property
-    def position_zero(self) -> float:
-        """What the position sensor reads at the inner end [m]."""
-        return self.conditions.get(POSITION_ZERO, 0.0)
+    def offsets(self) -> tuple[float, float, float]:
+        """What the sensors of x, p1, p2 read too much [m, Pa, Pa]."""
+        return self.conditions.get(POSITION_ZERO, 0.0), *self.pressure_offsets
 
     def voltages(self, run: Run) -> Floats:
         """Return u1, u2 in the intervals of a run by the clock of its sensors, (n - 1, 2) [V]."""

@@ -318,14 +318,6 @@ class Run:
         scaled.__dict__.update(rests=self.rests, smooth=zero + (self.smooth - read) / gains)
         return scaled
 
-    def with_zero(self, zero: float) -> Run:
-        """Return the run as a position sensor without that reading at the inner end reads it."""
-        shifted = self.with_readings(self.position - zero, self.pressures)
-        # neither rests nor what smoothing does depend on where the zero is
-        smooth = self.smooth - np.array([zero, 0.0, 0.0])
-        shifted.__dict__.update(rests=self.rests, smooth=smooth)
-        return shifted
-
     def with_readings(self, position: Floats, pressures: Floats) -> Run:
         """Return the run with other readings."""
         return replace(self, position=position, pressures=pressures)

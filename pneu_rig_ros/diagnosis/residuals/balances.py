@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.measured.hypothesis import CALIBRATED, NO_OFFSETS, Hypothesis
+from pneu_rig_ros.diagnosis.measured.hypothesis import CALIBRATED, Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions
 from pneu_rig_ros.model import along, chambers
@@ -155,10 +155,8 @@ class Comparison:
         if self.readings is not None:
             return self.readings, self.run.velocity
         run, velocity = self.run, self.run.velocity
-        if hypothesis.position_zero != 0.0:
-            run = run.with_zero(hypothesis.position_zero)
         gains, offsets = hypothesis.gains, hypothesis.offsets
-        if gains != CALIBRATED or offsets != NO_OFFSETS:
+        if gains != CALIBRATED or any(offsets):
             run, velocity = run.with_gains(gains, offsets), velocity / gains[0]
         if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
             bias = np.nan_to_num(self._along(hypothesis, run, velocity)[1])

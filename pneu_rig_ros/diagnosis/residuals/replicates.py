@@ -82,10 +82,10 @@ def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     p2 = np.append(start.pressure_2_reading, states.pressure_2_reading)
     zero, noise = run.atmospheric_pressure, run.noise
     gains, offsets = hypothesis.gains, hypothesis.offsets
-    position = hypothesis.position_zero + offsets[0] + gains[0] * x
+    position = offsets[0] + gains[0] * x
     position = position + noise.position * rng.standard_normal(x.size)
-    pressures = zero + np.array(gains[1:]) * (np.column_stack([p1, p2]) - zero)
-    pressures = pressures + np.array(offsets[1:])
+    true = np.column_stack([p1, p2]) - zero
+    pressures = zero + np.array(offsets[1:]) + np.array(gains[1:]) * true
     pressures = pressures + np.array(noise.pressures) * rng.standard_normal(pressures.shape)
     return replace(
         run,

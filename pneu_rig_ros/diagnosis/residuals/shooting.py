@@ -110,8 +110,8 @@ class MultipleShooting:
         states = plant.run_imposed(voltages, run.interval, actions, measured, begins)
         read = readings_of(states)
         zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
-        read = zero + np.array(hypothesis.gains) * (read - zero) + np.array(hypothesis.offsets)
-        return within_span(read + np.array([hypothesis.position_zero, 0.0, 0.0]), self.run)
+        read = zero + np.array(hypothesis.offsets) + np.array(hypothesis.gains) * (read - zero)
+        return within_span(read, self.run)
 
     def gap(self, hypothesis: Hypothesis, errors: Floats | None = None) -> Floats:
         """Return measured less predicted x [m], p1, p2 [Pa], block by block, shape (blocks, 3)."""
