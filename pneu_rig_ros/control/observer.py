@@ -161,7 +161,7 @@ class Observer:
         return state
 
     def _compare(self, speed: float, rested: bool) -> None:
-        """Decide whether the model goes on from the measured state, after a rest or a motion."""
+        """Decide whether the model restarts; ``rested`` is whether the piston did until now."""
         came_to_rest = speed < REST_SPEED and not (rested and self.running)
         if self._rest.broke_away:
             self._fastest, self._sliding = speed, 0.0
@@ -211,7 +211,7 @@ class NoiseBand:
         self._classes = (sensors.position_class, sensors.pressure_class, sensors.pressure_class)
 
     def outside(self, left: Measured, measured: Measured, origin: Measured) -> list[bool]:
-        """Return for each signal whether what is left of a sample since a restart is outside."""
+        """Return for each signal whether its residual ``left`` is outside, after a restart."""
         rows = zip(left, measured, origin, self._noise, self._classes, strict=True)
         return [abs(r) > noise + share * abs(y - y0) for r, y, y0, noise, share in rows]
 
