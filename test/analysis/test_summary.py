@@ -18,9 +18,8 @@ from pneu_rig_ros.simulate import simulate
 
 
 @pytest.fixture(scope='module')
-def record(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    configuration = load_configuration('cylinder_2')
-    return read_recording(simulate(configuration, 0.34, 3.0, tmp_path_factory.mktemp('b') / 'bag'))
+def record(bag: Path) -> Recording:
+    return read_recording(bag)
 
 
 def test_live_and_offline_friction_agree(record: Recording) -> None:
