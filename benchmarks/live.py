@@ -59,24 +59,17 @@ class Run(NamedTuple):
     rate_hz: float
     missed: int
     lost: int
-    tick_error_p50_ms: float
     tick_error_p99_ms: float
-    tick_error_max_ms: float
     cpu_percent: float
-    cpu_percent_by_node: dict[str, float]
 
 
 def run(seconds: float = 60.0) -> dict[str, Any]:
     """Measure the live rig for `seconds` [s] in each arrangement; return the figures by name."""
-    separate = measure(SEPARATE, seconds)
-    composed = measure(COMPOSED, seconds)
-    results: dict[str, Any] = separate._asdict()
-    for name in ('rate_hz', 'missed', 'lost', 'cpu_percent', 'tick_error_p99_ms'):
-        results[f'composed_{name}'] = getattr(composed, name)
+    results: dict[str, Any] = measure(SEPARATE, seconds)._asdict()
+    results['composed_cpu_percent'] = measure(COMPOSED, seconds).cpu_percent
     if realtime_permitted():
         urgent = measure(SEPARATE, seconds, priority=PRIORITY)
-        for name in ('tick_error_p50_ms', 'tick_error_p99_ms', 'tick_error_max_ms'):
-            results[f'realtime_{name}'] = getattr(urgent, name)
+        results['realtime_tick_error_p99_ms'] = urgent.tick_error_p99_ms
     results['max_rate_hz'] = highest_rate()
     return results
 
@@ -127,19 +120,19 @@ def measure(nodes: Sequence[str], seconds: float, priority: int = 0, interval_ns
         return _evaluate(Path(folder, 'bag'), cpu)
 
 
-def _drive(nodes: Sequence[NodeProcess], seconds: float) -> dict[str, float]:
-    """Move the piston to and fro for `seconds` [s]; return what each node takes of a core [%]."""
+def _drive(nodes: Sequence[NodeProcess], seconds: float) -> float:
+    """Move the piston to and fro for `seconds` [s]; return what the nodes take of a core [%]."""
     before, start = _processor_seconds(nodes), time.monotonic()
     u = U
     while (left := start + seconds - time.monotonic()) > 0.0:
         hold_command(u, min(STROKE_SECONDS, left))
         u = -u
-    after, elapsed = _processor_seconds(nodes), time.monotonic() - start
-    return {name: 100.0 * (after[name] - before[name]) / elapsed for name in before}
+    return 100.0 * (_processor_seconds(nodes) - before) / (time.monotonic() - start)
 
 
-def _processor_seconds(nodes: Sequence[NodeProcess]) -> dict[str, float]:
-    return {node.name: sum(psutil.Process(node.process.pid).cpu_times()[:2]) for node in nodes}
+def _processor_seconds(nodes: Sequence[NodeProcess]) -> float:
+    times = (psutil.Process(node.process.pid).cpu_times() for node in nodes)
+    return float(sum(each.user + each.system for each in times))
 
 
 class Content(NamedTuple):
@@ -168,19 +161,15 @@ def read_content(bag: Path) -> Content:
     return content
 
 
-def _evaluate(bag: Path, cpu: dict[str, float]) -> Run:
+def _evaluate(bag: Path, cpu_percent: float) -> Run:
     content = read_content(bag)
-    plant = content.reports['/plant']
     span = content.arrivals[-1] - content.arrivals[0]
     return Run(
         rate_hz=(len(content.stamps) - 1) / (span * 1e-9),
         missed=missed(content),
         lost=lost(content),
-        tick_error_p50_ms=float(plant['tick error p50 [ms]']),
-        tick_error_p99_ms=float(plant['tick error p99 [ms]']),
-        tick_error_max_ms=float(plant['tick error max [ms]']),
-        cpu_percent=sum(cpu.values()),
-        cpu_percent_by_node=cpu,
+        tick_error_p99_ms=float(content.reports['/plant']['tick error p99 [ms]']),
+        cpu_percent=cpu_percent,
     )
 
 

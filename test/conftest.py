@@ -11,6 +11,7 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +19,14 @@ import pytest
 from hypothesis import settings
 from other_noise import draw_other_noise
 from rerun import rerun_commands
+from terminal import Terminal
 from xdist.scheduler import LoadGroupScheduling
 
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.along import MOVES
 from pneu_rig_ros.model.plant import Plant
 from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.simulate import simulate
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -183,6 +186,22 @@ def pytest_terminal_summary(
     if commands:
         terminalreporter.section(f'{len(commands)} failed; run one again with')
         terminalreporter.write_line('\n'.join(commands))
+
+
+@pytest.fixture(scope='session')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return three simulated seconds of cylinder 2; not to be changed."""
+    configuration = load_configuration('cylinder_2')
+    return simulate(configuration, 0.34, 3.0, tmp_path_factory.mktemp('bags') / 'stroke')
+
+
+@pytest.fixture
+def terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Terminal:
+    """Return a place to run `pneu-rig` in."""
+    monkeypatch.chdir(tmp_path)
+    return Terminal(tmp_path, capsys)
 
 
 @pytest.fixture(scope='module')

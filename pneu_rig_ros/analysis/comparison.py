@@ -26,9 +26,8 @@ from pneu_rig_ros.records.conditions import (
     configured_conditions,
 )
 from pneu_rig_ros.records.recording import WHOLE
-from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.rig import DAC_STEP, RigConfiguration
 from pneu_rig_ros.rig.sensors import IDEAL, near_zero, sensor_noise
-from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
 INITIAL_TIME = 0.01
 """Length of the readings whose mean is the initial position [s]."""
@@ -40,10 +39,8 @@ SIMULATED = 'simulated'
 @dataclass(frozen=True)
 class Comparison:
     """
-    Two runs on one time axis.
+    Two runs on one time axis: a bag, and a model's run or another bag.
 
-    :param measured: the first bag
-    :param simulated: the model's run, or the second bag
     :param gaps: signal -> error metrics
     :param shift: delay of the second run's time [s], 0 for a model
     :param conditions: name -> value used [SI]; those that the first bag lacks are the model's
@@ -59,17 +56,18 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, SI units."""
+        bag = self.measured.recording
         return {
-            'measured': self.measured.recording.name,
+            'measured': bag.name,
             'model': self.simulated.recording.name,
-            'samples': self.measured.recording.size,
-            'interval': self.measured.recording.interval,
+            'samples': bag.size,
+            'interval': bag.interval,
             'shift': self.shift,
             'conditions': {
                 name: {
                     'value': value,
                     'unit': CONDITIONS[name].unit,
-                    'from': 'bag' if name in self.measured.recording.conditions else 'model',
+                    'from': 'bag' if name in bag.conditions else 'model',
                 }
                 for name, value in self.conditions.items()
             },
@@ -93,10 +91,8 @@ def compare_with_model(
     bag: Path | str, configuration: RigConfiguration, name: str | None = None
 ) -> Comparison:
     """
-    Compare a bag with a simulation from its initial state, with its conditions and voltages.
+    Compare a bag with a model's run of a name, that of its cylinder when not given.
 
-    :param configuration: the model
-    :param name: of the simulated run; that of its cylinder when not given
     :raises RigError: when the bag cannot be read, has no voltages to drive the model with, or its
         conditions are out of range
     """
@@ -110,9 +106,7 @@ def compare_with_model(
     check_plausible(bag, recording.signals, model)
     measured = replace(recording, name=str(bag), configuration=_rig(recording) or model)
     simulated = simulate_record(recording, model, name)
-    noise = _sensors(recording.configuration or configuration)
-    used = configured_conditions(model)
-    return _comparison(measured, simulated, noise, 0.0, used, SIMULATED)
+    return _comparison(measured, simulated, 0.0, configured_conditions(model), SIMULATED)
 
 
 def compare_with_bag(bag: Path | str, other: Path | str, shift: float | None = None) -> Comparison:
@@ -131,24 +125,21 @@ def compare_with_bag(bag: Path | str, other: Path | str, shift: float | None = N
     )
     late = estimate_shift(first, second) if shift is None else shift
     used = configured_conditions(rigs[0]) if rigs[0] else first.conditions
-    noise = _sensors(rigs[0] or rigs[1])
-    return _comparison(*resample_overlap(first, second, late), noise, late, used, 'second bag')
+    return _comparison(*resample_overlap(first, second, late), late, used, 'second bag')
 
 
 def simulate_record(
     recording: Recording, configuration: RigConfiguration, name: str | None = None
 ) -> Recording:
     """
-    Simulate a recorded run.
+    Simulate a recorded run from its position and pressures, with its voltages.
 
-    The simulation starts from the recorded position and pressures and gets the recorded voltages.
-    Its signals are the true ones, without sensors. A pressure that is read near its sensor's zero
-    starts there: a vented chamber, of which a few pascals more would move every later slip.
+    The signals are the true ones, without sensors, at the instants of the measured run. A pressure
+    that is read near its sensor's zero starts there: a vented chamber, of which a few pascals more
+    would move every later slip.
 
-    :param recording: the measured run
     :param configuration: the rig under the conditions of the run
     :param name: of the simulated run; that of the cylinder when not given
-    :return: the simulated run at the instants of the measured one
     """
     start = slice(0, max(1, round(INITIAL_TIME / recording.interval)))
     position, stroke = recording.position[start].mean(), configuration.model.cylinder.stroke
@@ -180,10 +171,9 @@ def simulate_record(
 
 def command_onset(recording: Recording) -> float | None:
     """
-    Return when the valve voltages first change [s] since the first sample.
+    Return when the valve voltages first differ [s] since the first sample.
 
-    0 if the voltages differ from the first sample on. None if the valves stay centred, or if the
-    voltages are not recorded.
+    None if the valves stay centred, or if the voltages are not recorded.
     """
     if not recording.driven:
         return None
@@ -231,14 +221,13 @@ def resample_overlap(
 def _comparison(
     measured: Recording,
     simulated: Recording,
-    noise: tuple[float, float] | None,
     shift: float,
     used: Mapping[str, float],
     second: str,
 ) -> Comparison:
     rig = measured.configuration
-    balance = ForceBalance.of(rig) if rig else None
-    levels = {} if noise is None else signal_noise(*noise, measured.interval, balance)
+    noise = _sensors(rig)
+    levels = signal_noise(*noise, measured.interval, ForceBalance.of(rig)) if rig and noise else {}
     sides = analyse_run(measured), analyse_run(simulated)
     gaps = compare_signals(sides[0].signals, sides[1].signals, levels)
     return Comparison(*sides, gaps, shift, used, second)

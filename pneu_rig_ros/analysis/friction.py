@@ -38,14 +38,7 @@ Pressure = TypeVar('Pressure', float, Floats)
 
 @dataclass(frozen=True)
 class ForceBalance:
-    """
-    The constants of Eq. 2.
-
-    :param area_1: piston area of the cap end A1 [m^2]
-    :param area_2: piston area of the rod end A2 [m^2]
-    :param mass: everything that moves M [kg]: piston, rod and load
-    :param atmospheric_pressure: pressure on the rod's cross-section p_atm [Pa]
-    """
+    """Constants of Eq. 2: A1 and A2 of the piston [m^2], all that moves M [kg], p_atm [Pa]."""
 
     area_1: float
     area_2: float
@@ -56,9 +49,8 @@ class ForceBalance:
     def of(cls, configuration: RigConfiguration) -> ForceBalance:
         """Return the constants of a configured rig."""
         model = configuration.model
-        cylinder = model.cylinder
-        ambient = model.gas.atmospheric_pressure
-        return cls(cylinder.cap_area, cylinder.rod_area, model.total_mass, ambient)
+        areas = model.cylinder.cap_area, model.cylinder.rod_area
+        return cls(*areas, model.total_mass, model.gas.atmospheric_pressure)
 
     def pressure_force(self, pressure_1: Pressure, pressure_2: Pressure) -> Pressure:
         """Return the force of the air on the piston [N] from absolute pressures [Pa]."""
@@ -79,14 +71,10 @@ def zero_phase(signal: Floats, interval: float) -> Floats:
 
 def causal_kernel(interval: float) -> Floats:
     """
-    Return the cut-off two-sided impulse response of the zero-phase low-pass.
+    Return the cut-off impulse response of the zero-phase low-pass, shape (2 delay_samples - 1,).
 
     Symmetric with unit sum, so that it delays by exactly its half width and passes a constant
-    unchanged. The half width is one less than ``delay_samples``, as the second difference takes
-    the other one.
-
-    :param interval: sampling interval [s]
-    :return: weights, shape (2 delay_samples - 1,)
+    unchanged. The second difference takes the sample that it lacks of the delay.
     """
     half_width = delay_samples(interval) - 1
     if half_width < 1:
@@ -129,27 +117,18 @@ def friction_zero_phase(
     balance: ForceBalance,
 ) -> Floats:
     """
-    Return the friction force F_r of Eq. 2 [N], offline, in phase with the samples.
+    Return the friction force F_r of Eq. 2 [N], offline, in phase with the samples, shape (n,).
 
-    :param position: measured position [m], shape (n,), equally spaced
-    :param pressure_1: measured absolute pressure of the cap end [Pa], shape (n,)
-    :param pressure_2: measured absolute pressure of the rod end [Pa], shape (n,)
-    :param interval: sampling interval [s]
+    :param position: [m], shape (n,), a sample every ``interval`` [s]
+    :param pressure_1: absolute, of the cap end [Pa], shape (n,)
+    :param pressure_2: absolute, of the rod end [Pa], shape (n,)
     """
     inertia = balance.mass * acceleration_zero_phase(position, interval)
     return np.asarray(balance.pressure_force(pressure_1, pressure_2) - inertia)
 
 
 class CausalFriction:
-    """
-    Live Eq. 2: push one sample after the other, get the force of ``delay_samples`` ago.
-
-    :param balance: the constants of Eq. 2
-    :param interval: sampling interval [s]
-    """
-
-    delay_samples: int
-    """How many samples the returned force lies behind the pushed one."""
+    """Live Eq. 2: push a sample each ``interval`` [s], get the force of ``delay_samples`` ago."""
 
     def __init__(self, balance: ForceBalance, interval: float) -> None:
         self.delay_samples = delay_samples(interval)
@@ -187,11 +166,7 @@ class CausalFriction:
 
 
 def friction_of(recording: Recording) -> Floats:
-    """
-    Return the friction force F_r of a recording [N], shape (n,), by the zero-phase estimator.
-
-    :raises RigError: when the recording lacks the configuration of the rig
-    """
+    """Return the friction force F_r of a recording [N], shape (n,), as ``friction_zero_phase``."""
     balance = ForceBalance.of(require_rig(recording))
     return friction_zero_phase(
         recording.position, recording.pressure_1, recording.pressure_2, recording.interval, balance

@@ -17,7 +17,7 @@ from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.recording import SIGNALS
+from pneu_rig_ros.records.recording import SIGNALS, WHOLE
 
 END_SHARE = 0.98
 """A stroke counts as done at this share of the way to the end stop [-]."""
@@ -31,12 +31,8 @@ NOISE_SAMPLES = 8192
 
 class SignalGap(NamedTuple):
     """
-    Error of a simulated signal against a measured one, in the unit of the signal.
+    Error of a simulated signal against a measured one, simulated minus measured [unit].
 
-    :param unit: of the following four
-    :param rmse: root of the mean square of simulated minus measured
-    :param largest: largest absolute difference
-    :param bias: mean of simulated minus measured
     :param noise: standard deviation of the measured signal's noise, None if it is not known
     """
 
@@ -61,12 +57,9 @@ class AnalysedRun(NamedTuple):
     """
     A recording with the signals and events derived from it.
 
-    :param recording: the run
-    :param signals: name of `recording.SIGNALS` -> signal, shape (n,); without friction where the
-        rig is not known, or the sampling too slow for its filter
+    :param signals: those of ``derived_signals``
     :param cycles: stick-slip cycles in the order of time
-    :param stroke_time: from the start until the piston has gone 98 % of the way to the end stop
-        ahead of it [s], None if it does not get there or the stroke is not known
+    :param stroke_time: see the function [s]
     """
 
     recording: Recording
@@ -76,11 +69,7 @@ class AnalysedRun(NamedTuple):
 
 
 def analyse_run(recording: Recording) -> AnalysedRun:
-    """
-    Derive signals and events from a recording of a whole rig.
-
-    :raises RigError: when it has fewer than 4 samples, or lacks a signal of a whole rig
-    """
+    """Return a recording with its derived signals; RigError if too short or not of a whole rig."""
     rig = recording.configuration
     signals = derived_signals(
         recording.position,
@@ -105,9 +94,10 @@ def derived_signals(
     name: str = 'run',
 ) -> dict[str, Floats]:
     """
-    Return the signals that are compared, each of shape (n,).
+    Return name of `recording.SIGNALS` -> signal that is compared, shape (n,).
 
-    :param balance: constants of Eq. 2, None where they are not known: then no friction
+    Without friction where the rig is not known, or the sampling too slow for its filter.
+
     :param name: what to call the run in an error
     :raises RigError: for fewer than 4 samples
     """
@@ -120,8 +110,9 @@ def derived_signals(
         'pressure_2': pressure_2,
     }
     if balance is not None and 2.0 * CUTOFF * interval < 1.0:
-        friction = friction_zero_phase(position, pressure_1, pressure_2, interval, balance)
-        found['friction'] = friction
+        found['friction'] = friction_zero_phase(
+            position, pressure_1, pressure_2, interval, balance
+        )
     return found
 
 
@@ -133,9 +124,8 @@ def compare_signals(
     """
     Return the errors of simulated signals against measured ones, for every signal of both.
 
-    :param measured: name -> signal, each of shape (n,), SI units
-    :param simulated: the same at the same instants
-    :param noise: name -> standard deviation of a measured value, as far as it is known
+    Name -> signal at the same instants, SI units, shape (n,); name -> standard deviation of a
+    measured value, as far as it is known.
     """
     gaps = {}
     for name in (name for name in measured if name in simulated):
@@ -160,12 +150,7 @@ def signal_noise(
     Return the standard deviation of the noise of each signal that ``derived_signals`` returns.
 
     The estimators of the derived signals are linear, so they are applied to white sensor noise,
-    which is drawn from a fixed seed.
-
-    :param position_noise: standard deviation of a reading [m]
-    :param pressure_noise: of a reading [Pa]
-    :param interval: sampling interval [s]
-    :param balance: constants of Eq. 2; without them there is no friction
+    which is drawn from a fixed seed: [m] and [Pa], standard deviations of a reading.
     """
     draws = np.random.default_rng(0).standard_normal((3, NOISE_SAMPLES))
     x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])
@@ -173,19 +158,16 @@ def signal_noise(
     signals = derived_signals(x, p1, p2, interval, still)
     inner = slice(NOISE_SAMPLES // 8, -NOISE_SAMPLES // 8)  # ends are padded, not estimated
     found = {name: float(np.std(signal[inner])) for name, signal in signals.items()}
-    return found | {
-        'position': position_noise,
-        'pressure_1': pressure_noise,
-        'pressure_2': pressure_noise,
-    }
+    known = dict(zip(WHOLE, (position_noise, pressure_noise, pressure_noise), strict=True))
+    return found | known
 
 
 def stroke_time(position: Floats, interval: float, stroke: float | None) -> float | None:
     """
     Return when the piston has gone 98 % of the way to the end stop ahead of it [s].
 
-    The end ahead is the one further from where the run starts. None if it does not get there, or
-    the stroke [m] is not known.
+    That is the one further from where the run starts. None if it does not get there, or the
+    stroke [m] is not known.
     """
     if stroke is None:
         return None

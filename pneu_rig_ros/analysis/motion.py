@@ -1,6 +1,8 @@
 """
 Rests, breakaways, stick-slip cycles and end stops, from measured positions.
 
+``position``, ``interval`` and ``noise`` are those of ``velocity``.
+
 The piston rests where a line through 46 ms of its positions has a slope below 1 mm/s: 46 um, less
 than one step of the rig's 12-bit position sensor. A rest lasts at least 60 ms, and ends with a
 breakaway. Data of a sensor with more noise than the rig's, or of slower sampling, take longer
@@ -69,25 +71,14 @@ LEAST_PUSH = 1.0
 
 
 class Rest(NamedTuple):
-    """
-    A stretch at rest.
-
-    :param first: its first sample
-    :param end: one after its last sample
-    """
+    """A stretch at rest: its first sample, and one after its last."""
 
     first: int
     end: int
 
 
 def find_rests(position: Floats, interval: float, noise: float = NOISE) -> list[Rest]:
-    """
-    Return the rests in the order of time.
-
-    :param position: measured position [m], shape (n,), equally spaced
-    :param interval: sampling interval [s]
-    :param noise: standard deviation of a measured position [m]
-    """
+    """Return the rests in the order of time."""
     return rests_of(np.abs(adaptive_velocity(position, interval, None, noise)), interval, noise)
 
 
@@ -120,9 +111,7 @@ def breakaways(rests: Sequence[Rest], sides: Sides, interval: float) -> list[Res
     Not the one with which the recording ends, nor one that an end stop holds so long that the mean
     of the driving force does not show when it let go.
 
-    :param rests: in the order of time
-    :param sides: what holds the piston, by ``end_stops``, shape (n,)
-    :param interval: sampling interval [s]
+    :param sides: what holds the piston, by ``end_stops``
     """
     mean = max(1, round(PUSH_WINDOW / interval))
     ended = [rest for rest in rests if rest.end < sides.size]
@@ -146,11 +135,8 @@ def end_stops(
     count as held, as it may not be pushed. With it, a piston that is no longer pushed there does
     not either: the seal holds it until it breaks away.
 
-    :param position: measured position [m], shape (n,), equally spaced
     :param stroke: L [m]
-    :param interval: sampling interval [s]
     :param push: driving force [N], shape (n,), where it is known
-    :param noise: standard deviation of a measured position [m]
     :param resolution: step of the position sensor [m]
     """
     margin = max(AT_STOP * max(resolution, RESOLUTION), AT_STOP_NOISE * noise)
@@ -237,7 +223,7 @@ def sticking_phases(
     The phase ends with the first of the ``breakaways`` after which the piston outruns the feed.
 
     :param speed: of the piston [m/s], shape (n,)
-    :param mean: feed V [m/s], see ``velocity.feed``
+    :param mean: feed V [m/s]
     """
     phase: list[Rest] = []
     nothing = Rest(speed.size, speed.size)
@@ -261,10 +247,7 @@ def find_cycles(
     """
     Return the stick-slip cycles in the order of time.
 
-    :param position: measured position [m], shape (n,), equally spaced
-    :param interval: sampling interval [s]
     :param friction: friction force F_r [N], shape (n,), for the peaks
-    :param noise: standard deviation of a measured position [m]
     """
     speed = np.abs(adaptive_velocity(position, interval, None, noise))
     mean = feed(position, interval, noise)

@@ -57,12 +57,10 @@ SLIP_SHARE = 1.4
 
 class Slide(NamedTuple):
     """
-    A stretch of motion faster than V/2 that gets as fast as V, in samples.
+    A stretch of motion faster than V/2 that gets as fast as V: first sample, one after the last.
 
-    :param start: first sample faster than V/2, but for short dips
     :param onset: where gross sliding begins: first sample faster than 1.4 V; equal to ``start``
         when the piston glides off without overshoot, or glides further than it slips
-    :param end: one after the last sample
     """
 
     start: int
@@ -82,13 +80,7 @@ def regimes(
     """
     Return the :class:`Regime` of every sample, shape (n,), as defined above.
 
-    :param position: measured position [m], shape (n,), equally spaced
-    :param interval: sampling interval [s]
-    :param stroke: L [m]
-    :param friction: F_r of Eq. 2 [N], shape (n,)
-    :param push: driving force of the air [N], shape (n,)
-    :param noise: standard deviation of a measured position [m]
-    :param resolution: step of the position sensor [m]
+    Arguments are those of ``motion.end_stops``, and the friction force F_r of Eq. 2 [N].
     """
     found = np.full(position.size, Regime.DWELL, dtype=np.int8)
     load = np.abs(running_mean(friction, interval, MEAN_WINDOW))
@@ -132,10 +124,7 @@ def find_slides(position: Floats, mean: float, interval: float, noise: float) ->
 
     A dip in the creep before a slide that is shorter than a line fit is noise, not a stick.
 
-    :param position: measured position [m], shape (n,), equally spaced
-    :param mean: feed V [m/s], see ``velocity.feed``
-    :param interval: sampling interval [s]
-    :param noise: standard deviation of a measured position [m]
+    :param mean: feed V [m/s]
     """
     if mean == 0.0:
         return []

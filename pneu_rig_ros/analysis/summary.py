@@ -17,21 +17,14 @@ PLAIN = ('position', 'velocity')
 @dataclass(frozen=True)
 class Summary:
     """
-    The numbers of one recording, SI units.
+    The numbers of one recording, SI units; texts of the rig are 'unknown' if the bag has none.
 
-    :param cylinder: name of the cylinder, 'unknown' if the bag does not say
-    :param friction_model: name of the plant's friction law, 'unknown' of a measured rig
-    :param seed: of the sensor noise, 'unknown' of a measured rig
     :param source: file that the recording was imported from, None of a plant's
-    :param duration: from the first to the last sample [s]
     :param samples: on the sampling grid
-    :param interval: sampling interval [s]
     :param travel: largest less smallest position [m]
     :param peak_friction: largest breakaway friction [N], None without cycles or configuration
-    :param cycles: the stick-slip cycles
     :param rate: samples a second [Hz], by the times at which they arrived
-    :param jitter_p50: median of the jitter [s]
-    :param jitter_p99: its 99th percentile [s]
+    :param jitter_p50: median of the jitter [s], see ``measure_timing``; then its 99th percentile
     :param lost: topic -> samples that are not in the bag
     """
 
@@ -102,10 +95,10 @@ def measure_timing(recording: Recording) -> tuple[float, float, float]:
 
 def lost_samples(recording: Recording) -> dict[str, int]:
     """
-    Return topic -> number of samples that are not in the bag.
+    Return topic -> number of samples that are not in the bag, by stamp where there is one.
 
-    By stamp where there is one. The live friction estimate cannot cover the first and the last
-    samples, as many as it is late; they are not lost.
+    The live friction estimate cannot cover the first and the last samples, as many as it is late;
+    they are not lost.
     """
     lost = {topic: int(stamps.size) for topic, stamps in recording.missing.items()}
     if 'friction' in recording.missing:

@@ -107,13 +107,7 @@ NONE = Compensation(overlap=0.0, tolerance=0.0)
 
 
 class PositionController:
-    """
-    From position and velocity to the command u, sample by sample.
-
-    :param law: of control
-    :param compensation: of friction and overlap; NONE for the bare law
-    :param limit: largest command [V]
-    """
+    """From position and velocity to the command u, at most ``limit`` [V], sample by sample."""
 
     def __init__(self, law: Law, compensation: Compensation = NONE, limit: float = 2.5) -> None:
         self._law = law
@@ -123,14 +117,7 @@ class PositionController:
         self._integral = 0.0
 
     def update(self, interval: float, reference: float, position: float, velocity: float) -> float:
-        """
-        Return the command u [V].
-
-        :param interval: time since the last call [s], 0 in the first one
-        :param reference: position reference [m]
-        :param position: measured position [m]
-        :param velocity: its velocity [m/s]
-        """
+        """Return the command u [V]; SI units, an interval of 0 in the first call."""
         rate = self._rate(reference, interval)
         error = reference - position
         if abs(error) < self._compensation.tolerance and abs(rate) < STILL:

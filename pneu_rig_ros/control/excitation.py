@@ -25,7 +25,6 @@ _SPAN = Quantity('s', 0.0, 86_400.0, 'length of a part')
 _LENGTH = Quantity('s', 1e-3, 86_400.0, 'length of a part')
 _FREQUENCY = Quantity('Hz', 1e-4, 400.0, 'frequency')
 _MOST_PARTS = 1000
-_SHIPPED = 'excitations/*.yaml'
 
 
 class Step(NamedTuple):
@@ -134,24 +133,14 @@ SHAPES: dict[str, type[Shape]] = {
 }
 """Name in a file -> shape."""
 
-
 COMMAND, REFERENCE = 'u', 'reference'
-LEVELS = {
-    COMMAND: LEVEL,
-    REFERENCE: Quantity('m', 0.0, 10.0, 'position reference'),
-}
+LEVELS = {COMMAND: LEVEL, REFERENCE: Quantity('m', 0.0, 10.0, 'position reference')}
 """Topic that is driven -> what its level is."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """
-    A level over time.
-
-    :param name: of the file
-    :param drives: topic: 'u' [V] or 'reference' [m]
-    :param shape: level as a function of time
-    """
+    """A level over time of the topic that it drives, 'u' [V] or 'reference' [m]."""
 
     name: str
     drives: str
@@ -174,13 +163,8 @@ class Excitation:
 
 
 def load_excitation(source: str | Path) -> Excitation:
-    """
-    Read an excitation.
-
-    :param source: name of a shipped one, or path of a YAML file
-    :raises RigError: for anything missing, unknown, of a wrong unit or out of range
-    """
-    path = locate(source, 'excitation', _SHIPPED)
+    """Read a shipped excitation by its name, or a YAML file; RigError if anything is wrong."""
+    path = locate(source, 'excitation', 'excitations/*.yaml')
     data = read_yaml(path)
     drives = _name(data, 'drives', list(LEVELS), path)
     kind = _name(data, 'shape', list(SHAPES), path)

@@ -37,12 +37,9 @@ class RestDetector:
     The only causal detector, as ``analysis.motion`` is the only one that knows what comes next. At
     an end stop the piston rests like anywhere else: no live part asks what holds it.
 
-    The speed is the difference of two successive means of the position. Motion needs three times
-    the speed of rest, so that noise ends no rest.
-
-    :param interval: sampling interval [s]
-    :param noise: standard deviation of a measured position [m]; with more than the rig's the means
-        get longer
+    The speed is the difference of two successive means of the position, which get longer with more
+    noise [m] than the rig's. Motion needs three times the speed of rest, so that noise ends no
+    rest.
     """
 
     def __init__(self, interval: float, noise: float = NOISE) -> None:
@@ -139,7 +136,6 @@ class Observer:
         Take the next sample; return the model's state at the same time, if it runs.
 
         :param voltages: u1, u2 [V] held since the sample before
-        :param measured: the sample
         """
         state = self._advance(voltages) if self.running else None
         rested = self._rest.resting
@@ -165,11 +161,7 @@ class Observer:
         return state
 
     def _compare(self, speed: float, rested: bool) -> None:
-        """
-        Decide whether the model goes on from the measured state.
-
-        :param rested: whether the piston rested before this sample
-        """
+        """Decide whether the model restarts; ``rested`` is whether the piston did until now."""
         came_to_rest = speed < REST_SPEED and not (rested and self.running)
         if self._rest.broke_away:
             self._fastest, self._sliding = speed, 0.0
@@ -210,7 +202,6 @@ class NoiseBand:
 
     The accuracy class applies to the change since the model was reset to the measurement.
 
-    :param sensors: data of the sensors
     :param multiple: of the standard deviation of a reading [-]
     """
 
@@ -220,23 +211,13 @@ class NoiseBand:
         self._classes = (sensors.position_class, sensors.pressure_class, sensors.pressure_class)
 
     def outside(self, left: Measured, measured: Measured, origin: Measured) -> list[bool]:
-        """
-        Return for each signal whether its residual is outside.
-
-        :param left: the residual
-        :param measured: the sample
-        :param origin: what the model was restarted from
-        """
+        """Return for each signal whether its residual ``left`` is outside, after a restart."""
         rows = zip(left, measured, origin, self._noise, self._classes, strict=True)
         return [abs(r) > noise + share * abs(y - y0) for r, y, y0, noise, share in rows]
 
 
 class Watch:
-    """
-    Share of the last samples in which each signal was outside its noise band.
-
-    :param samples: how many samples count
-    """
+    """Share of so many last samples in which each signal was outside its noise band."""
 
     def __init__(self, samples: int) -> None:
         self._outside = np.zeros((samples, len(Measured._fields)), dtype=np.bool_)

@@ -72,10 +72,7 @@ class RigConfiguration:
     Everything that defines a rig.
 
     :param name: of the cylinder
-    :param model: physical parameters
     :param effects: name -> parameters of the optional effects, some of them ``Shaped``
-    :param sensors: sensors and converter
-    :param interval_ns: sampling interval [ns]
     :param seed: of noise and calibration
     :param repeatability: balance -> standard deviation of what the model left of recordings; the
         plant does not use it
@@ -131,17 +128,11 @@ def load_configuration(source: str | Path, **overrides: object) -> RigConfigurat
     """
     path = locate(source, 'cylinder', 'cylinder_*.yaml')
     configuration = configuration_from_yaml(read_text(path), str(path))
-    given = {key: value for key, value in overrides.items() if value is not None}
-    return override(configuration, given) if given else configuration
+    return override(configuration, {key: x for key, x in overrides.items() if x is not None})
 
 
 def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
-    """
-    Read a configuration from text.
-
-    :param origin: what to call the text in an error
-    :raises RigError: as :func:`load_configuration`
-    """
+    """Read a configuration as :func:`load_configuration`, from the text of an origin."""
     merged = {**_shared(), **_mapping(text, origin)}
     sections = {
         key: read_section(section, merged.get(key), f'{origin}: {key}')
@@ -223,11 +214,7 @@ def between_recordings(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def read_repeatability(data: object, origin: str) -> dict[str, float]:
-    """
-    Return name -> standard deviation [SI] of a file.
-
-    :raises RigError: for another name, a wrong unit or a value out of range
-    """
+    """Return name -> standard deviation [SI] of a file; RigError for what is none."""
     where = f'{origin}: repeatability'
     given = mapping_of({} if data is None else data, REPEATABILITY, where).items()
     return {str(key): REPEATABILITY[key].parse(text, f'{where}.{key}') for key, text in given}

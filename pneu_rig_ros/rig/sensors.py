@@ -5,6 +5,7 @@ The noise of any reading is estimated from its readings and the resolution of it
 """
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -46,11 +47,11 @@ class Channel:
 
     :param span: full scale [unit of the signal]
     :param levels: number of codes of the converter
-    :param gain: true slope of the sensor [-], 1 for a perfect one
     :param noise: standard deviation [unit]
+    :param gain: true slope of the sensor [-]
     """
 
-    def __init__(self, span: float, levels: float, gain: float, noise: float) -> None:
+    def __init__(self, span: float, levels: float, noise: float, gain: float = 1.0) -> None:
         self._span, self._gain, self._noise = span, gain, noise
         self._code = span / (levels - 1.0)
         self.variance = noise**2 + self._code**2 / 12.0
@@ -66,18 +67,21 @@ class Channel:
 
 def sensor_noise(sensors: Sensors) -> tuple[float, float]:
     """Return the standard deviation of a reading of position [m] and pressure [Pa]: data sheet."""
-    levels = 2.0**sensors.resolution
-    position = Channel(sensors.position_span, levels, 1.0, sensors.position_noise)
-    pressure = Channel(sensors.pressure_span, levels, 1.0, sensors.pressure_noise)
+    position, pressure, _ = _channels(sensors, (1.0, 1.0, 1.0))
     return math.sqrt(position.variance), math.sqrt(pressure.variance)
 
 
-def near_zero(pressure: float, zero: float, noise: float) -> bool:
-    """
-    Return whether a pressure is so near the zero of its sensor that noise hides it.
+def _channels(sensors: Sensors, gains: Iterable[float]) -> list[Channel]:
+    """Return the channels of position, p1 and p2."""
+    levels = 2.0**sensors.resolution
+    position = sensors.position_span, levels, sensors.position_noise
+    pressure = sensors.pressure_span, levels, sensors.pressure_noise
+    sheets = position, pressure, pressure
+    return [Channel(*sheet, gain) for sheet, gain in zip(sheets, gains, strict=True)]
 
-    :param pressure, zero, noise: reading, zero and standard deviation of a reading [Pa]
-    """
+
+def near_zero(pressure: float, zero: float, noise: float) -> bool:
+    """Return whether noise may hide that a pressure is at the zero of its sensor, all in [Pa]."""
     return abs(pressure - zero) <= NEAR_ZERO * noise
 
 
@@ -116,16 +120,14 @@ class SensorSet:
     """
     The rig's sensors, with the noise and the calibration that a seed stands for.
 
-    :param sensors: data of the sensors
     :param atmospheric_pressure: the pressure sensors' zero [Pa]
     :param interval: sampling interval [s]
-    :param seed: of calibration and noise
     """
 
     def __init__(
         self, sensors: Sensors, atmospheric_pressure: float, interval: float, seed: int
     ) -> None:
-        self.ideal = sensors.kind == IDEAL
+        self._ideal = sensors.kind == IDEAL
         self._zero = atmospheric_pressure
         self._seed = seed
         self._interval = interval
@@ -133,14 +135,9 @@ class SensorSet:
         warped = math.tan(math.pi * sensors.velocity_cutoff * interval)
         self._pole = (1.0 - warped) / (1.0 + warped)
         calibration = np.random.default_rng([seed, 1]).uniform(-1.0, 1.0, 3)
-        levels = 2.0**sensors.resolution
         classes = sensors.position_class, sensors.pressure_class, sensors.pressure_class
-        gains = [1.0 + c * u for c, u in zip(classes, calibration, strict=True)]
-        self.position = Channel(sensors.position_span, levels, gains[0], sensors.position_noise)
-        self.pressures = [
-            Channel(sensors.pressure_span, levels, gain, sensors.pressure_noise)
-            for gain in gains[1:]
-        ]
+        gains = (1.0 + c * u for c, u in zip(classes, calibration, strict=True))
+        self._channels = _channels(sensors, gains)
         self.reset()
 
     def reset(self) -> None:
@@ -154,26 +151,25 @@ class SensorSet:
     @property
     def pressure_variance(self) -> float:
         """Variance of a pressure reading [Pa^2]: noise and quantisation."""
-        return 0.0 if self.ideal else self.pressures[0].variance
+        return 0.0 if self._ideal else self._channels[1].variance
 
     @property
     def saturated(self) -> bool:
         """Whether a sensor was out of its range at the last reading."""
-        return any(channel.saturated for channel in (self.position, *self.pressures))
+        return any(channel.saturated for channel in self._channels)
 
     def read(
         self, position: float, velocity: float, pressure_1: float, pressure_2: float
     ) -> tuple[float, float, float, float]:
         """Return the readings of position, velocity, p1, p2 for their true values (SI)."""
-        if self.ideal:
+        if self._ideal:
             return position, velocity, pressure_1, pressure_2
         if not self._block:
             self._block = self._noise.standard_normal((256, 3)).tolist()[::-1]
-        noise = self._block.pop()
-        x = self.position.read(position, noise[0])
-        p1 = self._zero + self.pressures[0].read(pressure_1 - self._zero, noise[1])
-        p2 = self._zero + self.pressures[1].read(pressure_2 - self._zero, noise[2])
-        return x, self._differentiate(x), p1, p2
+        values = position, pressure_1 - self._zero, pressure_2 - self._zero
+        triples = zip(self._channels, values, self._block.pop(), strict=True)
+        x, p1, p2 = (channel.read(value, noise) for channel, value, noise in triples)
+        return x, self._differentiate(x), self._zero + p1, self._zero + p2
 
     def _differentiate(self, position: float) -> float:
         if self._last_position is None:

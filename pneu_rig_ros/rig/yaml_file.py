@@ -63,11 +63,9 @@ def shipped(pattern: str) -> dict[str, Path]:
 
 def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()) -> Path:
     """
-    Return the path of a YAML file, or of a shipped one by its name.
+    Return the path of a YAML file, or of a shipped one of a pattern by its name.
 
-    :param kind: what it is called in an error
-    :param pattern: of the shipped files, below the configuration folder
-    :param more: names that an error lists too
+    :param kind: what it is called in an error, which lists ``more`` names
     :raises RigError: for a name that is not known
     """
     path, known = Path(source), shipped(pattern)
@@ -79,11 +77,7 @@ def locate(source: str | Path, kind: str, pattern: str, more: Iterable[str] = ()
 
 
 def read_yaml(path: Path | str) -> dict[str, Any]:
-    """
-    Return the mapping in a YAML file.
-
-    :raises RigError: when the file cannot be read, or is something else
-    """
+    """Return the mapping in a YAML file; RigError when it cannot be read, or is none."""
     data = parse_yaml(read_text(path), str(path))
     if not isinstance(data, dict):
         raise RigError(f'{path}: expected a mapping of names')
@@ -107,9 +101,7 @@ def parse_yaml(
     Return the plain data of a YAML text, None if it is empty.
 
     :param origin: what to call the text in an error
-    :param largest: allowed length [character]
-    :param longest: allowed length of one text in it [character]
-    :raises RigError: when it is not YAML, or goes beyond the limits
+    :raises RigError: when it is not YAML, or longer than the largest file or text [character]
     """
     if len(text) > largest:
         raise RigError(f'{origin}: longer than {largest} characters')

@@ -13,15 +13,13 @@ from pneu_rig_ros.analysis.summary import lost_samples, summarise
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.records.recording import NEVER, WHOLE
-from pneu_rig_ros.rig import Rig, load_configuration
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig import Rig, load_configuration, valve_voltages
 from pneu_rig_ros.simulate import simulate
 
 
 @pytest.fixture(scope='module')
-def record(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    configuration = load_configuration('cylinder_2')
-    return read_recording(simulate(configuration, 0.34, 3.0, tmp_path_factory.mktemp('b') / 'bag'))
+def record(bag: Path) -> Recording:
+    return read_recording(bag)
 
 
 def test_live_and_offline_friction_agree(record: Recording) -> None:

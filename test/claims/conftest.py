@@ -1,15 +1,16 @@
 """One laboratory for all tests: the default reading, measured once."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
+from terminal import Outcome, Terminal
 
 from pneu_rig_ros.claims import experiments
 from pneu_rig_ros.claims.experiments import Laboratory, Reading
 from pneu_rig_ros.claims.findings import Row
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
-from pneu_rig_ros.cli import main
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
@@ -30,13 +31,11 @@ def rows(laboratory: Laboratory) -> list[Row]:
     return [measure(laboratory, statement) for statement in STATEMENTS]
 
 
-Run = Callable[..., tuple[int, str, str]]
+Run = Callable[..., Outcome]
 
 
 @pytest.fixture
-def run(
-    laboratory: Laboratory, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Run:
+def run(laboratory: Laboratory, terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Return what runs `pneu-rig claims` here, in the one laboratory if the reading is its own."""
     own = experiments.Laboratory
 
@@ -44,10 +43,4 @@ def run(
         return laboratory if reading == laboratory.reading else own(reading)
 
     monkeypatch.setattr(experiments, 'Laboratory', found)
-
-    def run_claims(*arguments: object) -> tuple[int, str, str]:
-        code = main(['claims', *(str(argument) for argument in arguments)])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run_claims
+    return partial(terminal.run, 'claims')

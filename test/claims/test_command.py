@@ -6,6 +6,7 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 from pneu_rig_ros.claims import statements as module
 from pneu_rig_ros.claims.experiments import Reading
@@ -91,8 +92,7 @@ def test_neighbours_of_a_reading_are_measured_and_their_share_is_printed(
         (['--html', '/'], '--html / exists'),
     ],
 )
-def test_mistake_is_told_in_one_line(run: Run, arguments: list[str], complaint: str) -> None:
-    code, out, err = run(*arguments)
-    assert (code, out) == (2, '')
-    assert complaint in err
-    assert err.count('\n') == 1
+def test_mistake_is_told_in_one_line(
+    terminal: Terminal, arguments: list[str], complaint: str
+) -> None:
+    assert complaint in terminal.refusal('claims', *arguments)

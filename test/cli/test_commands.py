@@ -12,14 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from terminal import COMMAND, Terminal
 
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.cli import command
 from pneu_rig_ros.model.quantity import specifications
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig.configuration import Sampling
-
-from .conftest import COMMAND, Terminal
 
 
 def until(condition: Callable[[], bool], process: subprocess.Popen[str]) -> None:
@@ -33,16 +32,15 @@ def until(condition: Callable[[], bool], process: subprocess.Popen[str]) -> None
 
 @pytest.mark.parametrize('name', ['', *command.commands])
 def test_help_has_examples(terminal: Terminal, name: str) -> None:
-    outcome = terminal.run(*([name] if name else []), '--help')
-    assert outcome.code == 0
-    assert 'Examples:\n' in outcome.out
-    assert f'pneu-rig {name}'.strip() in outcome.out.split('Examples:')[1]
-    assert max(map(len, outcome.out.splitlines())) < 100
+    text = terminal.output(*([name] if name else []), '--help')
+    assert 'Examples:\n' in text
+    assert f'pneu-rig {name}'.strip() in text.split('Examples:')[1]
+    assert max(map(len, text.splitlines())) < 100
 
 
 @pytest.mark.parametrize('name', ['demo', 'simulate'])
 def test_options_name_their_units(terminal: Terminal, name: str) -> None:
-    text = terminal.run(name, '--help').out
+    text = terminal.output(name, '--help')
     for unit in ('--u VOLT', '--duration SECOND', 'PASCAL', 'KILOGRAM', 'METRE'):
         assert unit in text
 
@@ -50,10 +48,9 @@ def test_options_name_their_units(terminal: Terminal, name: str) -> None:
 @pytest.mark.parametrize('name', ['demo', 'simulate', 'diagnose', 'gap'])
 def test_seeds_are_those_of_a_rig(terminal: Terminal, name: str) -> None:
     largest = specifications(Sampling)['seed'].high
-    assert f'0<=x<={largest:.0f}]' in terminal.run(name, '--help').out
-    outcome = terminal.run(name, '--seed', -1)
-    assert outcome.code == 2
-    assert f"'--seed': -1 is not in the range 0<=x<={largest}; see" in outcome.err
+    assert f'0<=x<={largest:.0f}]' in terminal.output(name, '--help')
+    line = terminal.refusal(name, '--seed', -1)
+    assert f"'--seed': -1 is not in the range 0<=x<={largest}; see" in line
 
 
 def test_without_arguments_the_help_is_shown(terminal: Terminal) -> None:
@@ -108,12 +105,7 @@ def test_import_is_light() -> None:
     ids=lambda value: ' '.join(value) if isinstance(value, list) else '',
 )
 def test_mistake_is_told_in_one_line(terminal: Terminal, arguments: list[str], told: str) -> None:
-    outcome = terminal.run(*arguments)
-    assert outcome.code == 2
-    assert outcome.out == ''
-    assert outcome.err.startswith('pneu-rig: error: ')
-    assert told in outcome.err
-    assert outcome.err.count('\n') == 1
+    assert told in terminal.refusal(*arguments)
     assert list(terminal.directory.iterdir()) == []
 
 
@@ -132,24 +124,12 @@ def test_error_of_the_program_has_a_code_of_its_own(
 
 
 def test_simulate_records_and_summarises(terminal: Terminal) -> None:
-    outcome = terminal.run(
-        'simulate',
-        '--duration',
-        2,
-        '--cylinder',
-        'cylinder_1',
-        '--u',
-        0.3,
-        '--seed',
-        4,
-        '--png',
-        'p.png',
-    )
-    assert outcome.code == 0
+    options = ('--cylinder', 'cylinder_1', '--u', 0.3, '--seed', 4, '--png', 'p.png')
+    told = terminal.output('simulate', '--duration', 2, *options)
     (bag,) = Path('runs').iterdir()
     assert bag.name.endswith('_cylinder_1')
-    assert f'bag                {bag}\n' in outcome.out
-    assert 'picture            p.png\n' in outcome.out
+    assert f'bag                {bag}\n' in told
+    assert 'picture            p.png\n' in told
     assert Path('p.png').stat().st_size < 200_000
     record = read_recording(bag)
     assert record.position.size == 1725
@@ -157,14 +137,13 @@ def test_simulate_records_and_summarises(terminal: Terminal) -> None:
 
 
 def test_simulate_never_overwrites(terminal: Terminal) -> None:
-    assert terminal.run('simulate', '--duration', 0.1, '--out', 'bag').code == 0
+    terminal.output('simulate', '--duration', 0.1, '--out', 'bag')
     before = Path('bag/bag.mcap').read_bytes()
-    again = terminal.run('simulate', '--duration', 0.1, '--out', 'bag')
-    assert again.code == 2
-    assert '--out bag exists; name a directory that does not' in again.err
+    again = terminal.refusal('simulate', '--duration', 0.1, '--out', 'bag')
+    assert '--out bag exists; name a directory that does not' in again
     assert Path('bag/bag.mcap').read_bytes() == before
     for _ in range(2):
-        assert terminal.run('simulate', '--duration', 0.01).code == 0
+        terminal.output('simulate', '--duration', 0.01)
     assert len(list(Path('runs').iterdir())) == 2
 
 
@@ -183,7 +162,7 @@ def test_interrupted_simulation_leaves_a_whole_bag(terminal: Terminal, number: i
 
 
 def test_info_as_json_is_plain_data(terminal: Terminal, bag: Path) -> None:
-    data = json.loads(terminal.run('info', bag, '--json').out)
+    data = json.loads(terminal.output('info', bag, '--json'))
     assert data['cylinder'] == 'cylinder_2'
     assert data['samples'] == data['messages']['joint_states'] == 2587
     assert set(data['lost'].values()) == {0}
@@ -191,7 +170,7 @@ def test_info_as_json_is_plain_data(terminal: Terminal, bag: Path) -> None:
 
 
 def test_info_lists_topics_and_origin(terminal: Terminal, bag: Path) -> None:
-    text = terminal.run('info', bag).out
+    text = terminal.output('info', bag)
     assert 'lost samples       joint_states 0' in text
     assert 'written by         pneu_rig_ros ' in text
     row = next(line for line in text.splitlines() if line.startswith('chamber_1/pressure'))
@@ -210,9 +189,8 @@ def test_output_stops_quietly_when_its_reader_does(bag: Path, option: str) -> No
 
 
 def test_friction_csv_has_the_offline_estimate(terminal: Terminal, bag: Path) -> None:
-    outcome = terminal.run('friction', bag, '--csv', 'f.csv', '--png', 'f.png')
-    assert outcome.code == 0
-    assert 'peak friction [N]' in outcome.out
+    told = terminal.output('friction', bag, '--csv', 'f.csv', '--png', 'f.png')
+    assert 'peak friction [N]' in told
     record = read_recording(bag)
     table = np.genfromtxt('f.csv', delimiter=',', names=True)
     assert table.dtype.names == (
@@ -226,23 +204,21 @@ def test_friction_csv_has_the_offline_estimate(terminal: Terminal, bag: Path) ->
     np.testing.assert_allclose(table['friction_N'], friction_of(record), rtol=1e-8)
     np.testing.assert_allclose(table['time_s'], record.time, atol=1e-9)
     assert Path('f.png').exists()
-    assert terminal.run('friction', bag, '--csv', 'f.csv').code == 2
+    terminal.refusal('friction', bag, '--csv', 'f.csv')
 
 
 def test_friction_as_json(terminal: Terminal, bag: Path) -> None:
-    data = json.loads(terminal.run('friction', bag, '--json').out)
+    data = json.loads(terminal.output('friction', bag, '--json'))
     assert data['peak_friction'] == max(cycle['peak_friction'] for cycle in data['cycles'])
 
 
 def test_repair_mends_and_then_has_nothing_to_do(terminal: Terminal, bag: Path) -> None:
     Path('cut').mkdir()
     Path('cut/cut.mcap').write_bytes((bag / 'stroke.mcap').read_bytes()[:1_200_000])
-    told = terminal.run('info', 'cut')
-    assert told.code == 2
-    assert 'run: pneu-rig repair cut' in told.err
-    assert 'cut is repaired: ' in terminal.run('repair', 'cut').out
-    assert terminal.run('info', 'cut').code == 0
-    assert 'cut is healthy' in terminal.run('repair', 'cut').out
+    assert 'run: pneu-rig repair cut' in terminal.refusal('info', 'cut')
+    assert 'cut is repaired: ' in terminal.output('repair', 'cut')
+    terminal.output('info', 'cut')
+    assert 'cut is healthy' in terminal.output('repair', 'cut')
     assert sorted(file.name for file in Path('cut').iterdir()) == [
         'cut.mcap',
         'cut.mcap.cut',
@@ -255,10 +231,10 @@ def test_repair_says_what_it_left_out(terminal: Terminal, bag: Path) -> None:
     data = bytearray(file.read_bytes())
     data[data.index(b'cap_dead_volume')] ^= 1
     file.write_bytes(data)
-    told = terminal.run('repair', 'bag').out
+    told = terminal.output('repair', 'bag')
     assert '\n1 damaged chunk is omitted\n' in told
     assert 'configuration' not in told
     shutil.copy('bag/stroke.mcap.cut', file)
     Path('bag/metadata.yaml').unlink()
-    told = terminal.run('repair', 'bag').out
+    told = terminal.output('repair', 'bag')
     assert '\nthe rig configuration was lost with a damaged chunk; friction' in told

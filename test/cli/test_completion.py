@@ -7,10 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 from pneu_rig_ros.cli import SHELLS
-
-from .conftest import Terminal
 
 BASH = """
 eval "$(pneu-rig completion bash)"
@@ -45,16 +44,13 @@ def test_bash_completes_commands_and_options() -> None:
 
 @pytest.mark.parametrize('shell', SHELLS)
 def test_each_shell_gets_a_script_that_asks_it(terminal: Terminal, shell: str) -> None:
-    outcome = terminal.run('completion', shell)
-    assert outcome.code == 0
-    assert f'{shell}_complete' in outcome.out
-    assert '_PNEU_RIG_COMPLETE' in outcome.out
+    script = terminal.output('completion', shell)
+    assert f'{shell}_complete' in script
+    assert '_PNEU_RIG_COMPLETE' in script
     if interpreter := shutil.which(shell):
-        run = subprocess.run([interpreter, '-n'], input=outcome.out, text=True, timeout=60)
+        run = subprocess.run([interpreter, '-n'], input=script, text=True, timeout=60)
         assert run.returncode == 0
 
 
 def test_other_shells_are_refused(terminal: Terminal) -> None:
-    outcome = terminal.run('completion', 'tcsh')
-    assert outcome.code == 2
-    assert "'bash', 'zsh', 'fish'" in outcome.err
+    assert "'bash', 'zsh', 'fish'" in terminal.refusal('completion', 'tcsh')

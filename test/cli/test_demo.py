@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 from pneu_rig_ros.demo import held_signals
 from pneu_rig_ros.records import read_recording
 
-from .conftest import Terminal
 from .test_commands import until
 
 pytestmark = pytest.mark.live
@@ -58,7 +58,7 @@ def test_stroke_is_recorded_from_the_first_to_the_last_sample(terminal: Terminal
     ):
         assert line in out
     assert 20_000 < (bag / 'stroke.png').stat().st_size < 200_000
-    data = json.loads(terminal.run('info', bag, '--json').out)
+    data = json.loads(terminal.output('info', bag, '--json'))
     assert set(data['lost'].values()) == {0}
     assert data['rate'] == pytest.approx(1e9 / 1_160_000, rel=0.02)
     assert data['seed'] == '9'

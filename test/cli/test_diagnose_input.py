@@ -17,14 +17,13 @@ from diagnosis.parts import (
     vessel_run,
 )
 from numpy.typing import NDArray
+from terminal import Terminal
 
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.cdr_encoding import PlantMessages
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Sample, load_configuration
 from pneu_rig_ros.simulate import simulate
-
-from .conftest import Terminal
 
 Floats = NDArray[np.float64]
 Change = Callable[[Floats], Floats]
@@ -41,12 +40,9 @@ STEP = 1_160_000
 
 def refused(terminal: Terminal, *arguments: object) -> str:
     """Return the only line in which `diagnose` refuses its input."""
-    outcome = terminal.run('diagnose', *arguments, '--workers', 1, '--out', 'new/answer')
-    assert outcome.code == 2
-    assert outcome.out == ''
-    (line,) = outcome.err.splitlines()
+    line = terminal.refusal('diagnose', *arguments, '--workers', 1, '--out', 'new/answer')
     assert not (terminal.directory / 'new').exists()
-    return line.removeprefix('pneu-rig: error: ')
+    return line
 
 
 def seal_refused(

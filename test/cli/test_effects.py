@@ -3,24 +3,23 @@
 import json
 from pathlib import Path
 
-from pneu_rig_ros.model import effects
+from terminal import Terminal
 
-from .conftest import Terminal
+from pneu_rig_ros.model import effects
 
 
 def test_every_effect_and_parameter_is_listed(terminal: Terminal) -> None:
-    outcome = terminal.run('effects')
-    assert outcome.code == 0
+    text = terminal.output('effects')
     for name in effects.names():
         effect = effects.load(name)
-        assert f'\n{name} ' in outcome.out
+        assert f'\n{name} ' in text
         for parameter in effect.parameters._fields:
-            assert f'{parameter}: ' in outcome.out
-        assert effect.source.split()[0] in outcome.out
+            assert f'{parameter}: ' in text
+        assert effect.source.split()[0] in text
 
 
 def test_json_says_the_same_as_the_library(terminal: Terminal) -> None:
-    data = json.loads(terminal.run('effects', '--json').out)
+    data = json.loads(terminal.output('effects', '--json'))
     assert tuple(data) == effects.names()
     droop = data['supply_droop']
     assert droop['balance'] == 'supply'
@@ -35,8 +34,8 @@ def test_json_says_the_same_as_the_library(terminal: Terminal) -> None:
 
 
 def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:
-    above, below = terminal.run('effects').out.split('\nEmpirical terms, not physical causes')
-    data = json.loads(terminal.run('effects', '--json').out)
+    above, below = terminal.output('effects').split('\nEmpirical terms, not physical causes')
+    data = json.loads(terminal.output('effects', '--json'))
     for name in effects.names():
         is_cause = not name.startswith('empirical_')
         assert (f'\n{name} ' in above, f'\n{name} ' in below) == (is_cause, not is_cause)
@@ -48,7 +47,7 @@ def test_descriptions_stand_apart_and_are_no_causes(terminal: Terminal) -> None:
 
 
 def test_only_causes_are_offered_to_be_left_out_of_a_diagnosis(terminal: Terminal) -> None:
-    outcome = terminal.run('diagnose', 'a', '--model', 'm', '--out', 'o', '--without', 'stribec')
-    assert outcome.code == 2
-    assert "--without: unknown name 'stribec', did you mean 'stribeck'" in outcome.err
-    assert 'empirical_' not in outcome.err
+    command = ('diagnose', 'a', '--model', 'm', '--out', 'o', '--without', 'stribec')
+    line = terminal.refusal(*command)
+    assert "--without: unknown name 'stribec', did you mean 'stribeck'" in line
+    assert 'empirical_' not in line

@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 from pneu_rig_ros.cli import output
 from pneu_rig_ros.records import BagWriter, conversion
-
-from .conftest import Terminal
 
 MAPPING = """
 time: {column: "t [ms]", unit: ms}
@@ -40,38 +39,23 @@ def prepare(terminal: Terminal, bad: str = '') -> None:
 
 def test_export_of_a_laboratory_becomes_a_bag(terminal: Terminal) -> None:
     prepare(terminal)
-    done = terminal.run(
-        'import',
-        'daq.csv',
-        '--map',
-        'map.yaml',
-        '--conditions',
-        'cond.yaml',
-        '--cylinder',
-        'cylinder_2',
-        '--out',
-        'runs/measured',
-    )
-    assert done.code == 0, done.err
-    assert '430 every 1.16 ms, 0.50 s' in done.out
-    assert 'supply_pressure 500000 Pa, load_mass 0.2 kg' in done.out
-    told = json.loads(terminal.run('info', 'runs/measured', '--json').out)
+    known = ('--map', 'map.yaml', '--conditions', 'cond.yaml', '--cylinder', 'cylinder_2')
+    done = terminal.output('import', 'daq.csv', *known, '--out', 'runs/measured')
+    assert '430 every 1.16 ms, 0.50 s' in done
+    assert 'supply_pressure 500000 Pa, load_mass 0.2 kg' in done
+    told = json.loads(terminal.output('info', 'runs/measured', '--json'))
     assert told['cylinder'] == 'cylinder_2'
     assert (told['friction_model'], told['seed']) == ('unknown', 'unknown')
-    assert 'cylinder_2, imported from daq.csv' in terminal.run('info', 'runs/measured').out
+    assert 'cylinder_2, imported from daq.csv' in terminal.output('info', 'runs/measured')
     assert told['samples'] == 430
     assert abs(told['travel'] - 0.02e-3 * 429) < 1e-9
-    out = terminal.run('friction', 'runs/measured', '--json')
-    assert out.code == 0, out.err
+    terminal.output('friction', 'runs/measured', '--json')
 
 
 def test_wrong_file_is_one_line_and_leaves_nothing(terminal: Terminal) -> None:
     prepare(terminal, bad='16.24;abc;0.1;0.1;0.34')
-    done = terminal.run('import', 'daq.csv', '--map', 'map.yaml', '--out', 'runs/measured')
-    assert done.code == 2
-    assert done.err == (
-        "pneu-rig: error: daq.csv: row 16, column 'x [mm]': 'abc' is not a finite number\n"
-    )
+    line = terminal.refusal('import', 'daq.csv', '--map', 'map.yaml', '--out', 'runs/measured')
+    assert line == "daq.csv: row 16, column 'x [mm]': 'abc' is not a finite number"
     assert not (terminal.directory / 'runs').exists()
 
 
@@ -99,7 +83,7 @@ def test_import_as_data_and_silent(terminal: Terminal) -> None:
     assert data['conditions'] == {'atmospheric_pressure': 1e5}
     assert data['notes'] == []
     assert terminal.run(*command, '--out', 'b', '--quiet') == (0, '', '')
-    assert '--out a exists' in terminal.run(*command, '--out', 'a').err
+    assert '--out a exists' in terminal.refusal(*command, '--out', 'a')
 
 
 def test_import_shows_that_it_reads_and_how_far_it_has_written(
@@ -124,27 +108,25 @@ def test_import_shows_that_it_reads_and_how_far_it_has_written(
 def test_unknown_cylinder_and_missing_mapping(terminal: Terminal) -> None:
     prepare(terminal)
     command = ('import', 'daq.csv', '--out', 'a')
-    done = terminal.run(*command, '--map', 'map.yaml', '--cylinder', 'cylinder_4')
-    assert (done.code, 'cylinder_' in done.err) == (2, True)
-    assert '--map' in terminal.run(*command).err
-    assert 'none.yaml: cannot be read' in terminal.run(*command, '--map', 'none.yaml').err
+    line = terminal.refusal(*command, '--map', 'map.yaml', '--cylinder', 'cylinder_4')
+    assert 'cylinder_' in line
+    assert '--map' in terminal.refusal(*command)
+    assert 'none.yaml: cannot be read' in terminal.refusal(*command, '--map', 'none.yaml')
 
 
 def test_export_as_csv_and_parquet(terminal: Terminal, bag: Path) -> None:
-    done = terminal.run('export', bag, '--csv', '--out', 'a.csv')
-    assert done.code == 0, done.err
+    terminal.output('export', bag, '--csv', '--out', 'a.csv')
     head, *rows = (terminal.directory / 'a.csv').read_text().splitlines()
     assert head.startswith('stamp_ns,time_s,position_m,velocity_m_per_s,pressure_1_Pa,')
-    assert len(rows) == json.loads(terminal.run('info', bag, '--json').out)['samples']
-    data = json.loads(terminal.run('export', bag, '--parquet', '--out', 'a.pq', '--json').out)
+    assert len(rows) == json.loads(terminal.output('info', bag, '--json'))['samples']
+    data = json.loads(terminal.output('export', bag, '--parquet', '--out', 'a.pq', '--json'))
     assert data['columns'] == head.split(',')
     assert terminal.run('export', bag, '--csv', '--out', 'b.csv', '--quiet') == (0, '', '')
-    assert 'exists' in terminal.run('export', bag, '--csv', '--out', 'a.csv').err
-    assert '--csv or --parquet' in terminal.run('export', bag).err
-    assert 'does not exist' in terminal.run('export', 'none', '--csv').err
+    assert 'exists' in terminal.refusal('export', bag, '--csv', '--out', 'a.csv')
+    assert '--csv or --parquet' in terminal.refusal('export', bag)
+    assert 'does not exist' in terminal.refusal('export', 'none', '--csv')
     for out in ('c.parquet', '-'):
-        done = terminal.run('export', bag, '--csv', '--out', out)
-        assert (done.code, f'--out {out}: ' in done.err) == (2, True)
+        assert f'--out {out}: ' in terminal.refusal('export', bag, '--csv', '--out', out)
     assert sorted(path.name for path in terminal.directory.iterdir()) == ['a.csv', 'a.pq', 'b.csv']
 
 

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 from pneu_rig_ros.analysis.metrics import SignalGap
 from pneu_rig_ros.cli.gap import _whole, to_dict
@@ -29,7 +30,6 @@ from pneu_rig_ros.scenarios.experiments import (
 from pneu_rig_ros.scenarios.gap import DRAWN, Outcome, draw, noise_seed
 from pneu_rig_ros.scenarios.hidden import EFFECTS, LAWS
 
-from .conftest import Terminal
 from .test_commands import until
 from .test_demo import children, gone, recording
 
@@ -160,7 +160,7 @@ def test_every_effect_can_be_hidden(name: str) -> None:
 
 
 def test_help_tells_from_how_many_effects_is_drawn(terminal: Terminal) -> None:
-    text = ' '.join(terminal.run('gap', '--help').out.split())
+    text = ' '.join(terminal.output('gap', '--help').split())
     assert f'one of {len(DRAWN)} of the {len(causes())} effects' in text
     assert set(DRAWN) < set(causes())
 
@@ -178,7 +178,5 @@ def test_noise_of_every_run_has_a_seed_that_a_rig_takes() -> None:
 
 @pytest.mark.parametrize('name', ['described_force', 'no_such_effect'])
 def test_what_cannot_be_hidden_is_refused(terminal: Terminal, name: str) -> None:
-    outcome = terminal.run('gap', '--effect', name)
-    assert outcome.code == 2
-    assert name in outcome.err
+    assert name in terminal.refusal('gap', '--effect', name)
     assert list(terminal.directory.iterdir()) == []

@@ -4,10 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
+from terminal import Terminal
 
 from pneu_rig_ros.cli import command
-
-from .conftest import Terminal
 
 LONG = ('demo', 'simulate', 'claims', 'replay', 'import', 'export', 'compare', 'diagnose')
 """Commands that compute or play for more than a moment, with a result."""
@@ -29,7 +28,7 @@ def test_simulate(terminal: Terminal) -> None:
 
 def test_repair(terminal: Terminal, bag: Path) -> None:
     assert terminal.run('repair', bag, '--quiet') == (0, '', '')
-    data = json.loads(terminal.run('repair', bag, '--json').out)
+    data = json.loads(terminal.output('repair', bag, '--json'))
     assert data['repaired'] is False
     assert data['cut_file'] is None
     assert data['duration'] == pytest.approx(3.0, abs=0.01)

@@ -14,7 +14,6 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import Effect
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
-from pneu_rig_ros.simulate import simulate
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / 'examples'
@@ -47,8 +46,7 @@ def test_leaking_chamber_is_slower() -> None:
     assert 1.0 < leaking < 0.5 * tight
 
 
-def test_friction_of_a_bag(tmp_path: Path) -> None:
-    bag = simulate(load_configuration('cylinder_2'), 0.34, 3.0, tmp_path / 'bag')
+def test_friction_of_a_bag(bag: Path) -> None:
     head, peaks = run('friction_of_a_bag.py', bag)
     assert head.startswith('cylinder_2: mean ')
     assert 15.0 < float(peaks.split()[5]) < 25.0

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.parameters import FILM_RESTS_WITH_CLOCK, LATCHED_AT_BREAKAWAY, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.rig import load_configuration
@@ -39,6 +40,23 @@ def changed(cylinder: str, **sections: dict[str, Any]) -> Model:
     for name, fields in (*PLAIN.items(), *sections.items()):
         model = model._replace(**{name: getattr(model, name)._replace(**fields)})
     return model
+
+
+def with_effects(**given: tuple[float, ...]) -> dict[str, Any]:
+    """Return the parameters of all effects, null but for the values that are given in order."""
+    chosen = {name: effects.load(name).parameters(*values) for name, values in given.items()}
+    return effects.nulls() | chosen
+
+
+def plant_with(
+    name: str,
+    *values: float,
+    temperatures: tuple[float, float] | None = None,
+    **sections: dict[str, Any],
+) -> Plant:
+    """Return the plant that all effects share, one of them switched on."""
+    model = changed('cylinder_2', **sections)
+    return Plant(model, with_effects(**{name: values}), temperatures=temperatures)
 
 
 def drive(

@@ -6,10 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pneu_rig_ros.model import effects
-from pneu_rig_ros.model.plant import Plant
-
-from .rigs import SHUT, changed, drive
+from .rigs import SHUT, drive, plant_with
 from .test_effect_physics import AT_REST, COMPILED, GAS, LAW, MODEL, STROKE, contribute, settle
 
 HELD: dict[str, Any] = {
@@ -19,18 +16,6 @@ HELD: dict[str, Any] = {
 }
 """Of a piston that no pressure moves [N]."""
 ATMOSPHERE = GAS.atmospheric_pressure
-
-
-def plant_with(
-    name: str,
-    *values: float,
-    temperatures: tuple[float, float] | None = None,
-    **sections: dict[str, Any],
-) -> Plant:
-    """Return the plant that all effects share, one of them switched on."""
-    chosen = effects.nulls()
-    chosen[name] = effects.load(name).parameters(*values)
-    return Plant(changed('cylinder_2', **sections), chosen, temperatures=temperatures)
 
 
 @pytest.mark.parametrize('exponent', [0.5, 1.0, 1.2, 2.0])

@@ -13,7 +13,7 @@ from pneu_rig_ros.model.compiled_model import compiled_model
 from pneu_rig_ros.model.effect import LEAST_TIME, ChamberGas, Motion, Ports, Seal, Signals
 from pneu_rig_ros.model.plant import Plant
 
-from .rigs import SHUT, changed, drive, stroke
+from .rigs import SHUT, changed, drive, plant_with, stroke, with_effects
 
 MODEL = changed('cylinder_2')
 COMPILED = compiled_model(MODEL)
@@ -65,13 +65,6 @@ def settle(
         atol=1e-12,
     )
     return cast(NDArray[np.float64], solution.y[:, -1])
-
-
-def plant_with(name: str, *values: float, **sections: dict[str, Any]) -> Plant:
-    """Return the plant that all effects share, one of them switched on."""
-    chosen = effects.nulls()
-    chosen[name] = effects.load(name).parameters(*values)
-    return Plant(changed('cylinder_2', **sections), chosen)
 
 
 def test_supply_droop_is_resistance_times_flow() -> None:
@@ -427,18 +420,14 @@ def test_stiff_joint_moves_the_load_like_a_rigid_one() -> None:
 
 
 def test_flow_effects_see_the_spool_not_the_command() -> None:
-    chosen = effects.nulls()
-    chosen['valve_lag'] = effects.load('valve_lag').parameters(1.0)
-    chosen['line_lag'] = effects.load('line_lag').parameters(1e-3)
+    chosen = with_effects(valve_lag=(1.0,), line_lag=(1e-3,))
     run = stroke(Plant(MODEL, chosen), 2.5, 0.05)  # the spool still stands in the overlap
     assert np.all(np.diff(run.gas_mass_1) == 0.0)
 
 
 def test_opening_is_bent_where_the_lagging_spool_stands() -> None:
     """With the spool halfway to its voltage the flow is that of the bent opening there."""
-    chosen = effects.nulls()
-    chosen['valve_lag'] = effects.load('valve_lag').parameters(1.0)
-    chosen['nonlinear_opening'] = effects.load('nonlinear_opening').parameters(2.0, 2.0)
+    chosen = with_effects(valve_lag=(1.0,), nonlinear_opening=(2.0, 2.0))
     at_rest = {'friction': {'breakaway_force': 1e4, 'coulomb_force': 1e4}}
     run = stroke(Plant(changed('cylinder_2', **at_rest), chosen), 1.0, 0.7)
     spool = 2.5 + 1.0 - math.exp(-run.time[-1])
@@ -450,13 +439,11 @@ def test_opening_is_bent_where_the_lagging_spool_stands() -> None:
 
 
 def test_levels_together_leave_some_friction() -> None:
-    chosen = effects.nulls()
-    for name, values in {
-        'direction_dependent_friction': (-0.5,),
-        'position_dependent_friction': (1.0,),
-        'friction_warm_up': (0.9, 1e-3),
-    }.items():
-        chosen[name] = effects.load(name).parameters(*values)
+    chosen = with_effects(
+        direction_dependent_friction=(-0.5,),
+        position_dependent_friction=(1.0,),
+        friction_warm_up=(0.9, 1e-3),
+    )
     run = stroke(Plant(MODEL, chosen), 0.34, 5.0)
     bent = LAW.breakaway_force / LAW.element_stiffness[0]
     assert (run.velocity > 1e-3).sum() > 100

@@ -23,7 +23,7 @@ from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.model.quantity import Quantity, specifications
 
-from .rigs import changed, stroke
+from .rigs import changed, stroke, with_effects
 
 MODEL = changed('cylinder_2')
 POSITION_NOISE, PRESSURE_NOISE = 29e-6, 165.0
@@ -70,8 +70,7 @@ def test_effect_is_safe_at_its_bounds(name: str) -> None:
     ]
     model = model_that_lacks(name)
     for values in itertools.product(*ranges):
-        chosen = effects.nulls() | {name: effects.load(name).parameters(*values)}
-        run = stroke(Plant(model, chosen, 1e-5), 0.5, 2.0)
+        run = stroke(Plant(model, with_effects(**{name: values}), 1e-5), 0.5, 2.0)
         assert all(np.all(np.isfinite(column)) for column in run), values
         assert run.position.min() >= -1e-9
         assert run.position.max() <= model.cylinder.stroke + 1e-9

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from terminal import Terminal
 
-from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import cdr_encoding, read_recording
 from pneu_rig_ros.records.description import bag_metadata, describe
@@ -50,14 +50,13 @@ def bag(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize(('one', 'other'), [NAMES[at : at + 2] for at in range(0, len(NAMES), 2)])
 def test_pages_show_names_as_text(
-    one: str, other: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    one: str, other: str, tmp_path: Path, terminal: Terminal
 ) -> None:
     bags = [named(tmp_path, name) for name in (one, other)]
     pages = {'view_1': bags[:1], 'view_2': bags[1:], 'compare': [bags[0], '--model', bags[1]]}
     for name, arguments in pages.items():
         page = tmp_path / f'{name}.html'
-        words = [name.split('_')[0], *map(str, arguments), '--out', str(page)]
-        assert main(words) == 0, capsys.readouterr()
+        terminal.output(name.split('_')[0], *arguments, '--out', page)
         html = page.read_text()
         assert '<script>alert' not in html
         assert '<img src=x' not in html
@@ -71,17 +70,15 @@ def test_pages_show_names_as_text(
     }
 
 
-def test_pictures_and_tables_bear_such_names(bag: Path, tmp_path: Path) -> None:
-    assert main(['friction', str(bag), '--png', str(tmp_path / 'a.png')]) == 0
-    assert main(['export', str(bag), '--csv', '--out', str(tmp_path / 'a.csv')]) == 0
-    cells = re.split(r'[,\n]', (tmp_path / 'a.csv').read_text())
+def test_pictures_and_tables_bear_such_names(bag: Path, terminal: Terminal) -> None:
+    terminal.output('friction', bag, '--png', 'a.png')
+    terminal.output('export', bag, '--csv', '--out', 'a.csv')
+    cells = re.split(r'[,\n]', Path('a.csv').read_text())
     assert not [cell for cell in cells if cell[:1] in ('=', '+', '@', '\t', '\r')]
     assert not [cell for cell in cells if cell[:1] == '-' and not cell[1:2].isdigit()]
 
 
-def test_nothing_in_a_bag_commands_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_in_a_bag_commands_the_terminal(tmp_path: Path, terminal: Terminal) -> None:
     text = describe(load_configuration('cylinder_1'))
     with BagWriter(tmp_path / 'bag') as writer:
         source = simulate(load_configuration('cylinder_1'), 0.5, 0.4, tmp_path / 'source')
@@ -89,28 +86,26 @@ def test_nothing_in_a_bag_commands_the_terminal(
             for connection, stamp, raw in reader.messages():
                 writer.write(connection.topic, connection.msgtype, stamp, bytes(raw))
         writer.close(bag_metadata(text) | dict.fromkeys(TOLD, TERMINAL))
-    assert main(['info', str(tmp_path / 'bag')]) == 0
-    shown = capsys.readouterr().out
+    shown = terminal.output('info', tmp_path / 'bag')
     assert all(line.isprintable() for line in shown.split('\n'))
-    assert main(['info', str(tmp_path / TERMINAL)]) == 2
-    assert capsys.readouterr().err.strip().isprintable()
+    assert terminal.refusal('info', tmp_path / TERMINAL).isprintable()
 
 
 @pytest.mark.parametrize('name', [BYTES, TERMINAL.strip()])
 def test_file_name_that_is_no_text_is_escaped(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, tmp_path: Path, terminal: Terminal
 ) -> None:
     table, mapping = tmp_path / f'{name}.csv', tmp_path / 'map.yaml'
     table.write_text('t,x\n' + ''.join(f'{k * 0.001:.3f},{k}\n' for k in range(50)))
     mapping.write_text('time: {column: t, unit: s}\nposition: {column: x, unit: mm}\n')
-    words = ['import', str(table), '--map', str(mapping), '--out']
-    assert main([*words, str(tmp_path / name)]) == 2
-    assert 'the name of a bag must be printable' in capsys.readouterr().err
-    assert main([*words, str(tmp_path / 'bag')]) == 0
-    assert all(line.isprintable() for line in capsys.readouterr().out.split('\n'))
+    words = ['import', table, '--map', mapping, '--out']
+    line = terminal.refusal(*words, tmp_path / name)
+    assert 'the name of a bag must be printable' in line
+    shown = terminal.output(*words, tmp_path / 'bag')
+    assert all(line.isprintable() for line in shown.split('\n'))
     assert read_recording(tmp_path / 'bag').metadata['source'].isprintable()
     simulate(load_configuration('cylinder_1'), 0.5, 0.4, tmp_path / 'rig').rename(tmp_path / name)
-    assert main(['view', str(tmp_path / name), '--out', str(tmp_path / 'view.html')]) == 0
+    terminal.output('view', tmp_path / name, '--out', 'view.html')
 
 
 def test_name_of_a_rig_is_one_line() -> None:
@@ -157,10 +152,7 @@ def test_message_definitions_do_not_run(
     assert not (tmp_path / 'owned').exists()
 
 
-def test_table_with_hostile_names_becomes_a_bag(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_table_with_hostile_names_becomes_a_bag(tmp_path: Path, terminal: Terminal) -> None:
     head = f'"{SCRIPT}","=cmd|calc","../../{{{{7*7}}}}"'
     table, mapping = tmp_path / f'{SCRIPT.replace("/", "∕")}.csv', tmp_path / 'map.yaml'
     table.write_text(f'{head}\n' + ''.join(f'{k * 0.001:.3f},{k},0.1\n' for k in range(50)))
@@ -168,12 +160,10 @@ def test_table_with_hostile_names_becomes_a_bag(
         f'time: {{column: "{SCRIPT}", unit: s}}\nposition: {{column: "=cmd|calc", unit: mm}}\n'
         'u: {column: "../../{{7*7}}", unit: V}\n'
     )
-    assert main(['import', str(table), '--map', str(mapping), '--out', 'made']) == 0
+    terminal.output('import', table, '--map', mapping, '--out', 'made')
     assert {path.name for path in tmp_path.iterdir()} == {table.name, 'map.yaml', 'made'}
-    assert main(['export', 'made', '--csv', '--out', 'out.csv']) == 0
+    terminal.output('export', 'made', '--csv', '--out', 'out.csv')
     first = Path('out.csv').read_text().splitlines()[0]
     assert first == 'stamp_ns,time_s,position_m,velocity_m_per_s,u_V,voltage_1_V,voltage_2_V'
-    capsys.readouterr()
     mapping.write_text(mapping.read_text().replace('unit: mm', f'unit: "{SCRIPT}"'))
-    assert main(['import', str(table), '--map', str(mapping), '--out', 'other']) == 2
-    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+    terminal.refusal('import', table, '--map', mapping, '--out', 'other')

@@ -15,8 +15,8 @@ import psutil
 import pytest
 from distributed import Client
 from long import tasks
+from terminal import Terminal
 
-from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
 
@@ -98,7 +98,7 @@ def await_connection(port: int) -> None:
 
 
 def test_sweep_on_a_cluster_gives_the_table_of_this_process(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, terminal: Terminal
 ) -> None:
     port = free_port()
     address = f'tcp://127.0.0.1:{port}'
@@ -106,17 +106,15 @@ def test_sweep_on_a_cluster_gives_the_table_of_this_process(
     arguments = ['sweep', '--u', '0.4,0.6', '--longest', '5', '--json']
     with dask('scheduler', *own, '--port', str(port)):
         await_connection(port)
-        assert main([*arguments, '--scheduler', address]) == 2
-        refused = f'pneu-rig: error: --scheduler {address}: it has no workers\n'
-        assert capsys.readouterr().err == refused
+        line = terminal.refusal(*arguments, '--scheduler', address)
+        assert line == f'--scheduler {address}: it has no workers'
         worker = ['--nthreads', '1', '--local-directory', str(tmp_path)]
         with dask('worker', address, *own, *worker):
             await_worker(address)
-            assert main([*arguments, '--scheduler', address]) == 0
-    shared = capsys.readouterr()
-    assert main(arguments) == 0
-    alone = capsys.readouterr()
+            shared = terminal.run(*arguments, '--scheduler', address)
+    alone = terminal.run(*arguments)
     assert shared == alone
+    assert alone.code == 0
     assert len(json.loads(alone.out)['strokes']) == 2
 
 
@@ -127,17 +125,14 @@ def await_worker(address: str) -> None:
 
 
 def test_wrong_address_is_refused_in_one_line_also_where_something_else_listens(
-    capsys: pytest.CaptureFixture[str],
+    terminal: Terminal,
 ) -> None:
     with socket.socket() as mute:
         mute.bind(('127.0.0.1', 0))
         mute.listen()
         for address in ('nowhere', f'tcp://127.0.0.1:{mute.getsockname()[1]}'):
-            assert main(['sweep', '--scheduler', address]) == 2
-            told = capsys.readouterr()
-            assert told.out == ''
-            assert told.err.startswith(f'pneu-rig: error: --scheduler {address}: no Dask')
-            assert told.err.count('\n') == 1
+            line = terminal.refusal('sweep', '--scheduler', address)
+            assert line.startswith(f'--scheduler {address}: no Dask')
 
 
 @pytest.mark.parametrize('when', [pytest.param('starting', marks=pytest.mark.long), 'working'])

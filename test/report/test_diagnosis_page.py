@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from terminal import Terminal
 
-from pneu_rig_ros.cli import main
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.residuals.latent import smooth
 from pneu_rig_ros.diagnosis.result import answer
@@ -197,45 +197,32 @@ def check_files(folder: Path, bench: Diagnosis, capsys: pytest.CaptureFixture[st
 
 
 def test_command_says_what_the_python_call_finds(
-    bench_files: Any, bench: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    bench_files: Any,
+    bench: Diagnosis,
+    tmp_path: Path,
+    terminal: Terminal,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    tables = [str(path) for path in bench_files.tables]
-    words = [
-        'diagnose',
-        *tables[:2],
-        '--verify',
-        tables[2],
-        '--model',
-        str(bench_files.system),
-        '--map',
-        str(bench_files.mapping),
-        '--workers',
-        '1',
-    ]
-    assert main([*words, '--out', str(tmp_path / 'answer'), '--json']) == 0
-    printed = json.loads(capsys.readouterr().out)
+    tables, system = bench_files.tables, ['--model', bench_files.system, '--workers', 1]
+    words = ['diagnose', *tables[:2], '--verify', tables[2], '--map', bench_files.mapping, *system]
+    printed = json.loads(terminal.output(*words, '--out', 'answer', '--json'))
     assert printed == json.loads((tmp_path / 'answer' / 'diagnosis.json').read_text())
     expected = json.loads(json.dumps(answer(bench)))
     assert {**printed, 'seconds': 0.0} == {**expected, 'seconds': 0.0}
     check_files(tmp_path / 'answer', bench, capsys)
-    assert main([*words, '--out', str(tmp_path / 'answer')]) == 2
-    assert 'is not empty' in capsys.readouterr().err
-    assert main([*words, '--without', 'pressure_dependant', '--out', str(tmp_path / 'b')]) == 2
+    assert 'is not empty' in terminal.refusal(*words, '--out', 'answer')
+    terminal.refusal(*words, '--without', 'pressure_dependant', '--out', 'b')
     assert list(tmp_path.iterdir()) == [tmp_path / 'answer']
 
 
-def test_names_of_files_are_text(
-    bench_files: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_names_of_files_are_text(bench_files: Any, tmp_path: Path, terminal: Terminal) -> None:
     tables = [tmp_path / f'{name}.csv' for name in HOSTILE]
     for table, source in zip(tables, bench_files.tables, strict=True):
         table.write_bytes(source.read_bytes())
     system = tmp_path / f'{HOSTILE[0]}.yaml'
     system.write_text(bench_files.system.read_text().replace('name: seal', 'name: "<i>[/]"'))
     words = [*tables[:2], '--verify', tables[2], '--model', system, '--map', bench_files.mapping]
-    arguments = [*map(str, words), '--workers', '1', '--out', str(tmp_path / 'answer')]
-    assert main(['diagnose', *arguments]) == 0
-    shown = capsys.readouterr().out
+    shown = terminal.output('diagnose', *words, '--workers', 1, '--out', 'answer')
     assert all(line.isprintable() for line in shown.split('\n'))
     page = (tmp_path / 'answer' / 'report.html').read_text()
     assert '<script' not in page

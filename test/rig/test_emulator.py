@@ -10,9 +10,8 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
+from pneu_rig_ros.rig import DAC_STEP, Rig, RigConfiguration, load_configuration, valve_voltages
 from pneu_rig_ros.rig.sensors import Channel, noise_of, reading_noise, sensor_noise, smallest_step
-from pneu_rig_ros.rig.valve_drive import DAC_STEP, valve_voltages
 
 POSITION_CODE = 0.3 / 4095
 PRESSURE_CODE = 1e6 / 4095
@@ -105,7 +104,7 @@ def test_reset_repeats_the_samples() -> None:
 def test_a_channel_saturates_at_its_span_and_says_so(
     value: float, reading: float, saturated: bool
 ) -> None:
-    channel = Channel(span=1.0, levels=4096, gain=1.0, noise=0.0)
+    channel = Channel(span=1.0, levels=4096, noise=0.0)
     assert channel.read(value, 0.0) == pytest.approx(reading, abs=1.3e-4)
     assert channel.saturated == saturated
 

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from terminal import Terminal
 
 from pneu_rig_ros.analysis.motion import find_cycles
-from pneu_rig_ros.cli import main
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import SerialExecutor, open_executor
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.rig.valve_drive import valve_voltages
+from pneu_rig_ros.rig import load_configuration, valve_voltages
 from pneu_rig_ros.sweep import at_point, axis, check_size, grid, sweep
 
 RIG = load_configuration('cylinder_1')
@@ -85,13 +84,11 @@ def test_same_table_bit_by_bit_whatever_the_workers() -> None:
 
 
 def test_command_writes_a_table_and_prints_plain_data(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    terminal: Terminal,
 ) -> None:
-    out = tmp_path / 'table.csv'
     arguments = ['--u', '0,0.6', '--vary', 'friction.model=lugre', '--longest', '30']
-    assert main(['sweep', *arguments, '--out', str(out), '--json']) == 0
-    data = json.loads(capsys.readouterr().out)
-    rows = list(csv.DictReader(io.StringIO(out.read_text())))
+    data = json.loads(terminal.output('sweep', *arguments, '--out', 'table.csv', '--json'))
+    rows = list(csv.DictReader(io.StringIO(Path('table.csv').read_text())))
     assert [row['u_V'] for row in rows] == ['0.0', '0.6']
     assert rows[0]['stroke_time_s'] == ''
     assert data['strokes'][0]['stroke_time'] is None
@@ -112,10 +109,6 @@ def test_command_writes_a_table_and_prints_plain_data(
     ],
 )
 def test_mistake_is_told_in_one_line(
-    arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+    terminal: Terminal, arguments: list[str], complaint: str
 ) -> None:
-    assert main(['sweep', *arguments]) == 2
-    told = capsys.readouterr()
-    assert told.out == ''
-    assert complaint in told.err
-    assert told.err.count('\n') == 1
+    assert complaint in terminal.refusal('sweep', *arguments)

@@ -8,10 +8,9 @@ from typing import NamedTuple
 import pytest
 
 from pneu_rig_ros.cli import main
-from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.simulate import simulate
 
 COMMAND = (sys.executable, '-m', 'pneu_rig_ros.cli')
+HEAD = 'pneu-rig: error: '
 
 
 class Outcome(NamedTuple):
@@ -35,6 +34,19 @@ class Terminal:
         code = main([str(argument) for argument in arguments])
         return Outcome(code, *self._capture.readouterr())
 
+    def output(self, *arguments: object) -> str:
+        """Run what succeeds; return what it prints."""
+        code, out, err = self.run(*arguments)
+        assert code == 0, err
+        return out
+
+    def refusal(self, *arguments: object) -> str:
+        """Run what is refused; return the one line that it says, without what all begin with."""
+        code, out, err = self.run(*arguments)
+        assert (code, out, err.count('\n')) == (2, '', 1), err
+        assert err.startswith(HEAD)
+        return err.removeprefix(HEAD).rstrip('\n')
+
     def start(self, *arguments: object) -> subprocess.Popen[str]:
         """Start in a process of its own."""
         return subprocess.Popen(
@@ -44,18 +56,3 @@ class Terminal:
             stderr=subprocess.PIPE,
             text=True,
         )
-
-
-@pytest.fixture
-def terminal(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Terminal:
-    monkeypatch.chdir(tmp_path)
-    return Terminal(tmp_path, capsys)
-
-
-@pytest.fixture(scope='session')
-def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three simulated seconds of cylinder 2; not to be changed."""
-    configuration = load_configuration('cylinder_2')
-    return simulate(configuration, 0.34, 3.0, tmp_path_factory.mktemp('bags') / 'stroke')
