@@ -3,7 +3,8 @@
 import numpy as np
 
 from pneu_rig_ros.analysis.motion import find_cycles
-from pneu_rig_ros.rig import Rig, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 COMMAND, DURATION = 0.29, 15.0  # V, s
 

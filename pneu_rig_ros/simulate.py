@@ -21,8 +21,9 @@ from pneu_rig_ros.records.cdr_encoding import (
 )
 from pneu_rig_ros.records.description import bag_metadata, describe
 from pneu_rig_ros.records.topics import TOPICS, absolute_names
-from pneu_rig_ros.rig import Rig, RigConfiguration, valve_voltages
+from pneu_rig_ros.rig import Rig, RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 Progress = Callable[[float], None]
 """Called with the simulated time [s] from time to time."""

@@ -19,8 +19,9 @@ from pneu_rig_ros.model.parameters import SECTIONS
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.model.quantity import Choice, Quantity, specifications, unknown
 from pneu_rig_ros.model.shape import with_values
-from pneu_rig_ros.rig import RigConfiguration, valve_voltages
+from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.configuration import OVERRIDES, override
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 COMMAND = Quantity('V', -2.5, 2.5, 'command of Eq. 1')
 MOST_POINTS = 1_000_000

@@ -26,8 +26,9 @@ from pneu_rig_ros.records.conditions import (
     configured_conditions,
 )
 from pneu_rig_ros.records.recording import WHOLE
-from pneu_rig_ros.rig import DAC_STEP, RigConfiguration
+from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import IDEAL, near_zero, sensor_noise
+from pneu_rig_ros.rig.valve_drive import DAC_STEP
 
 INITIAL_TIME = 0.01
 """Length of the readings whose mean is the initial position [s]."""

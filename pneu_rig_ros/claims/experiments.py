@@ -12,7 +12,8 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.batch import END_SHARE, strokes
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
-from pneu_rig_ros.rig import load_configuration, valve_voltages
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 CYLINDERS = ('cylinder_1', 'cylinder_2', 'cylinder_3')
 INTERVAL = 1.16e-3

@@ -19,8 +19,9 @@ from pneu_rig_ros.claims.findings import (
 from pneu_rig_ros.claims.trends import LOAD_COMMAND, LOADS
 from pneu_rig_ros.model.parameters import Friction
 from pneu_rig_ros.model.plant import Plant, PlantState
-from pneu_rig_ros.rig import load_configuration, valve_voltages
+from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.rig.sensors import SensorSet
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 
 def dwell_law(laboratory: Laboratory) -> Iterator[Finding]:

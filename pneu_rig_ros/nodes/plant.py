@@ -26,9 +26,10 @@ from pneu_rig_ros.nodes.timing import (
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.records.description import describe
-from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.configuration import OVERRIDES
 from pneu_rig_ros.rig.urdf import robot_description
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 LATE_SHARE = 0.01
 """Share of late ticks [-] above which diagnostics warn."""

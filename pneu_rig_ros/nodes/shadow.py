@@ -20,7 +20,8 @@ from pneu_rig_ros.nodes.samples import Sample, SampleSubscription
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import template
 from pneu_rig_ros.records.topics import DERIVED, SAMPLE_TOPICS
-from pneu_rig_ros.rig import RigConfiguration, checked_command, load_configuration, valve_voltages
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
 VOLTAGES, COMMAND = 'valve_voltages', 'u'
 LONGEST_GAP = 20

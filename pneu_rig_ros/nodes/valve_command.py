@@ -10,7 +10,7 @@ from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_stamp
 from pneu_rig_ros.records.cdr_encoding import pack_valve_voltages
-from pneu_rig_ros.rig import checked_command, valve_voltages
+from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
 LEAST_INTERVAL_NS = 500_000
 """Between two updates [ns]: half a sampling interval, at any rate of commands."""

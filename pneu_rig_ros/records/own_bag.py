@@ -14,7 +14,8 @@ from pneu_rig_ros.records.description import configuration_in
 from pneu_rig_ros.records.grid import check_gaps, fit_grid, shortest_decimal
 from pneu_rig_ros.records.recording import NEVER, Recording, Stamps, check_stamps
 from pneu_rig_ros.records.topics import SAMPLE_TOPICS, TOPICS, absolute_names
-from pneu_rig_ros.rig import RigConfiguration, valve_voltages
+from pneu_rig_ros.rig import RigConfiguration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 STAMPED = (*SAMPLE_TOPICS, 'friction', 'force')
 """Topics whose messages have the stamp of their sample."""

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.rig import RigConfiguration, voltages_of
+from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import noise_of, smallest_step
+from pneu_rig_ros.rig.valve_drive import voltages_of
 
 Stamps = NDArray[np.int64]
 

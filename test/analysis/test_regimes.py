@@ -17,8 +17,9 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.rig import RigConfiguration, load_configuration, valve_voltages
+from pneu_rig_ros.rig import RigConfiguration, load_configuration
 from pneu_rig_ros.rig.sensors import SensorSet
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 from pneu_rig_ros.simulate import simulate
 
 from .true_regimes import Truth, true_cycles, true_regimes

@@ -13,7 +13,8 @@ from pneu_rig_ros.analysis.summary import lost_samples, summarise
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.records.recording import NEVER, WHOLE
-from pneu_rig_ros.rig import Rig, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 from pneu_rig_ros.simulate import simulate
 
 

@@ -9,7 +9,8 @@ from pneu_rig_ros.batch import END_SHARE, run_parallel, strokes
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING
 from pneu_rig_ros.model.plant import Plant, Trajectory
-from pneu_rig_ros.rig import load_configuration, valve_voltages
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 INTERVAL = 1.16e-3
 COMMANDS = (0.3, 0.45, 0.8, -0.5, 0.35)

@@ -15,7 +15,8 @@ from pneu_rig_ros.control.controller import (
     SlidingMode,
 )
 from pneu_rig_ros.control.excitation import load_excitation
-from pneu_rig_ros.rig import Rig, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 CYLINDERS = ['cylinder_1', 'cylinder_2', 'cylinder_3']
 STEPS = load_excitation('reference_steps')

@@ -24,7 +24,8 @@ from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
-from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .parts import mapping, system_file, table
 

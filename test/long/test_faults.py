@@ -29,7 +29,7 @@ from pneu_rig_ros.records.bag import open_bag, storage_files
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import pack_float64
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
-from pneu_rig_ros.rig import valve_voltages
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .live_rig import ORDER, ProcessRig, until
 from .witness import ERROR, WARN, WATCHED, U, Witness, missing

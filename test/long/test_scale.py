@@ -15,7 +15,8 @@ from distributed import LocalCluster
 from pneu_rig_ros.batch import run_parallel
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks, open_executor
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig import load_configuration, valve_voltages
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .tasks import count, strokes
 

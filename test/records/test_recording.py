@@ -14,8 +14,9 @@ from pneu_rig_ros.records.bag import last_text, open_bag
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_valve_voltages
 from pneu_rig_ros.records.recording import WHOLE
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.rig import DAC_STEP, Rig, Sample, load_configuration, valve_voltages, voltages_of
+from pneu_rig_ros.rig import Rig, Sample, load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
+from pneu_rig_ros.rig.valve_drive import DAC_STEP, valve_voltages, voltages_of
 
 STEP = 1_160_000
 

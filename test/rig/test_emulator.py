@@ -10,8 +10,9 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig import DAC_STEP, Rig, RigConfiguration, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.sensors import Channel, noise_of, reading_noise, sensor_noise, smallest_step
+from pneu_rig_ros.rig.valve_drive import DAC_STEP, valve_voltages
 
 POSITION_CODE = 0.3 / 4095
 PRESSURE_CODE = 1e6 / 4095

@@ -26,7 +26,8 @@ from pneu_rig_ros.records.cdr_encoding import (
     pack_valve_voltages,
     template,
 )
-from pneu_rig_ros.rig import LARGEST_COMMAND, Sample, valve_voltages
+from pneu_rig_ros.rig import Sample
+from pneu_rig_ros.rig.valve_drive import LARGEST_COMMAND, valve_voltages
 
 from .bystander import until
 

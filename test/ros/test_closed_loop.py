@@ -20,7 +20,8 @@ from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_joint_state
 from pneu_rig_ros.records.cdr_encoding import pack_float64
-from pneu_rig_ros.rig import Rig, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import Bystander, gather
 

@@ -21,7 +21,8 @@ from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.runner import Runner
 from pneu_rig_ros.nodes.shadow import ShadowNode
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
-from pneu_rig_ros.rig import Rig, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import Bystander
 

@@ -19,7 +19,8 @@ from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_float64
 from pneu_rig_ros.records.topics import SAMPLE_TOPICS, TOPICS
-from pneu_rig_ros.rig import Sample, valve_voltages
+from pneu_rig_ros.rig import Sample
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import Bystander, until
 

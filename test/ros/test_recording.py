@@ -22,7 +22,8 @@ from pneu_rig_ros.records.cdr_encoding import (
 )
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.records.topics import TOPICS
-from pneu_rig_ros.rig import Rig, load_configuration, valve_voltages
+from pneu_rig_ros.rig import Rig, load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 from pneu_rig_ros.simulate import simulate
 
 from .bystander import Bystander

@@ -8,7 +8,7 @@ import pytest
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import pack_float64, template
-from pneu_rig_ros.rig import valve_voltages
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 from .bystander import gather, until
 

@@ -13,7 +13,8 @@ from pneu_rig_ros.analysis.motion import find_cycles
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.executor import SerialExecutor, open_executor
 from pneu_rig_ros.model.plant import Plant
-from pneu_rig_ros.rig import load_configuration, valve_voltages
+from pneu_rig_ros.rig import load_configuration
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 from pneu_rig_ros.sweep import at_point, axis, check_size, grid, sweep
 
 RIG = load_configuration('cylinder_1')

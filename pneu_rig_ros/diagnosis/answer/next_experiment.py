@@ -20,7 +20,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.residuals.shooting import readings_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
-from pneu_rig_ros.rig import valve_voltages
+from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 STARTS = (0.05, 0.5)
 """Initial positions tried, as a share of the recorded range; for u < 0 from its far end [-]."""
