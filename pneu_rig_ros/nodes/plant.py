@@ -16,13 +16,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
-from pneu_rig_ros.nodes.timing import (
-    LoopTimer,
-    MessageWaitSet,
-    PeriodicTimer,
-    TickErrors,
-    WallClock,
-)
+from pneu_rig_ros.nodes.timing import LoopTimer, PeriodicTimer, TickErrors, WallClock
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.records.description import describe
@@ -160,7 +154,7 @@ class PlantNode(ManagedNode):
 
     def loop_timer(self) -> LoopTimer:
         """Return the timer of the sampling interval; in lock step wait for voltages."""
-        return self._timer or MessageWaitSet(self.polled_subscriptions, self.context)
+        return self._timer or super().loop_timer()
 
     def update(self) -> None:
         """Do one tick; in lock step only after the answer to the last sample."""

@@ -23,9 +23,13 @@ from rclpy.publisher import Publisher
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
-from pneu_rig_ros.nodes.qos import QosMonitor
 from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet, PeriodicTimer
-from pneu_rig_ros.nodes.topics import SHARED_TOPICS, PolledSubscription, create_publisher
+from pneu_rig_ros.nodes.topics import (
+    SHARED_TOPICS,
+    PolledSubscription,
+    QosMonitor,
+    create_publisher,
+)
 from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
@@ -136,8 +140,8 @@ class RigNode(Node):
         self._qos_monitor = QosMonitor(self)
         self._volatile_publishers: list[Publisher] = []
         self._ready = False
-        self.process_nodes: Iterable[RigNode] = ()
-        """The nodes of this process, once a `Runner` has them."""
+        self.process_nodes: Iterable[RigNode] = (self,)
+        """The nodes of this process; a `Runner` sets it."""
         self._owned = ExitStack()
         self.begin()
 
@@ -253,7 +257,13 @@ class RigNode(Node):
         """Return the timer of the loop in which this node is the first."""
         if self.period_ns:
             return PeriodicTimer(self.period_ns)
-        return MessageWaitSet(self.polled_subscriptions, self.context)
+        return MessageWaitSet(self.awaited, self.context)
+
+    def awaited(self) -> Iterator[PolledSubscription]:
+        """Yield the subscriptions of all nodes of this process that answer messages at once."""
+        for node in self.process_nodes:
+            if node.active and not node.period_ns:
+                yield from node.polled_subscriptions
 
     def update(self) -> None:
         """Process the waiting messages and publish what is due; never block."""

@@ -75,7 +75,7 @@ class ValveCommandNode(ManagedNode):
     def loop_timer(self) -> LoopTimer:
         """Return a wait set with a least interval between two answers."""
         gap_ns = LEAST_INTERVAL_NS if self._samples is None and not self.simulated_time else 0
-        return MessageWaitSet(self.polled_subscriptions, self.context, gap_ns)
+        return MessageWaitSet(self.awaited, self.context, gap_ns)
 
     def update(self) -> None:
         """Answer the newest command, or with trigger `sample` each waiting sample."""
