@@ -14,7 +14,6 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.context import Context
-from rclpy.duration import Duration
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
@@ -31,7 +30,7 @@ from pneu_rig_ros.nodes.topics import (
     create_publisher,
 )
 from pneu_rig_ros.records.cdr_decoding import unpack_string
-from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
 
 
@@ -98,9 +97,6 @@ Overrides = Mapping[str, Any] | None
 
 _Value = TypeVar('_Value')
 
-ACKNOWLEDGEMENT_TIMEOUT = 0.3
-"""Longest wait for the acknowledgements of each topic at the end [s]."""
-
 COMMON = (
     Parameter('realtime_priority', 0, 'SCHED_FIFO priority where permitted; 0: none', '-', 0, 99),
     Parameter('wait_for_subscribers', 0, 'subscribers of each topic to wait for', '-', 0, 100),
@@ -143,6 +139,7 @@ class RigNode(Node):
         self.process_nodes: Iterable[RigNode] = (self,)
         """The nodes of this process; a `Runner` sets it."""
         self._owned = ExitStack()
+        self._diagnostics = create_publisher(self, DIAGNOSTICS)
         self.begin()
 
     def _declare(self, table: Iterable[Parameter]) -> None:
@@ -273,6 +270,10 @@ class RigNode(Node):
         """Return what this node reports on `/diagnostics` besides `full_status`."""
         return NodeStatus('running', {})
 
+    def publish_status(self) -> None:
+        """Publish the full status on `/diagnostics`."""
+        self._diagnostics.publish(self.full_status().to_message(self))
+
     def full_status(self) -> NodeStatus:
         """Return the status with the rate and the problems that any node may have."""
         rate = self.rate.update()
@@ -296,8 +297,3 @@ class RigNode(Node):
 
     def abort(self) -> None:
         """Undo what the constructor did, because the node is not going to run."""
-
-    def wait_for_all_acked(self) -> None:
-        """Wait a short time until the subscribers have acknowledged all messages."""
-        for publisher in self.publishers:
-            publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGEMENT_TIMEOUT))

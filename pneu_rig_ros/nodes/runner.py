@@ -14,6 +14,7 @@ from typing import Any
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
@@ -22,8 +23,6 @@ from pneu_rig_ros.nodes import OWNER
 from pneu_rig_ros.nodes.diagnostics import DuplicateNameGuard
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.timing import PeriodicTimer, claim_realtime_priority
-from pneu_rig_ros.nodes.topics import create_publisher
-from pneu_rig_ros.records.topics import DIAGNOSTICS
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
@@ -32,6 +31,9 @@ DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 
 IDLE_PERIOD_NS = 20_000_000
 """Between two cycles of the loop while the first node is not active."""
+
+ACKNOWLEDGEMENT_TIMEOUT = 0.3
+"""Longest wait for the acknowledgements of each topic at the end [s]."""
 
 DESTRUCTION_TIMEOUT = 3
 """Longest time that the destruction of the nodes takes [s]; it is some 0.1 s."""
@@ -50,7 +52,6 @@ class Runner:
             node.process_nodes = nodes
         unique = [node.get_fully_qualified_name() for node in nodes if node.unique]
         self.duplicates = DuplicateNameGuard(nodes[0], unique)
-        self._diagnostics = [create_publisher(node, DIAGNOSTICS) for node in nodes]
         self._due = [0] * len(nodes)
         self._service_due = self._diagnostics_due = 0
         self._choose_timer()
@@ -91,9 +92,9 @@ class Runner:
         duplicates = self.duplicates.update()
         if now >= self._diagnostics_due:
             self._diagnostics_due = now + DIAGNOSTICS_PERIOD_NS
-            for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
+            for node in self.nodes:
                 node.has_duplicate = node.get_fully_qualified_name() in duplicates
-                diagnostics.publish(node.full_status().to_message(node))
+                node.publish_status()
 
     def close(self) -> None:
         """Finish and destroy the nodes; RigError when one could not complete its task."""
@@ -109,13 +110,14 @@ class Runner:
         :raises RigError: when a node could not complete its task
         """
         failures: list[RigError] = []
-        for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
+        for node in self.nodes:
             try:
                 node.close()
             except RigError as error:
                 failures.append(error)
-            diagnostics.publish(node.full_status().to_message(node))
-            node.wait_for_all_acked()
+            node.publish_status()
+            for publisher in node.publishers:
+                publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGEMENT_TIMEOUT))
         if failures:
             raise failures[0]
 

@@ -120,12 +120,7 @@ class MessageWaitSet:
 
 
 def claim_realtime_priority(priority: int) -> str | None:
-    """
-    Run the calling thread under SCHED_FIFO.
-
-    :param priority: 1 (lowest) to 99; 0 leaves the thread as it is
-    :return: why it was not permitted, None on success
-    """
+    """Run this thread under SCHED_FIFO, 1 to 99, 0: do not; return why it is not permitted."""
     if priority <= 0:
         return None
     try:

@@ -73,12 +73,7 @@ class SequenceNumbers:
 
 
 def qos_profile(topic: Topic, depth: int = 0, reliable: bool = True) -> QoSProfile:
-    """
-    Return the profile of a topic: volatile, or transient local if the topic is.
-
-    :param depth: of a subscription [messages]; 0: that of the publishers
-    :param reliable: False for publishers that are best effort
-    """
+    """Return the profile of a topic; depth 0: that of the publishers [messages]."""
     kept = topic.transient_local
     return QoSProfile(
         depth=1 if kept else depth or topic.depth,
@@ -102,11 +97,7 @@ class QosMonitor:
     def subscription_callbacks(
         self, topic: Topic, accept_best_effort: Callable[[], None]
     ) -> SubscriptionEventCallbacks:
-        """
-        Return the event callbacks for a new subscription.
-
-        :param accept_best_effort: called when there is a publisher that is best effort
-        """
+        """Return the callbacks of a new subscription, also for best-effort publishers."""
         requested = qos_profile(topic, reliable=False)
         name = self._node.resolve_topic_name(topic.name)
         text = f'a publisher of {name} offers incompatible QoS: its messages are not received'
@@ -186,11 +177,7 @@ def message_class(type_name: str) -> Any:
 
 
 def create_publisher(node: Node, topic_name: str, monitor: QosMonitor | None = None) -> Publisher:
-    """
-    Create a publisher of a topic in `records.topics`; it takes raw CDR or a typed message.
-
-    :param monitor: warns of incompatible subscriptions
-    """
+    """Create a publisher of a topic in `records.topics`; it takes raw CDR or a typed message."""
     topic = TOPICS[topic_name]
     return node.create_publisher(
         message_class(topic.type),
