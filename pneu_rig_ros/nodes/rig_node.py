@@ -136,8 +136,8 @@ class RigNode(Node):
         self._qos_monitor = QosMonitor(self)
         self._volatile_publishers: list[Publisher] = []
         self._ready = False
-        self.process_nodes: Iterable[RigNode] = (self,)
-        """The nodes of this process; a `Runner` sets it."""
+        self.process_nodes: Iterable[RigNode] = ()
+        """The nodes of this process, once a `Runner` has them."""
         self._owned = ExitStack()
         self._diagnostics = create_publisher(self, DIAGNOSTICS)
         self.begin()

@@ -2,12 +2,8 @@
 
 from functools import partial
 
-from pneu_rig_ros.nodes import runner
+from pneu_rig_ros.nodes import rig, runner
 from pneu_rig_ros.nodes.excitation import ExcitationNode
-from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
-from pneu_rig_ros.nodes.plant import PlantNode
-from pneu_rig_ros.nodes.recorder import RecorderNode
-from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 
 
 class ProfileOnce(ExcitationNode):
@@ -19,7 +15,8 @@ class ProfileOnce(ExcitationNode):
         self.done = self.played
 
 
-NODES = (PlantNode, ProfileOnce, ValveCommandNode, FrictionEstimatorNode, RecorderNode)
+PLANT, *OTHERS = rig.NODES
+NODES = (PLANT, ProfileOnce, *OTHERS)
 """In the order of their messages, so that one update of all nodes is one lock step."""
 
 main = partial(runner.main, NODES)
