@@ -133,11 +133,10 @@ class ValveCommandNode(ManagedNode):
             'u [V]': self._u,
         }
         newest = 'the newest command counts'
-        several = f'u comes from several publishers, {newest}'
-        too_many = f'u comes {rate:.0f} times a second, {newest}'
+        several = self._commands.sequence.alternating
         warnings = (
-            several if self._commands.sequence.alternating else None,
-            too_many if rate > HIGHEST_RATE else None,
+            f'u comes from several publishers, {newest}' if several else None,
+            f'u comes {rate:.0f} times a second, {newest}' if rate > HIGHEST_RATE else None,
         )
         return NodeStatus('waiting' if self._u is None else 'running', values, warnings)
 
