@@ -61,12 +61,12 @@ def axis(name: str, text: str) -> Axis:
     :raises RigError: for an unknown name, or values that are not numbers or out of range
     """
     specification = _specification(name)
+    values: list[float]
     if isinstance(specification, Choice):
-        return Axis(
-            name, specification, tuple(specification.parse(t, name) for t in text.split(','))
-        )
-    values = _numbers(text, name)
-    return Axis(name, specification, tuple(specification.check(v, name) for v in values))
+        values = [specification.parse(part, name) for part in text.split(',')]
+    else:
+        values = [specification.check(number, name) for number in _numbers(text, name)]
+    return Axis(name, specification, tuple(values))
 
 
 def _specification(name: str) -> Quantity | Choice:

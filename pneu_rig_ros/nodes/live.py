@@ -1,12 +1,13 @@
 """The live node: samples of a running rig for a web page, and the commands from it."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import islice
 from threading import Lock
 from typing import Any
 
 from rcl_interfaces.srv import SetParameters
+from rclpy.client import Client
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -83,7 +84,7 @@ class LiveNode(RigNode):
         self._descriptions = self.subscribe('rig_description')
         self._supply = self.create_client(SetParameters, 'plant/set_parameters')
         self._reset = self.create_client(Trigger, 'plant/reset')
-        self._requests: deque[Callable[[], None]] = deque()
+        self._requests: deque[tuple[Client, Any]] = deque()
         self._wanted: float | None = None
         self._held: float | None = None
         self._u: float | None = None
@@ -100,11 +101,12 @@ class LiveNode(RigNode):
 
     def set_supply_pressure(self, pressure: float) -> None:
         """Request an absolute supply pressure [Pa] from the plant."""
-        self._requests.append(lambda: self._request_supply_pressure(pressure))
+        change = Parameter('supply_pressure', value=pressure).to_parameter_msg()
+        self._requests.append((self._supply, SetParameters.Request(parameters=[change])))
 
     def reset(self) -> None:
         """Request the initial state from the plant."""
-        self._requests.append(self._request_reset)
+        self._requests.append((self._reset, Trigger.Request()))
 
     def state(self) -> dict[str, Any]:
         """Return what a page shows besides the samples, in SI units."""
@@ -125,7 +127,7 @@ class LiveNode(RigNode):
         """Publish the command, send the requests and take the waiting messages."""
         self._publish_command()
         while self._requests:
-            self._requests.popleft()()
+            self._request(*self._requests.popleft())
         self.take_configurations(self._descriptions, self._use_description)
         # Commands and voltages have no stamp: the newest ones apply to the next samples.
         for u in self.take_decoded(self._commands, unpack_float64):
@@ -144,18 +146,10 @@ class LiveNode(RigNode):
         self._held = wanted
 
     def _take_samples(self) -> None:
-        held = (self._u, *self._voltages)
-        rows = [
-            (
-                self._time(s.stamp_ns),
-                s.position,
-                _finite(s.velocity),
-                s.pressure_1,
-                s.pressure_2,
-                *held,
-            )
-            for s in self._samples.take_all()
-        ]
+        rows = []
+        for s in self._samples.take_all():
+            motion = s.position, _finite(s.velocity), s.pressure_1, s.pressure_2
+            rows.append((self._time(s.stamp_ns), *motion, self._u, *self._voltages))
         self.streams['samples'].extend(rows)
         self.rate.count += len(rows)
         forces = self.take_decoded(self._friction, unpack_joint_state)
@@ -172,26 +166,22 @@ class LiveNode(RigNode):
             self._start_ns = stamp_ns
         return round((stamp_ns - self._start_ns) * 1e-9, 6)
 
-    def _request_supply_pressure(self, pressure: float) -> None:
-        if not self._supply.service_is_ready():
-            self._message = f'supply: service {self._supply.srv_name} not available'
+    def _request(self, client: Client, request: Any) -> None:
+        supply = client is self._supply
+        if not client.service_is_ready():
+            what = 'supply: ' if supply else ''
+            self._message = f'{what}service {client.srv_name} not available'
             return
-        change = Parameter('supply_pressure', value=pressure).to_parameter_msg()
-        request = SetParameters.Request(parameters=[change])
-        self._supply.call_async(request).add_done_callback(self._on_supply_pressure)
+        self._message = ''
+        future = client.call_async(request)
+        if supply:
+            future.add_done_callback(self._on_supply_pressure)
 
     def _on_supply_pressure(self, future: Future) -> None:
         response = future.result()
         result = response.results[0] if response and response.results else None
         accepted = result is not None and result.successful
         self._message = '' if accepted else f'supply: {result and result.reason}'
-
-    def _request_reset(self) -> None:
-        if self._reset.service_is_ready():
-            self._reset.call_async(Trigger.Request())
-            self._message = ''
-        else:
-            self._message = f'service {self._reset.srv_name} not available'
 
     def close(self) -> None:
         """Close the valves if this node has commanded them."""

@@ -16,13 +16,7 @@ from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
-from pneu_rig_ros.nodes.timing import (
-    LoopTimer,
-    MessageWaitSet,
-    PeriodicTimer,
-    TickErrors,
-    WallClock,
-)
+from pneu_rig_ros.nodes.timing import LoopTimer, PeriodicTimer, TickErrors, WallClock
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.records.description import describe
@@ -36,6 +30,8 @@ LATE_SHARE = 0.01
 
 RUNTIME = ('supply_pressure', 'load_mass')
 """Quantities that may change while the rig runs."""
+
+DESCRIPTIONS = {'rig_description': describe, 'robot_description': robot_description}
 
 
 def quantity_parameters(cylinder: RigConfiguration) -> Iterator[Parameter]:
@@ -97,14 +93,12 @@ class PlantNode(ManagedNode):
         self._rig = Rig(self._configuration())
         self._rig.warm_up()
         self.interval_ns = self._rig.configuration.interval_ns
-        self._speed = self._checked_speed()
+        self.period_ns = self._checked_period_ns()
         self._paused = self.flag('paused')
-        self._description = self.add_publisher('rig_description')
-        self._robot = self.add_publisher('robot_description')
         self._messages = PlantMessages(
             self._rig.sensors.pressure_variance, self.frame_prefix, self.simulated_time
         )
-        topics = self._messages.pack(self._rig.sample, 0)
+        topics = (*DESCRIPTIONS, *self._messages.pack(self._rig.sample, 0))
         self._publish = {topic: self.add_publisher(topic).publish for topic in topics}
         self._commands = self.subscribe('valve_voltages')
         self.add_service(Trigger, '~/reset', self._on_reset)
@@ -113,7 +107,7 @@ class PlantNode(ManagedNode):
         self._awaiting = False
         self._tick = 0
         self._saturated = 0
-        self._timer = PeriodicTimer(self.period_ns) if self._speed else None
+        self._timer = PeriodicTimer(self.period_ns) if self.period_ns else None
 
     def start(self) -> None:
         """Go on where the rig is, valves shut; the clock starts with the next tick."""
@@ -145,8 +139,8 @@ class PlantNode(ManagedNode):
         interval_ns = int(self.number('interval_ns')) or configuration.interval_ns
         return replace(configuration, interval_ns=interval_ns)
 
-    def _checked_speed(self) -> float:
-        """Return the speed and set the period of the loop; RigError if it is not allowed."""
+    def _checked_period_ns(self) -> int:
+        """Return the period of the loop, 0 in lock step; RigError if the speed is not allowed."""
         speed = self.number('speed')
         if speed != 1.0 and not self.simulated_time:
             raise RigError(
@@ -155,12 +149,11 @@ class PlantNode(ManagedNode):
             )
         if 0.0 < speed < 1e-3:
             raise RigError(f'plant: speed {speed:g}, allowed 0 (lock step) or 0.001 to 1000')
-        self.period_ns = round(self.interval_ns / speed) if speed else 0
-        return speed
+        return max(round(self.interval_ns / speed), 1) if speed else 0
 
     def loop_timer(self) -> LoopTimer:
         """Return the timer of the sampling interval; in lock step wait for voltages."""
-        return self._timer or MessageWaitSet(self.polled_subscriptions, self.context)
+        return self._timer or super().loop_timer()
 
     def update(self) -> None:
         """Do one tick; in lock step only after the answer to the last sample."""
@@ -184,7 +177,7 @@ class PlantNode(ManagedNode):
         for topic, cdr in self._ready_messages.items():
             self._publish[topic](cdr)
         self.rate.count += 1
-        if self._speed:
+        if self._timer:
             for cdr in list(self._commands.take_all())[-1:]:
                 self._accept(cdr)
             self._advance()
@@ -230,8 +223,8 @@ class PlantNode(ManagedNode):
     def _describe(self) -> None:
         """Publish both descriptions; not in the constructor, as a duplicate must not publish."""
         self._described = True
-        self._description.publish(pack_string(describe(self._rig.configuration)))
-        self._robot.publish(pack_string(robot_description(self._rig.configuration)))
+        for topic, text_of in DESCRIPTIONS.items():
+            self._publish[topic](pack_string(text_of(self._rig.configuration)))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Return to the initial state; time goes on."""

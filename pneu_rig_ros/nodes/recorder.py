@@ -56,7 +56,7 @@ class RecorderNode(ManagedNode):
         self._wall_clock = WallClock()
         self._newest_ns = 0
         self._description = ''
-        self._simulated = SimulatedTime() if self.simulated_time else None
+        self._simulated = SimulatedTime()
         self._waiting: list[ReceivedMessage] = []
         for topic in TOPICS.values():
             subscription = self.subscribe(topic.name, RECORDER_DEPTH)
@@ -75,10 +75,10 @@ class RecorderNode(ManagedNode):
         if self._failure is not None:
             return
         try:
-            if self._simulated is None:
-                self._write_received(batch)
+            if self.simulated_time:
+                self._write_simulated(batch)
             else:
-                self._write_simulated(batch, self._simulated)
+                self._write_received(batch)
             if not batch:
                 self._writer.flush()
         except RigError as error:
@@ -98,7 +98,7 @@ class RecorderNode(ManagedNode):
             self._newest_ns = time_ns
             self._write(message, time_ns)
 
-    def _write_simulated(self, batch: list[ReceivedMessage], simulated: SimulatedTime) -> None:
+    def _write_simulated(self, batch: list[ReceivedMessage]) -> None:
         """Write with simulated time; unstamped messages wait for the next sample."""
         for message in batch:
             topic_name = message.subscription.topic.name
@@ -111,15 +111,15 @@ class RecorderNode(ManagedNode):
             if stamp_ns is None:
                 continue
             if topic_name == SAMPLES:
-                simulated.add_sample(message.sent_ns, stamp_ns)
+                self._simulated.add_sample(message.sent_ns, stamp_ns)
             self._write(message, stamp_ns)
         waiting, self._waiting = self._waiting, []
         for message in waiting:
-            if simulated.is_known(message.sent_ns):
-                self._write(message, simulated.at(message.sent_ns))
+            if self._simulated.is_known(message.sent_ns):
+                self._write(message, self._simulated.at(message.sent_ns))
             else:
                 self._waiting.append(message)
-        simulated.discard_before(min((m.sent_ns for m in self._waiting), default=0))
+        self._simulated.discard_before(min((m.sent_ns for m in self._waiting), default=0))
 
     def _write(self, message: ReceivedMessage, log_time_ns: int) -> None:
         subscription = message.subscription
@@ -141,7 +141,6 @@ class RecorderNode(ManagedNode):
                 self._writer.close(bag_metadata(self._description))
             raise RigError(self._failure)
         for message in self._waiting:
-            assert self._simulated is not None
             self._write(message, self._simulated.at(message.sent_ns))
         self._writer.close(bag_metadata(self._description))
         self.get_logger().info(f'{self.rate.count} messages in {self._writer.path.resolve()}')

@@ -14,7 +14,6 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.context import Context
-from rclpy.duration import Duration
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
@@ -23,11 +22,15 @@ from rclpy.publisher import Publisher
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
-from pneu_rig_ros.nodes.qos import QosMonitor
 from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet, PeriodicTimer
-from pneu_rig_ros.nodes.topics import SHARED_TOPICS, PolledSubscription, create_publisher
+from pneu_rig_ros.nodes.topics import (
+    SHARED_TOPICS,
+    PolledSubscription,
+    QosMonitor,
+    create_publisher,
+)
 from pneu_rig_ros.records.cdr_decoding import unpack_string
-from pneu_rig_ros.records.topics import TOPICS
+from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
 
 
@@ -94,9 +97,6 @@ Overrides = Mapping[str, Any] | None
 
 _Value = TypeVar('_Value')
 
-ACKNOWLEDGEMENT_TIMEOUT = 0.3
-"""Longest wait for the acknowledgements of each topic at the end [s]."""
-
 COMMON = (
     Parameter('realtime_priority', 0, 'SCHED_FIFO priority where permitted; 0: none', '-', 0, 99),
     Parameter('wait_for_subscribers', 0, 'subscribers of each topic to wait for', '-', 0, 100),
@@ -139,6 +139,7 @@ class RigNode(Node):
         self.process_nodes: Iterable[RigNode] = ()
         """The nodes of this process, once a `Runner` has them."""
         self._owned = ExitStack()
+        self._diagnostics = create_publisher(self, DIAGNOSTICS)
         self.begin()
 
     def _declare(self, table: Iterable[Parameter]) -> None:
@@ -253,7 +254,13 @@ class RigNode(Node):
         """Return the timer of the loop in which this node is the first."""
         if self.period_ns:
             return PeriodicTimer(self.period_ns)
-        return MessageWaitSet(self.polled_subscriptions, self.context)
+        return MessageWaitSet(self.awaited, self.context)
+
+    def awaited(self) -> Iterator[PolledSubscription]:
+        """Yield the subscriptions of all nodes of this process that answer messages at once."""
+        for node in self.process_nodes:
+            if node.active and not node.period_ns:
+                yield from node.polled_subscriptions
 
     def update(self) -> None:
         """Process the waiting messages and publish what is due; never block."""
@@ -262,6 +269,10 @@ class RigNode(Node):
     def status(self) -> NodeStatus:
         """Return what this node reports on `/diagnostics` besides `full_status`."""
         return NodeStatus('running', {})
+
+    def publish_status(self) -> None:
+        """Publish the full status on `/diagnostics`."""
+        self._diagnostics.publish(self.full_status().to_message(self))
 
     def full_status(self) -> NodeStatus:
         """Return the status with the rate and the problems that any node may have."""
@@ -286,8 +297,3 @@ class RigNode(Node):
 
     def abort(self) -> None:
         """Undo what the constructor did, because the node is not going to run."""
-
-    def wait_for_all_acked(self) -> None:
-        """Wait a short time until the subscribers have acknowledged all messages."""
-        for publisher in self.publishers:
-            publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGEMENT_TIMEOUT))

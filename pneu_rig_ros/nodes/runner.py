@@ -5,24 +5,24 @@ import gc
 import inspect
 import os
 import signal
+import struct
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
-from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
+from pneu_rig_ros.nodes.diagnostics import DuplicateNameGuard
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.timing import PeriodicTimer, claim_realtime_priority
-from pneu_rig_ros.nodes.topics import create_publisher
-from pneu_rig_ros.records.topics import DIAGNOSTICS
 
 SERVICE_PERIOD_NS = 100_000_000
 """Services and parameters are served ten times a second, which hardly delays the ticks."""
@@ -31,6 +31,9 @@ DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 
 IDLE_PERIOD_NS = 20_000_000
 """Between two cycles of the loop while the first node is not active."""
+
+ACKNOWLEDGEMENT_TIMEOUT = 0.3
+"""Longest wait for the acknowledgements of each topic at the end [s]."""
 
 DESTRUCTION_TIMEOUT = 3
 """Longest time that the destruction of the nodes takes [s]; it is some 0.1 s."""
@@ -47,8 +50,8 @@ class Runner:
         for node in nodes:
             self._executor.add_node(node)
             node.process_nodes = nodes
-        self.duplicates = DuplicateNameGuard(nodes)
-        self._diagnostics = [create_publisher(node, DIAGNOSTICS) for node in nodes]
+        unique = [node.get_fully_qualified_name() for node in nodes if node.unique]
+        self.duplicates = DuplicateNameGuard(nodes[0], unique)
         self._due = [0] * len(nodes)
         self._service_due = self._diagnostics_due = 0
         self._choose_timer()
@@ -86,43 +89,40 @@ class Runner:
         self._executor.spin_once(timeout_sec=0)
         if self.nodes[0].active is not self._first_active:
             self._choose_timer()
-        self.duplicates.update()
+        duplicates = self.duplicates.update()
         if now >= self._diagnostics_due:
             self._diagnostics_due = now + DIAGNOSTICS_PERIOD_NS
-            for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
-                diagnostics.publish(node.full_status().to_message(node))
+            for node in self.nodes:
+                node.has_duplicate = node.get_fully_qualified_name() in duplicates
+                node.publish_status()
 
-    def close(self, own_process: bool = False) -> None:
+    def close(self) -> None:
+        """Finish and destroy the nodes; RigError when one could not complete its task."""
+        try:
+            self.finish()
+        finally:
+            self.destroy()
+
+    def finish(self) -> None:
         """
-        Close each node, publish its last diagnostics, wait for delivery; then destroy them all.
+        Close each node, publish its last diagnostics and wait for delivery.
 
-        :param own_process: whether the process ends with its nodes, even if they cannot be
-            destroyed
         :raises RigError: when a node could not complete its task
         """
         failures: list[RigError] = []
-        for node, diagnostics in zip(self.nodes, self._diagnostics, strict=True):
+        for node in self.nodes:
             try:
                 node.close()
             except RigError as error:
                 failures.append(error)
-            diagnostics.publish(node.full_status().to_message(node))
-            node.wait_for_all_acked()
-        if own_process:
-            exit_after(DESTRUCTION_TIMEOUT, 2 if failures else 0)
-        self._destroy()
+            node.publish_status()
+            for publisher in node.publishers:
+                publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGEMENT_TIMEOUT))
         if failures:
             raise failures[0]
 
-    def abort(self, own_process: bool = False) -> None:
-        """Undo the start of the nodes and destroy them; `own_process` as of `close`."""
-        for node in self.nodes:
-            node.abort()
-        if own_process:
-            exit_after(DESTRUCTION_TIMEOUT, 2)
-        self._destroy()
-
-    def _destroy(self) -> None:
+    def destroy(self) -> None:
+        """Destroy the nodes."""
         self._executor.shutdown()
         for node in self.nodes:
             node.destroy_node()
@@ -138,9 +138,12 @@ def main(factories: Sequence[Factory]) -> int:
     waiting messages, and a second Ctrl-C cannot interrupt the shutdown.
     """
     context, code = Context(), 0
+    runner: Runner | None = None
+    stop: list[int] = []
     try:
         rclpy.init(args=sys.argv, context=context, signal_handler_options=SignalHandlerOptions.NO)
-        _run(factories, context)
+        runner = Runner(_load(factories, context, stop))
+        _run(runner, stop)
     except (RigError, RCLError, UnknownROSArgsError) as error:
         # ROS rejects its arguments, or a missing keystore where security is required.
         print(f'Error: {one_line(str(error), LONGEST_LINE)}', file=sys.stderr)
@@ -150,6 +153,8 @@ def main(factories: Sequence[Factory]) -> int:
     finally:
         _handle_signals(signal.SIG_IGN)
         exit_after(DESTRUCTION_TIMEOUT, code)
+        if runner is not None:
+            runner.destroy()
         context.try_shutdown()
     return code
 
@@ -178,16 +183,19 @@ def _load(factories: Sequence[Factory], context: Context, stop: list[int]) -> li
         for factory in factories:
             nodes.append(factory(context))  # noqa: PERF401 - those made so far are undone
     except KeyboardInterrupt:
-        for node in nodes:
-            node.abort()
+        _abort(nodes)
         raise
     _handle_signals(lambda received, _: stop.append(received))
     return nodes
 
 
-def _run(factories: Sequence[Factory], context: Context) -> None:
-    stop: list[int] = []
-    runner = Runner(_load(factories, context, stop))
+def _abort(nodes: Iterable[RigNode]) -> None:
+    for node in nodes:
+        node.abort()
+
+
+def _run(runner: Runner, stop: list[int]) -> None:
+    """Run the nodes until a signal, the end of a node or that of the owner; then finish them."""
     priority = max(int(node.number('realtime_priority')) for node in runner.nodes)
     if refusal := claim_realtime_priority(priority):
         runner.nodes[0].get_logger().warning(refusal)
@@ -203,28 +211,16 @@ def _run(factories: Sequence[Factory], context: Context) -> None:
     try:
         runner.duplicates.check(keep_running)
     except RigError:
-        runner.abort(own_process=True)
+        _abort(runner.nodes)
         raise
     try:
         runner.run(keep_running)
     finally:
-        runner.close(own_process=True)
+        runner.finish()
 
 
 SIGEV_THREAD = 2
 """A timer that calls a function, see sigevent(7)."""
-
-
-class _Event(ctypes.Structure):
-    """`struct sigevent` of Linux: the function that is called, and its argument."""
-
-    _fields_ = (
-        ('value', ctypes.c_void_p),
-        ('signal', ctypes.c_int),
-        ('notify', ctypes.c_int),
-        ('function', ctypes.c_void_p),
-        ('unused', ctypes.c_byte * 40),
-    )
 
 
 def exit_after(seconds: int, code: int) -> None:
@@ -240,8 +236,8 @@ def exit_after(seconds: int, code: int) -> None:
     if sys.platform != 'linux':
         return
     libc = ctypes.CDLL(None)
-    function = ctypes.cast(libc._exit, ctypes.c_void_p)
-    event = _Event(value=code, notify=SIGEV_THREAD, function=function)
+    function = ctypes.cast(libc._exit, ctypes.c_void_p).value
+    event = struct.pack('PiiP40x', code, 0, SIGEV_THREAD, function)  # struct sigevent
     timer, delay = ctypes.c_void_p(), (ctypes.c_long * 4)(0, 0, seconds, 0)
-    libc.timer_create(time.CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer))
+    libc.timer_create(time.CLOCK_MONOTONIC, event, ctypes.byref(timer))
     libc.timer_settime(timer, 0, delay, None)

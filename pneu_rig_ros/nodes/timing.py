@@ -3,7 +3,7 @@
 import os
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from rclpy.context import Context
@@ -82,23 +82,27 @@ class MessageWaitSet:
     """
     Waits for a message on any of several subscriptions.
 
+    :param awaited: returns the subscriptions; called at each cycle
     :param gap_ns: least time between two cycles [ns], so that many messages are taken together
     """
 
     _TIMEOUT_NS = 20_000_000
 
     def __init__(
-        self, subscriptions: Sequence[PolledSubscription], context: Context, gap_ns: int = 0
+        self,
+        awaited: Callable[[], Iterable[PolledSubscription]],
+        context: Context,
+        gap_ns: int = 0,
     ) -> None:
         self._gap_ns = gap_ns
         self._cycle_ns = 0
-        self._subscriptions = subscriptions
+        self._awaited = awaited
         self._context = context
         self._size = -1
 
     def wait(self) -> None:
         """Return when there is a message to take, or after 20 ms."""
-        handles = [each.handle for one in self._subscriptions for each in one.subscriptions]
+        handles = [each.handle for one in self._awaited() for each in one.subscriptions]
         if len(handles) != self._size:
             self._size, context = len(handles), self._context.handle
             assert context is not None
@@ -116,12 +120,7 @@ class MessageWaitSet:
 
 
 def claim_realtime_priority(priority: int) -> str | None:
-    """
-    Run the calling thread under SCHED_FIFO.
-
-    :param priority: 1 (lowest) to 99; 0 leaves the thread as it is
-    :return: why it was not permitted, None on success
-    """
+    """Run this thread under SCHED_FIFO, 1 to 99, 0: do not; return why it is not permitted."""
     if priority <= 0:
         return None
     try:

@@ -75,7 +75,7 @@ class ValveCommandNode(ManagedNode):
     def loop_timer(self) -> LoopTimer:
         """Return a wait set with a least interval between two answers."""
         gap_ns = LEAST_INTERVAL_NS if self._samples is None and not self.simulated_time else 0
-        return MessageWaitSet(self.polled_subscriptions, self.context, gap_ns)
+        return MessageWaitSet(self.awaited, self.context, gap_ns)
 
     def update(self) -> None:
         """Answer the newest command, or with trigger `sample` each waiting sample."""
@@ -133,11 +133,10 @@ class ValveCommandNode(ManagedNode):
             'u [V]': self._u,
         }
         newest = 'the newest command counts'
-        several = f'u comes from several publishers, {newest}'
-        too_many = f'u comes {rate:.0f} times a second, {newest}'
+        several = self._commands.sequence.alternating
         warnings = (
-            several if self._commands.sequence.alternating else None,
-            too_many if rate > HIGHEST_RATE else None,
+            f'u comes from several publishers, {newest}' if several else None,
+            f'u comes {rate:.0f} times a second, {newest}' if rate > HIGHEST_RATE else None,
         )
         return NodeStatus('waiting' if self._u is None else 'running', values, warnings)
 

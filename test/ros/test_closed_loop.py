@@ -66,6 +66,14 @@ def control(context, bystander: Bystander, step, seconds: float, **parameters):
     return time, *map(np.array, (numbers[0], [joint.position for joint in joints], numbers[1]))
 
 
+def test_every_message_of_the_loop_wakes_it(context):
+    """If only the answer to the plant did, a command would wait for 20 ms."""
+    runner = lock_step(context)
+    awaited = [one.topic.name for one in runner.nodes[0].awaited()]
+    runner.close()
+    assert awaited == ['valve_voltages', 'u']
+
+
 LOW = {'proportional_gain': 60.0, 'integral_gain': 60.0, 'derivative_gain': 2.0}
 
 

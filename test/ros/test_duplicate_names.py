@@ -9,8 +9,8 @@ import time
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import duplicate_names
-from pneu_rig_ros.nodes.duplicate_names import HostLock
+from pneu_rig_ros.nodes import diagnostics
+from pneu_rig_ros.nodes.diagnostics import hold_name
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.runner import Runner
 
@@ -18,9 +18,9 @@ from .bystander import DOMAIN, until
 
 HOLD = """
 import sys, time
-from pneu_rig_ros.nodes.duplicate_names import HostLock
-lock = HostLock(sys.argv[1])
-print(lock.acquire(), flush=True)
+from pneu_rig_ros.nodes.diagnostics import hold_name
+held = hold_name(sys.argv[1])
+print(held is not None, flush=True)
 time.sleep(60)
 """
 
@@ -39,30 +39,26 @@ def holder():
 def runner(context):
     made = Runner([PlantNode(context, {})])
     yield made
-    made.abort()
+    made.destroy()
 
 
 def test_a_name_is_held_once_and_free_when_its_process_is_killed(holder) -> None:
-    lock = HostLock(f'{DOMAIN}:/plant')
-    assert not lock.acquire()
+    name = f'{DOMAIN}:/plant'
+    assert hold_name(name) is None
     holder.send_signal(signal.SIGKILL)
     holder.wait()
-    assert lock.acquire()
-    assert lock.acquire()  # it is this one's
-    assert not HostLock(f'{DOMAIN}:/plant').acquire()
-    lock.release()
-    assert HostLock(f'{DOMAIN}:/plant').acquire()
+    with hold_name(name):
+        assert hold_name(name) is None
+    assert hold_name(name) is not None
 
 
 def test_a_duplicate_on_this_computer_is_waited_for_though_it_publishes_late(
     holder, runner, monkeypatch
 ) -> None:
-    late = time.monotonic() + duplicate_names.TIMEOUT_IN_GRAPH + 0.5
-    update = runner.duplicates.update
+    late = time.monotonic() + diagnostics.TIMEOUT_IN_GRAPH + 0.5
 
-    def deaf_at_first() -> None:
-        update()
-        runner.nodes[0].has_duplicate = time.monotonic() > late
+    def deaf_at_first() -> list[str]:
+        return ['/plant'] if time.monotonic() > late else []
 
     monkeypatch.setattr(runner.duplicates, 'update', deaf_at_first)
     with pytest.raises(RigError, match='another /plant is running'):
@@ -74,11 +70,11 @@ def test_a_duplicate_that_died_is_not_waited_for(holder, runner) -> None:
     until(lambda: holder.poll() is not None)
     start = time.monotonic()
     runner.duplicates.check(lambda: True)
-    assert time.monotonic() - start < duplicate_names.TIMEOUT_ON_HOST
+    assert time.monotonic() - start < diagnostics.TIMEOUT_ON_HOST
 
 
 def test_the_check_for_duplicates_can_be_stopped(holder, runner) -> None:
-    end = time.monotonic() + duplicate_names.TIMEOUT + 0.5
+    end = time.monotonic() + diagnostics.TIMEOUT + 0.5
     runner.duplicates.check(lambda: time.monotonic() < end)
     assert time.monotonic() < end + 5.0
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rclpy.duration import Duration
 from std_srvs.srv import SetBool
 
 from pneu_rig_ros.analysis.friction import friction_of
@@ -48,7 +49,8 @@ def test_what_is_played_is_what_was_recorded(bag, context, bystander, loop_of):
         heard = {topic: bystander.hear(topic) for topic in playback.topics}
     node = ReplayNode(context, {'bag': str(bag), 'wait_for_subscribers': 1, **FAST})
     play(loop_of(node))
-    node.wait_for_all_acked()
+    for publisher in node.publishers:
+        publisher.wait_for_all_acked(Duration(seconds=1.0))
     for topic, subscription in heard.items():
         assert list(subscription.take_all()) == [m.cdr for m in recorded if m.topic == topic], (
             topic
