@@ -22,13 +22,9 @@ from rclpy.publisher import Publisher
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
+from pneu_rig_ros.nodes.qos import QosMonitor
 from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet, PeriodicTimer
-from pneu_rig_ros.nodes.topics import (
-    SHARED_TOPICS,
-    PolledSubscription,
-    QosMonitor,
-    create_publisher,
-)
+from pneu_rig_ros.nodes.topics import SHARED_TOPICS, PolledSubscription, create_publisher
 from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.topics import DIAGNOSTICS, TOPICS
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml

@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 from pneu_rig_ros.nodes import OWNER
-from pneu_rig_ros.nodes.diagnostics import DuplicateNameGuard
+from pneu_rig_ros.nodes.duplicate_names import DuplicateNameGuard
 from pneu_rig_ros.nodes.rig_node import RigNode
 from pneu_rig_ros.nodes.timing import PeriodicTimer, claim_realtime_priority
 

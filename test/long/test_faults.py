@@ -22,7 +22,8 @@ import rclpy
 from std_msgs.msg import Float64, String
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes.topics import create_publisher, qos_profile
+from pneu_rig_ros.nodes.qos import qos_profile
+from pneu_rig_ros.nodes.topics import create_publisher
 from pneu_rig_ros.records import Recording, read_recording, repair
 from pneu_rig_ros.records.bag import open_bag, storage_files
 from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages

@@ -9,8 +9,8 @@ import time
 import pytest
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.nodes import diagnostics
-from pneu_rig_ros.nodes.diagnostics import hold_name
+from pneu_rig_ros.nodes import duplicate_names
+from pneu_rig_ros.nodes.duplicate_names import hold_name
 from pneu_rig_ros.nodes.plant import PlantNode
 from pneu_rig_ros.nodes.runner import Runner
 
@@ -18,7 +18,7 @@ from .bystander import DOMAIN, until
 
 HOLD = """
 import sys, time
-from pneu_rig_ros.nodes.diagnostics import hold_name
+from pneu_rig_ros.nodes.duplicate_names import hold_name
 held = hold_name(sys.argv[1])
 print(held is not None, flush=True)
 time.sleep(60)
@@ -55,7 +55,7 @@ def test_a_name_is_held_once_and_free_when_its_process_is_killed(holder) -> None
 def test_a_duplicate_on_this_computer_is_waited_for_though_it_publishes_late(
     holder, runner, monkeypatch
 ) -> None:
-    late = time.monotonic() + diagnostics.TIMEOUT_IN_GRAPH + 0.5
+    late = time.monotonic() + duplicate_names.TIMEOUT_IN_GRAPH + 0.5
 
     def deaf_at_first() -> list[str]:
         return ['/plant'] if time.monotonic() > late else []
@@ -70,11 +70,11 @@ def test_a_duplicate_that_died_is_not_waited_for(holder, runner) -> None:
     until(lambda: holder.poll() is not None)
     start = time.monotonic()
     runner.duplicates.check(lambda: True)
-    assert time.monotonic() - start < diagnostics.TIMEOUT_ON_HOST
+    assert time.monotonic() - start < duplicate_names.TIMEOUT_ON_HOST
 
 
 def test_the_check_for_duplicates_can_be_stopped(holder, runner) -> None:
-    end = time.monotonic() + diagnostics.TIMEOUT + 0.5
+    end = time.monotonic() + duplicate_names.TIMEOUT + 0.5
     runner.duplicates.check(lambda: time.monotonic() < end)
     assert time.monotonic() < end + 5.0
 

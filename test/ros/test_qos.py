@@ -11,9 +11,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from pneu_rig_ros.nodes.friction_estimator import FrictionEstimatorNode
+from pneu_rig_ros.nodes.qos import qos_profile
 from pneu_rig_ros.nodes.recorder import RecorderNode
 from pneu_rig_ros.nodes.runner import Runner
-from pneu_rig_ros.nodes.topics import message_class, qos_profile
+from pneu_rig_ros.nodes.topics import message_class
 from pneu_rig_ros.nodes.valve_command import ValveCommandNode
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_float64
