@@ -6,17 +6,15 @@ import contextlib
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 from mcap.summary import Summary
 
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.description import METADATA, bag_metadata, read_metadata
-from pneu_rig_ros.records.mcap_chunks import scan_records
-from pneu_rig_ros.records.mcap_file import McapFile
+from pneu_rig_ros.records.mcap_file import McapFile, scan_records
 from pneu_rig_ros.records.topics import DERIVED, STRING
 
 if TYPE_CHECKING:
@@ -138,12 +136,27 @@ def storage_files(directory: Path) -> list[Path]:
 @contextlib.contextmanager
 def open_bag(path: Path | str) -> Iterator[Bag]:
     """
-    Open a bag for reading, also one that is still being recorded.
+    Open a bag for reading: the files that metadata.yaml names, or the one that is being recorded.
 
     :raises RigError: when it is not a bag, or is cut off or damaged
     """
     directory = bag_directory(path)
-    with reading(directory), _opened(directory) as bag:
+    with reading(directory), contextlib.ExitStack() as stack:
+        information, files = read_metadata(directory), storage_files(directory)
+        if information:
+            files = [directory / Path(name).name for name in information['relative_file_paths']]
+            if lost := [file.name for file in files if not file.exists()]:
+                raise RigError(f'{directory}: files that metadata.yaml names are missing: {lost}')
+        elif len(files) > 1:
+            raise RigError(f'{directory} has {len(files)} .mcap files, but no metadata.yaml')
+        opened = []
+        for file in files:
+            stream = stack.enter_context(file.open('rb'))
+            with prefixed(file):
+                opened.append(McapFile(stream) if information else _growing(stream))
+        bag = Bag(directory, information, opened)
+        if information:
+            bag.check_counts()
         yield bag
 
 
@@ -175,31 +188,13 @@ def _unreadable(path: Path, error: Exception) -> RigError:
     return RigError(f'{directory} is cut off or damaged {advice}')
 
 
-@contextlib.contextmanager
-def _opened(directory: Path) -> Iterator[Bag]:
-    """Open the files that metadata.yaml names, or the only one when it is not written yet."""
-    information, files = read_metadata(directory), storage_files(directory)
-    if information:
-        files = [directory / Path(name).name for name in information['relative_file_paths']]
-        if missing := [file.name for file in files if not file.exists()]:
-            raise RigError(f'{directory}: files that metadata.yaml names are missing: {missing}')
-    elif len(files) > 1:
-        raise RigError(f'{directory} has {len(files)} .mcap files, but no metadata.yaml')
-    with contextlib.ExitStack() as stack:
-        opened = (McapFile(file) if information else _growing(file) for file in files)
-        bag = Bag(directory, information, [stack.enter_context(closing(f)) for f in opened])
-        if information:
-            bag.check_counts()
-        yield bag
-
-
-def _growing(path: Path) -> McapFile:
+def _growing(stream: BinaryIO) -> McapFile:
     """Open a file without metadata; again where it was read while the recorder appended."""
     for attempt in range(ATTEMPTS - 1):
         with contextlib.suppress(Exception):  # readers fail in any way on half a chunk
-            return McapFile(path)
+            return McapFile(stream)
         time.sleep(PAUSE * 2.0**attempt)
-    return McapFile(path)
+    return McapFile(stream)
 
 
 def check_bag(directory: Path) -> bool:
@@ -212,7 +207,7 @@ def check_bag(directory: Path) -> bool:
     if not storage_files(directory):
         read_metadata(directory)
         return False  # of another storage
-    with _opened(directory) as bag:
+    with open_bag(directory) as bag:
         for file in bag.files:
             file.check_decompression()
         return bag.protected()

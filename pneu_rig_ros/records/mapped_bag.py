@@ -31,7 +31,7 @@ from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, typestore
 from pneu_rig_ros.records.description import read_metadata
 from pneu_rig_ros.records.grid import HELD, Columns, resample
 from pneu_rig_ros.records.mapping import Source, TableMapping, in_si, unit_of
-from pneu_rig_ros.records.mcap_chunks import decompress
+from pneu_rig_ros.records.mcap_file import decompress
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Stamps
 from pneu_rig_ros.records.topics import JOINT
 

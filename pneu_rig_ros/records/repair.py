@@ -30,7 +30,7 @@ from pneu_rig_ros.records.description import (
     bag_metadata,
     read_metadata,
 )
-from pneu_rig_ros.records.mcap_chunks import chunk_content, chunk_messages, scan_records
+from pneu_rig_ros.records.mcap_file import chunk_messages, scan_records
 from pneu_rig_ros.records.whole_files import writing
 from pneu_rig_ros.records.writer import BagWriter, Definition
 
@@ -147,7 +147,7 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
             scan_records(stream, summary)
         for chunk in summary.chunk_indexes:
             try:
-                messages = chunk_messages(chunk_content(stream, chunk), summary)
+                messages = chunk_messages(stream, chunk, summary)
             except Exception:  # parsers fail in any way on damaged data
                 damaged.append(chunk.message_index_offsets.keys())
                 continue

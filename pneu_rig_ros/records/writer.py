@@ -35,9 +35,15 @@ from pneu_rig_ros.records.description import (
     offered_qos,
     write_metadata,
 )
-from pneu_rig_ros.records.mcap_chunks import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
+from pneu_rig_ros.records.mcap_file import HEAD, MAGIC, MESSAGE, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
-from pneu_rig_ros.records.whole_files import GrowingFile, deferred_interrupts, writing
+from pneu_rig_ros.records.whole_files import (
+    GrowingFile,
+    deferred_interrupts,
+    encode,
+    index_bytes,
+    writing,
+)
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
