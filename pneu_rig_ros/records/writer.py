@@ -35,7 +35,7 @@ from pneu_rig_ros.records.description import (
     offered_qos,
     write_metadata,
 )
-from pneu_rig_ros.records.mcap_file import HEAD, MAGIC, MESSAGE, scan_chunks
+from pneu_rig_ros.records.mcap_file import MAGIC, MESSAGE, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
 from pneu_rig_ros.records.whole_files import (
     GrowingFile,
@@ -51,11 +51,11 @@ FLUSH_PERIOD = 0.4
 CHUNK_SIZE = 2**20
 """Size at which a chunk is closed [byte]."""
 
-_MESSAGE = struct.Struct(HEAD.format + MESSAGE.format.lstrip('<'))
-"""What precedes the data of a message in a file."""
-
 _HEAD = struct.Struct('<BQHI')
 """Opcode and length of a record, channel, sequence of a message or size of an index [byte]."""
+
+_MESSAGE = struct.Struct(f'{_HEAD.format}QQ')
+"""What precedes the data of a message in a file: also log time and publish time [ns]."""
 
 
 class TopicRows(NamedTuple):
@@ -68,13 +68,7 @@ class TopicRows(NamedTuple):
 
 
 class Definition(NamedTuple):
-    """
-    What a message type consists of.
-
-    :param text: its definition, as in a .msg file
-    :param encoding: of the text, such as ros2msg
-    :param hash: of the type (REP 2011), '' where it is not known
-    """
+    """A message type: its text as in a .msg file, encoding of the text, hash (REP 2011) or ''."""
 
     text: bytes
     encoding: str
@@ -128,34 +122,25 @@ class BagWriter:
         if topic in self._channels:
             return self._channels[topic].id
         definition = definition or Definition.of(topic, type_name)
-        metadata = {
-            'offered_qos_profiles': yaml.safe_dump([offered_qos(topic)]).strip(),
-            TYPE_HASH: definition.hash,
-        }
+        schema = self._schemas.get(type_name)
+        if schema is None:
+            number = len(self._schemas) + 1
+            schema = Schema(number, definition.text, definition.encoding, type_name)
+            self._schemas[type_name] = schema
+            self._content += encode(schema)
         channel = Channel(
             id=len(self._channels) + 1,
             topic=topic,
             message_encoding=MessageEncoding.CDR,
-            metadata=metadata,
-            schema_id=self._schema_id(type_name, definition),
+            metadata={
+                'offered_qos_profiles': yaml.safe_dump([offered_qos(topic)]).strip(),
+                TYPE_HASH: definition.hash,
+            },
+            schema_id=schema.id,
         )
         self._channels[topic] = channel
         self._content += encode(channel)
         return channel.id
-
-    def _schema_id(self, type_name: str, definition: Definition) -> int:
-        """Return the number of a type's schema, written with its first topic."""
-        if type_name in self._schemas:
-            return self._schemas[type_name].id
-        schema = Schema(
-            id=len(self._schemas) + 1,
-            data=definition.text,
-            encoding=definition.encoding,
-            name=type_name,
-        )
-        self._schemas[type_name] = schema
-        self._content += encode(schema)
-        return schema.id
 
     def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:
         """
@@ -265,11 +250,9 @@ class BagWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if not self._file.closed:
-            if kind is None:
-                self.close({})
-            else:
-                self.abort()
+        if kind is None and not self._file.closed:
+            self.close({})
+        self.abort()
 
 
 def chunk_of(
