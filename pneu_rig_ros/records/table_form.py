@@ -30,9 +30,9 @@ DETECTION_LINES = 50
 """Lines of data from which the separator is detected."""
 
 DECIMAL_COMMA = re.compile(r'\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*')
-_ONE_SIGN = re.compile(
-    r'\s*[-+]?(?=[.,]?\d)(?P<before>\d*)(?P<sign>[.,])(?P<after>\d*)(?P<exponent>[eE][-+]?\d+)?\s*'
-)
+_ONE_SIGN = re.compile(r'\s*[-+]?(?=[.,]?\d)\d*(?P<sign>[.,])\d*([eE][-+]?\d+)?\s*')
+# Before three digits it may separate thousands: no number in groups begins with 0, but for 0.000.
+_MAY_BE_GROUPED = re.compile(r'\s*[-+]?(?=0*[^\D0]|0+[.,]000)\d+[.,]\d{3}\s*')
 _TWO_SIGNS = re.compile(r'\s*[-+]?[\d.]*\d(?P<comma>,)\d*\s*|\s*[-+]?[\d,]*\d\.\d*\s*')
 _REPEATED = re.compile(r'([.,])\d*\1')
 _CANDIDATES = ('\t', ';', ',', ' ')
@@ -148,16 +148,8 @@ def _decimal(lines: Sequence[Line], separator: str) -> str:
             if '.' in cell and ',' in cell and (number := _TWO_SIGNS.fullmatch(cell)):
                 certain.add(number['comma'] or '.')
             elif not repeated and (number := _ONE_SIGN.fullmatch(cell)):
-                (possible if _may_be_grouped(number) else certain).add(number['sign'])
+                (possible if _MAY_BE_GROUPED.fullmatch(cell) else certain).add(number['sign'])
     return ',' if (certain or possible) == {','} else '.'
-
-
-def _may_be_grouped(number: re.Match[str]) -> bool:
-    """Return whether the sign in a number may stand before its last three digits, as in 1,075."""
-    if len(number['after']) != 3 or number['exponent'] or not number['before']:
-        return False
-    # no number that is in groups begins with 0, but for 0.000
-    return bool(number['before'].strip('0')) or not number['after'].strip('0')
 
 
 def split(text: str, separator: str) -> list[str]:
@@ -192,9 +184,7 @@ def read_texts(data: bytes, start: int, separator: str, width: int) -> list[Colu
     """
     Return the columns of a table, None if it is not regular or pyarrow is not installed.
 
-    :param data: UTF-8
-    :param start: of the first row of data [byte]
-    :param width: cells of a row
+    :param data: in UTF-8; the first row of data starts at byte `start` and has `width` cells
     """
     try:
         import pyarrow

@@ -18,7 +18,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.grid import Columns
-from pneu_rig_ros.records.mapping import DATETIME, Layout, Source, TableMapping, in_si, unit_of
+from pneu_rig_ros.records.mapping import DATETIME, Layout, Source, TableMapping, in_si
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.table_form import (
     DECIMAL_COMMA,
@@ -216,8 +216,7 @@ def _column(
     assert source.column is not None
     index = cells.index(source.column, where)
     text = source.unit or _unit_in_header(cells, index, where, SIGNALS[name])
-    unit = unit_of(source, text, name, where)
-    values, gauge = in_si(cells.values(index), name, source, unit, where, zero)
+    values, gauge = in_si(cells.values(index), name, source, text, where, zero)
     if name in PRESSURES and (values <= 0).any():
         k = int((values <= 0).argmax())
         hint = 'is it gauge? (gauge: true)' if not gauge else 'is the unit right?'
