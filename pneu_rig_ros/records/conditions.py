@@ -103,8 +103,7 @@ def apply_conditions(
     """
     known = mapping_of(dict(conditions), CONDITIONS, 'conditions')
     checked = {n: CONDITIONS[n].check(value, f'conditions: {n}') for n, value in known.items()}
-    if _ATMOSPHERE in checked:
-        surroundings = checked.pop(_ATMOSPHERE)
+    if (surroundings := checked.pop(_ATMOSPHERE, None)) is not None:
         configuration = configuration.with_parameter('gas', _ATMOSPHERE, surroundings)
     return override(configuration, checked)
 
@@ -179,10 +178,9 @@ def _travel(configuration: RigConfiguration) -> tuple[float, float]:
 
 def _longer(position: Floats) -> str:
     """Return the names of the shipped cylinders that may have a position [m]."""
-    travels = {name: _travel(load_configuration(name)) for name in shipped('cylinder_*.yaml')}
-    names = [
-        name
-        for name, (low, high) in travels.items()
-        if low <= position.min() and position.max() <= high
-    ]
+    names = []
+    for name in shipped('cylinder_*.yaml'):
+        low, high = _travel(load_configuration(name))
+        if low <= position.min() and position.max() <= high:
+            names.append(name)
     return ' or '.join(names) or 'another cylinder'

@@ -70,7 +70,10 @@ NUMBERS = {
     FORCE: ('force',),
     'friction': ('friction',),
 }
-"""Topic -> signals in its messages, in the order in which the topics of a sample are written."""
+"""
+Topic -> signals in its messages, in the order in which the topics of a sample are written:
+commands before the sample that finds them in force.
+"""
 
 
 def write_bag(
@@ -144,11 +147,7 @@ def _write(
 
 
 def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
-    """
-    Yield stamps [ns] and messages of every few thousand samples.
-
-    Commands come before the sample that finds them in force.
-    """
+    """Yield stamps [ns] and messages of every few thousand samples."""
     if ('voltage_1' in recording) != ('voltage_2' in recording):
         given = 'voltage_1' if 'voltage_1' in recording else 'voltage_2'
         raise RigError(f'{given} without the other valve; map voltage_1 and voltage_2, or u')
@@ -204,11 +203,8 @@ class Column(NamedTuple):
 
 def read_signals(bag: Path | str) -> tuple[list[Column], dict[str, str]]:
     """
-    Read everything that a bag has on its sampling grid.
+    Return the signals that a bag has, on its grid, and its metadata with its conditions.
 
-    A bag of a part of a rig gives the signals that it has.
-
-    :return: the signals, and the metadata of the bag with its conditions
     :raises RigError: when it is not a bag, or is cut off
     """
     recording = read_recording(bag)

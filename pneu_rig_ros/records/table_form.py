@@ -162,7 +162,7 @@ def split(text: str, separator: str) -> list[str]:
         raise RigError(f'{error}, in a row that begins with {text[:40]!r}') from None
 
 
-def without_thousands(texts: Sequence[str]) -> Sequence[str]:
+def _without_thousands(texts: Sequence[str]) -> Sequence[str]:
     """
     Return the cells of a column without the sign that separates thousands, if it has one.
 
@@ -205,8 +205,32 @@ def read_texts(data: bytes, start: int, separator: str, width: int) -> list[Colu
     return list(table.columns)
 
 
-def as_numbers(column: ChunkedArray, decimal: str) -> Floats | None:
-    """Return the numbers of a column, shape (n,); None if a cell is not a plain number."""
+def as_texts(column: Column) -> Sequence[str]:
+    """Return the cells of a column."""
+    return column if isinstance(column, Sequence) else column.to_pylist()
+
+
+def as_numbers(column: Column, decimal: str) -> Floats:
+    """Return the numbers in the cells of a column, shape (n,), NaN where there is none."""
+    if not isinstance(column, Sequence) and (numbers := _cast(column, decimal)) is not None:
+        return numbers
+    texts = as_texts(column)
+    try:
+        return np.array(_with_point(texts, decimal), dtype=np.float64)
+    except ValueError:
+        cleaned = _with_point(_without_thousands(texts), decimal)
+        return np.array([as_number(text) for text in cleaned])
+
+
+def _with_point(texts: Sequence[str], decimal: str) -> Sequence[str]:
+    """Return cells with a point as decimal sign; another point then makes no number."""
+    if decimal == '.':
+        return texts
+    return [text.replace('.', '#').replace(',', '.') for text in texts]
+
+
+def _cast(column: ChunkedArray, decimal: str) -> Floats | None:
+    """Return the same of a column that has plain numbers only, None of any other."""
     import pyarrow
     from pyarrow import compute
 

@@ -88,13 +88,10 @@ class BagWriter:
     """
     A bag being written. Use as a context manager or call ``close``.
 
-    :param path: directory to create; its parents are created as needed
+    :ivar path: the bag's directory, which is created with its parents
     :raises RigError: when the path exists, cannot be created or has a name that is not printable,
         which no metadata could hold
     """
-
-    path: Path
-    """The bag's directory."""
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
