@@ -42,12 +42,7 @@ class Connection(NamedTuple):
 
 
 class Bag:
-    """
-    A bag that is open for reading; see `open_bag`.
-
-    :param information: content of its metadata.yaml, {} if it has none yet
-    :param files: its MCAP files, in the order of time
-    """
+    """An open bag: its metadata.yaml, {} while it has none, and its MCAP files, by time."""
 
     def __init__(
         self, directory: Path, information: dict[str, Any], files: list[McapFile]
@@ -67,12 +62,7 @@ class Bag:
     def messages(
         self, connections: Iterable[Connection] = (), start: int = 0
     ) -> Iterator[tuple[Connection, int, bytes]]:
-        """
-        Yield connection, log time [ns] and bytes of each message, in the order of time.
-
-        :param connections: the topics; all when not given
-        :param start: log time [ns] from which on
-        """
+        """Yield connection, log time [ns] and bytes on some topics or all, in order of time."""
         wanted = {c.topic: c for c in tuple(connections) or self.connections}
         for file in self.files:
             channels = {
@@ -103,11 +93,7 @@ class Bag:
 
 
 def folder_of(path: Path) -> Path | None:
-    """
-    Return the directory of a bag from its path or that of a file in it.
-
-    None for a path that is neither, such as a text table or a bag of ROS 1, which is one file.
-    """
+    """Return the directory of a bag from it or a file in it; None for a table, a bag of ROS 1."""
     if path.is_dir():
         return path
     return path.parent if path.suffix in BAG_FILES or path.name == METADATA else None
@@ -201,8 +187,7 @@ def check_bag(directory: Path) -> bool:
     """
     Check all of a bag that another reader takes as it is; return whether it has checksums.
 
-    :raises RigError: when metadata.yaml or an index was changed, contradicts the other, or a chunk
-        would need too much memory
+    :raises RigError: for what was changed, contradicts itself, or would need too much memory
     """
     if not storage_files(directory):
         read_metadata(directory)

@@ -17,6 +17,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, mapping_of, specifications
 from pneu_rig_ros.records.bag import folder_of
+from pneu_rig_ros.records.recording import SIGNALS, WHOLE
 from pneu_rig_ros.records.units import DEFAULT_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import (
     OVERRIDES,
@@ -156,16 +157,15 @@ def check_plausible(
     """
     model = configuration.model
     absolute = LEAST * model.gas.atmospheric_pressure, MOST * model.operation.supply_pressure
-    units = {'position': 'm', 'pressure_1': 'Pa', 'pressure_2': 'Pa'}
-    for name, unit in units.items():
+    for name in WHOLE:
         low, high = _travel(configuration) if name == 'position' else absolute
         values = signals.get(name, np.empty(0))
         values = values[np.isfinite(values)]
         if values.size and not (low <= values.min() and values.max() <= high):
             reason = f'that of {_longer(values)}' if name == 'position' else 'a gauge pressure'
             raise RigError(
-                f'{origin}: {name} from {values.min():.4g} to {values.max():.4g} {unit}, '
-                f'{configuration.name} allows {low:.4g} to {high:.4g} {unit}; '
+                f'{origin}: {name} from {values.min():.4g} to {values.max():.4g} {SIGNALS[name]}, '
+                f'{configuration.name} allows {low:.4g} to {high:.4g} {SIGNALS[name]}; '
                 f'is it in another unit, or {reason}?'
             )
 

@@ -56,9 +56,6 @@ SOURCES = {
 }
 """Topic -> signals and topics whose missing samples it shares."""
 
-FORCE = 'force'
-"""Topic and signal of a measured force; a JointState whose effort it is."""
-
 NUMBERS = {
     'u': ('u',),
     'valve_voltages': ('voltage_1', 'voltage_2'),
@@ -67,7 +64,7 @@ NUMBERS = {
     'velocity': ('velocity',),
     'chamber_1/pressure': ('pressure_1',),
     'chamber_2/pressure': ('pressure_2',),
-    FORCE: ('force',),
+    'force': ('force',),
     'friction': ('friction',),
 }
 """
@@ -168,7 +165,7 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
         rows = [
             TopicRows(
                 topic,
-                TOPICS['friction' if topic == FORCE else topic].type,
+                TOPICS['friction' if topic == 'force' else topic].type,
                 fill_rows(message, stamps[part], [signals[name][part] for name in NUMBERS[topic]]),
                 present[topic][part],
             )
@@ -202,11 +199,7 @@ class Column(NamedTuple):
 
 
 def read_signals(bag: Path | str) -> tuple[list[Column], dict[str, str]]:
-    """
-    Return the signals that a bag has, on its grid, and its metadata with its conditions.
-
-    :raises RigError: when it is not a bag, or is cut off
-    """
+    """Return the signals of a bag on its grid, and its metadata with its conditions."""
     recording = read_recording(bag)
     columns = [Column('stamp', 'ns', recording.stamps), *columns_of(recording, SIGNALS)]
     conditions = format_conditions(recording.conditions)

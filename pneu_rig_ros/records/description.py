@@ -54,11 +54,7 @@ def describe(configuration: RigConfiguration) -> str:
 
 
 def bag_metadata(description: str) -> dict[str, str]:
-    """
-    Return the custom data of a bag from the text of `rig_description`.
-
-    An entry that the text lacks is 'unknown'.
-    """
+    """Return the custom data of a bag from its `rig_description`, 'unknown' without an entry."""
     head = _HEAD_PATTERN.match(description)
     try:
         sections = parse_yaml(description, 'rig_description')

@@ -62,8 +62,7 @@ def scan_chunks(stream: BinaryIO) -> Summary:
     """
     Return the index made from the complete chunks of a file.
 
-    Only record heads are read, and the content of chunks with messages of new channels: 30 minutes
-    of the rig take a fraction of a second.
+    Content is read of chunks with new channels only: 30 minutes take a fraction of a second.
     """
     summary = Summary()
     counts = scan_records(stream, summary)
@@ -169,10 +168,9 @@ def _at_most(new: Callable[[], Any], data: bytes, limit: int) -> bytes:
 
 def chunk_messages(stream: BinaryIO, chunk: ChunkIndex, summary: Summary) -> list[Message]:
     """
-    Return the messages of a chunk, in their order.
+    Return the messages of a chunk, in their order; any error of a parser where it is damaged.
 
     :param summary: receives the schemas and channels that are declared among them
-    :raises Exception: any of the parsers' own for a chunk that is damaged
     """
     content, messages = _content(stream, chunk), []
     at, size = 0, len(content)

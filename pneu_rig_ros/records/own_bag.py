@@ -46,10 +46,8 @@ class Stream(NamedTuple):
 
 def read_own_bag(path: Path, name: str) -> Recording | None:
     """
-    Read a complete bag of a rig, as the recorder of this project writes it.
+    Read a complete bag of a rig, as the recorder writes it; None where it lacks a sample topic.
 
-    :param path: the bag's directory, or a file in it
-    :return: None where the bag lacks a topic that every rig has
     :raises RigError: when it is not a bag, is cut off, or lacks the samples of a rig
     """
     with open_bag(path) as bag:

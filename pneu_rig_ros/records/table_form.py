@@ -181,11 +181,7 @@ def _without_thousands(texts: Sequence[str]) -> Sequence[str]:
 
 
 def read_texts(data: bytes, start: int, separator: str, width: int) -> list[Column] | None:
-    """
-    Return the columns of a table, None if it is not regular or pyarrow is not installed.
-
-    :param data: in UTF-8; the first row of data starts at byte `start` and has `width` cells
-    """
+    """Return the columns of a table from a byte on; None if irregular or without pyarrow."""
     try:
         import pyarrow
         from pyarrow import csv as arrow

@@ -110,11 +110,7 @@ class Cells:
 
 
 def read_cells(path: Path | str, layout: Layout) -> Cells:
-    """
-    Read a text table.
-
-    :raises RigError: when it cannot be read, has no data, or rows of different lengths
-    """
+    """Read a text table; RigError when it has no data or rows of different lengths."""
     path = Path(path)
     data = read_utf8(path)
     if len(data) > HEAD and (cells := _by_columns(path, data, layout)):

@@ -107,16 +107,16 @@ def deferred_interrupts() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # Python runs handlers in the main thread alone
         return
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    present = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {number: handler for number, handler in present.items() if callable(handler)}
     pending: list[int] = []
-    ours = [number for number, handler in handlers.items() if callable(handler)]
-    for number in ours:
+    for number in handlers:
         signal.signal(number, lambda received, _: pending.append(received))
     try:
         yield
     finally:
-        for number in ours:
-            signal.signal(number, handlers[number])
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         if pending:
             signal.raise_signal(pending[0])
 

@@ -111,11 +111,7 @@ class BagWriter:
             self._file.append(MAGIC + encode(Header(Profile.ROS2, 'pneu_rig_ros')))
 
     def add_topic(self, topic: str, type_name: str, definition: Definition | None = None) -> int:
-        """
-        Return the number of a topic, which the bag lists even if no message comes.
-
-        :param definition: of its type, that of ROS 2 Jazzy if omitted
-        """
+        """Return the number of a topic, which the bag lists even if no message comes."""
         if topic in self._channels:
             return self._channels[topic].id
         definition = definition or Definition.of(topic, type_name)
@@ -141,12 +137,9 @@ class BagWriter:
 
     def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:
         """
-        Append one message.
+        Append one message, in CDR, of a topic by its absolute name.
 
-        :param topic: absolute name, e.g. '/joint_states'
-        :param type_name: e.g. 'sensor_msgs/msg/JointState'
         :param log_time_ns: when it arrived [ns]
-        :param cdr: the serialised message, encapsulation header included
         :raises RigError: when the disk is full or the type unknown
         """
         channel = self.add_topic(topic, type_name)
@@ -166,12 +159,7 @@ class BagWriter:
             self.flush()
 
     def write_rows(self, rows: Sequence[TopicRows], log_times: Stamps) -> None:
-        """
-        Append the messages of many instants as a chunk of their own.
-
-        :param rows: of each topic, named without its '/'
-        :param log_times: of the instants [ns]
-        """
+        """Append the messages of many instants [ns] as a chunk; topics are named without '/'."""
         self.flush()
         rows = [row for row in rows if row.present.any()]
         if not rows:
@@ -210,11 +198,7 @@ class BagWriter:
             self._file.append(encode(chunk) + index)
 
     def close(self, metadata: Mapping[str, str]) -> None:
-        """
-        Write index and metadata.yaml; the bag is complete.
-
-        :param metadata: custom data, see `pneu_rig_ros.records.description`
-        """
+        """Write index and metadata.yaml with this custom data; the bag is complete."""
         try:
             self.flush()
         finally:
@@ -258,8 +242,6 @@ def chunk_of(
     """
     Return the message records of n instants, topic by topic at each, and their index records.
 
-    :param channels: number of each topic's channel
-    :param log_times: of the instants [ns], shape (n,)
     :param start: offset of the first record in its chunk [byte]
     """
     records = [
