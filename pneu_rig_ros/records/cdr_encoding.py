@@ -58,8 +58,9 @@ class Template:
     """A serialised message whose stamp, if any, and numbers, first `_MARKS`, are patched."""
 
     def __init__(self, message: Any) -> None:
+        self.type: str = message.__msgtype__
         self.stamped = hasattr(message, 'header')
-        self.buffer = bytearray(typestore().serialize_cdr(message, message.__msgtype__))
+        self.buffer = bytearray(typestore().serialize_cdr(message, self.type))
         marks = map(_DOUBLE.pack, _MARKS)
         self.offsets = [self.buffer.index(mark) for mark in marks if mark in self.buffer]
 

@@ -28,7 +28,7 @@ from pneu_rig_ros.records.conditions import (
 )
 from pneu_rig_ros.records.description import bag_metadata, describe, git_revision, package_version
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
-from pneu_rig_ros.records.topics import STRING, TOPICS
+from pneu_rig_ros.records.topics import STRING
 from pneu_rig_ros.records.whole_files import atomic_write, writing
 from pneu_rig_ros.records.writer import BagWriter, TopicRows
 from pneu_rig_ros.rig import RigConfiguration
@@ -165,7 +165,7 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
         rows = [
             TopicRows(
                 topic,
-                TOPICS['friction' if topic == 'force' else topic].type,
+                message.type,
                 fill_rows(message, stamps[part], [signals[name][part] for name in NUMBERS[topic]]),
                 present[topic][part],
             )

@@ -207,9 +207,9 @@ def _columns(path: Path, streams: dict[str, Stream]) -> Columns:
     if stamps.size < 2:
         raise RigError(f'{path}: the signals do not overlap in time: {", ".join(streams)}')
     epoch = int(stamps[0])
-    time = (stamps - epoch) * 1e-9
+    time = (stamps - epoch).astype(np.float64) * 1e-9
     signals = {
-        name: resample(time, (own - epoch) * 1e-9, values, name)
+        name: resample(time, (own - epoch).astype(np.float64) * 1e-9, values, name)
         for name, (own, values) in streams.items()
     }
     late = [name for name in streams if name in HELD and streams[name][0][0] > epoch]
