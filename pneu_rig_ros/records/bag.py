@@ -27,9 +27,6 @@ After the first attempt to open a bag that is being recorded [s], then twice as 
 appending takes less, unless the recorder has to wait for a processor.
 """
 
-BAG_FILES = ('.mcap', '.db3')
-"""Endings of files within a bag's directory."""
-
 NOTHING_TO_RECOVER = 'is not a bag, or was cut off before its first message: nothing to recover'
 
 
@@ -93,10 +90,10 @@ class Bag:
 
 
 def folder_of(path: Path) -> Path | None:
-    """Return the directory of a bag from it or a file in it; None for a table, a bag of ROS 1."""
+    """Return the directory of a bag from its path or one in it; None for a table, a ROS 1 bag."""
     if path.is_dir():
         return path
-    return path.parent if path.suffix in BAG_FILES or path.name == METADATA else None
+    return path.parent if path.suffix in ('.mcap', '.db3') or path.name == METADATA else None
 
 
 def bag_directory(path: Path | str) -> Path:

@@ -55,7 +55,7 @@ def _header(frame_id: str) -> Any:
 
 
 class Template:
-    """A serialised message whose stamp, if any, and numbers, first `_MARKS`, are patched."""
+    """A serialised message whose stamp, if any, and numbers, at first `_MARKS`, are patched."""
 
     def __init__(self, message: Any) -> None:
         self.type: str = message.__msgtype__

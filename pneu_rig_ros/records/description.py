@@ -36,9 +36,6 @@ METADATA = 'metadata.yaml'
 LARGEST_METADATA = 10_000_000
 """Of metadata.yaml [byte]."""
 
-NEEDS_CONVERSION = ('file', 'message')
-"""Ways to compress a whole bag that do not limit the decompressed size."""
-
 TYPE_HASH = 'topic_type_hash'
 """Key of the RIHS01 type hash in the metadata of an MCAP channel, as rosbag2 names it."""
 
@@ -211,7 +208,7 @@ def read_metadata(directory: Path) -> dict[str, Any]:
     if not isinstance(information, dict):
         raise RigError(f'{path}: lacks {_KEY}')
     mode = str(information.get('compression_mode')).lower()
-    if mode in NEEDS_CONVERSION:
+    if mode in ('file', 'message'):  # whose decompressed size nothing limits
         raise RigError(
             f'{directory}: compressed {mode} by {mode}; '
             'uncompressed or compressed chunks are read: ros2 bag convert'
