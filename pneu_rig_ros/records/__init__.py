@@ -46,16 +46,15 @@ def read_recording(
     """
     path = Path(path)
     known = read_mapping(mapping) if mapping is not None else None
-    if known is None and path.exists() and not is_bag(path):
-        raise RigError(
-            f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig '
-            'import; a mapping must say which column is what'
-        )
-    # The recorder writes MCAP: another storage is that of another recorder.
-    others = path.suffix in ('.db3', '.bag') or (path.is_dir() and any(path.glob('*.db3')))
-    if known is None and not others:
-        recording = read_own_bag(path, _run_name(path))
-        if recording is not None:
+    if known is None:
+        if path.exists() and not is_bag(path):
+            raise RigError(
+                f'{path} is not a bag; pass the bag directory, or turn it into one: pneu-rig '
+                'import; a mapping must say which column is what'
+            )
+        # The recorder writes MCAP: another storage is that of another recorder.
+        others = path.suffix in ('.db3', '.bag') or (path.is_dir() and any(path.glob('*.db3')))
+        if not others and (recording := read_own_bag(path, _run_name(path))) is not None:
             return recording
     given = (
         known.atmospheric_pressure if known else None,
@@ -64,8 +63,10 @@ def read_recording(
     )
     zero = next((value for value in given if value is not None), DEFAULT_ATMOSPHERE)
     if known is None or is_bag(path):
-        return _on_grid(path, read_mapped_bag(path, known, zero), zero)
-    return _on_grid(path, read_columns(path, known, zero), zero)
+        columns = read_mapped_bag(path, known, zero)
+    else:
+        columns = read_columns(path, known, zero)
+    return _on_grid(path, columns, zero)
 
 
 def is_bag(path: Path) -> bool:

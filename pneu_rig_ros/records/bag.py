@@ -6,17 +6,15 @@ import contextlib
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 from mcap.summary import Summary
 
-from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.description import METADATA, bag_metadata, read_metadata
-from pneu_rig_ros.records.mcap_chunks import scan_records
-from pneu_rig_ros.records.mcap_file import McapFile
+from pneu_rig_ros.records.mcap_file import McapFile, scan_records
 from pneu_rig_ros.records.topics import DERIVED, STRING
 
 if TYPE_CHECKING:
@@ -28,9 +26,6 @@ PAUSE = 0.01
 After the first attempt to open a bag that is being recorded [s], then twice as long each time:
 appending takes less, unless the recorder has to wait for a processor.
 """
-
-BAG_FILES = ('.mcap', '.db3')
-"""Endings of files within a bag's directory."""
 
 NOTHING_TO_RECOVER = 'is not a bag, or was cut off before its first message: nothing to recover'
 
@@ -44,12 +39,7 @@ class Connection(NamedTuple):
 
 
 class Bag:
-    """
-    A bag that is open for reading; see `open_bag`.
-
-    :param information: content of its metadata.yaml, {} if it has none yet
-    :param files: its MCAP files, in the order of time
-    """
+    """An open bag: its metadata.yaml, {} while it has none, and its MCAP files, by time."""
 
     def __init__(
         self, directory: Path, information: dict[str, Any], files: list[McapFile]
@@ -69,12 +59,7 @@ class Bag:
     def messages(
         self, connections: Iterable[Connection] = (), start: int = 0
     ) -> Iterator[tuple[Connection, int, bytes]]:
-        """
-        Yield connection, log time [ns] and bytes of each message, in the order of time.
-
-        :param connections: the topics; all when not given
-        :param start: log time [ns] from which on
-        """
+        """Yield connection, log time [ns] and bytes on some topics or all, in order of time."""
         wanted = {c.topic: c for c in tuple(connections) or self.connections}
         for file in self.files:
             channels = {
@@ -105,14 +90,10 @@ class Bag:
 
 
 def folder_of(path: Path) -> Path | None:
-    """
-    Return the directory of a bag from its path or that of a file in it.
-
-    None for a path that is neither, such as a text table or a bag of ROS 1, which is one file.
-    """
+    """Return the directory of a bag from its path or one in it; None for a table, a ROS 1 bag."""
     if path.is_dir():
         return path
-    return path.parent if path.suffix in BAG_FILES or path.name == METADATA else None
+    return path.parent if path.suffix in ('.mcap', '.db3') or path.name == METADATA else None
 
 
 def bag_directory(path: Path | str) -> Path:
@@ -138,12 +119,27 @@ def storage_files(directory: Path) -> list[Path]:
 @contextlib.contextmanager
 def open_bag(path: Path | str) -> Iterator[Bag]:
     """
-    Open a bag for reading, also one that is still being recorded.
+    Open a bag for reading: the files that metadata.yaml names, or the one that is being recorded.
 
     :raises RigError: when it is not a bag, or is cut off or damaged
     """
     directory = bag_directory(path)
-    with reading(directory), _opened(directory) as bag:
+    with reading(directory), contextlib.ExitStack() as stack:
+        information, files = read_metadata(directory), storage_files(directory)
+        if information:
+            files = [directory / Path(name).name for name in information['relative_file_paths']]
+            if lost := [file.name for file in files if not file.exists()]:
+                raise RigError(f'{directory}: files that metadata.yaml names are missing: {lost}')
+        elif len(files) > 1:
+            raise RigError(f'{directory} has {len(files)} .mcap files, but no metadata.yaml')
+        opened = []
+        for file in files:
+            stream = stack.enter_context(file.open('rb'))
+            with prefixed(file):
+                opened.append(McapFile(stream) if information else _growing(stream))
+        bag = Bag(directory, information, opened)
+        if information:
+            bag.check_counts()
         yield bag
 
 
@@ -175,44 +171,25 @@ def _unreadable(path: Path, error: Exception) -> RigError:
     return RigError(f'{directory} is cut off or damaged {advice}')
 
 
-@contextlib.contextmanager
-def _opened(directory: Path) -> Iterator[Bag]:
-    """Open the files that metadata.yaml names, or the only one when it is not written yet."""
-    information, files = read_metadata(directory), storage_files(directory)
-    if information:
-        files = [directory / Path(name).name for name in information['relative_file_paths']]
-        if missing := [file.name for file in files if not file.exists()]:
-            raise RigError(f'{directory}: files that metadata.yaml names are missing: {missing}')
-    elif len(files) > 1:
-        raise RigError(f'{directory} has {len(files)} .mcap files, but no metadata.yaml')
-    with contextlib.ExitStack() as stack:
-        opened = (McapFile(file) if information else _growing(file) for file in files)
-        bag = Bag(directory, information, [stack.enter_context(closing(f)) for f in opened])
-        if information:
-            bag.check_counts()
-        yield bag
-
-
-def _growing(path: Path) -> McapFile:
+def _growing(stream: BinaryIO) -> McapFile:
     """Open a file without metadata; again where it was read while the recorder appended."""
     for attempt in range(ATTEMPTS - 1):
         with contextlib.suppress(Exception):  # readers fail in any way on half a chunk
-            return McapFile(path)
+            return McapFile(stream)
         time.sleep(PAUSE * 2.0**attempt)
-    return McapFile(path)
+    return McapFile(stream)
 
 
 def check_bag(directory: Path) -> bool:
     """
     Check all of a bag that another reader takes as it is; return whether it has checksums.
 
-    :raises RigError: when metadata.yaml or an index was changed, contradicts the other, or a chunk
-        would need too much memory
+    :raises RigError: for what was changed, contradicts itself, or would need too much memory
     """
     if not storage_files(directory):
         read_metadata(directory)
         return False  # of another storage
-    with _opened(directory) as bag:
+    with open_bag(directory) as bag:
         for file in bag.files:
             file.check_decompression()
         return bag.protected()

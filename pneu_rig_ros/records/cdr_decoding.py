@@ -71,18 +71,13 @@ class Reader:
             raise RigError(f'stamp with {nanoseconds} ns in a second, allowed are below 1e9')
         return int(seconds) * NANOSECONDS + int(nanoseconds)
 
-    def skip_string(self) -> None:
-        """Go beyond a text."""
-        end = self.count() + self._at
-        if not self._at < end <= self.size or self._cdr[end - 1]:
+    def text(self) -> bytes:
+        """Return a text, in UTF-8."""
+        size = self.count()
+        start, self._at = self._at, self._at + size
+        if not size or self._at > self.size or self._cdr[self._at - 1]:
             raise RigError(f'message of {self.size} bytes: a text in it does not end')
-        self._at = end
-
-    def string(self) -> str:
-        """Return a text."""
-        start = self._at + -self._at % 4 + COUNT.size
-        self.skip_string()
-        return str(self._cdr[start : self._at - 1], 'utf-8')
+        return self._cdr[start : self._at - 1]
 
     def doubles(self, count: int) -> tuple[float, ...]:
         """Return some floats."""
@@ -100,11 +95,7 @@ class Reader:
 
 
 def _decoder(read: Callable[[Reader], _Value]) -> Callable[[bytes | Reader], _Value]:
-    """
-    Return a decoder, of CDR or of a reader that has it, from a function that takes the reader.
-
-    It raises RigError when the message is cut short or has a text that is not UTF-8.
-    """
+    """Return a decoder of CDR, or of a reader that has it; RigError for what is not its type."""
 
     @wraps(read)
     def decode(message: bytes | Reader) -> _Value:
@@ -131,7 +122,7 @@ def unpack_float64(reader: Reader) -> float:
 def unpack_valve_voltages(reader: Reader) -> tuple[float, float]:
     """Decode u1, u2 [V] of a Float64MultiArray with any layout. RigError unless two values."""
     for _ in range(reader.count()):
-        reader.skip_string()
+        reader.text()
         reader.count()
         reader.count()
     reader.count()
@@ -145,8 +136,8 @@ def unpack_valve_voltages(reader: Reader) -> tuple[float, float]:
 def _joints(reader: Reader) -> tuple[int, list[str], list[tuple[float, ...]]]:
     """Return stamp [ns], names, and positions, velocities and efforts of a JointState."""
     stamp_ns = reader.stamp()
-    reader.skip_string()
-    names = [reader.string() for _ in range(reader.count())]
+    reader.text()
+    names = [str(reader.text(), 'utf-8') for _ in range(reader.count())]
     fields = [reader.doubles(reader.count()) for _ in range(3)]
     reader.end()
     return stamp_ns, names, fields
@@ -175,7 +166,7 @@ def unpack_joint_command(reader: Reader) -> JointReading:
 def unpack_fluid_pressure(reader: Reader) -> PressureReading:
     """Decode a FluidPressure."""
     stamp_ns = reader.stamp()
-    reader.skip_string()
+    reader.text()
     pressure, variance = reader.doubles(2)
     reader.end()
     return PressureReading(stamp_ns, pressure, variance)
@@ -190,7 +181,7 @@ def unpack_stamp(reader: Reader) -> int:
 @_decoder
 def unpack_string(reader: Reader) -> str:
     """Decode std_msgs/String."""
-    text = reader.string()
+    text = str(reader.text(), 'utf-8')
     reader.end()
     return text
 

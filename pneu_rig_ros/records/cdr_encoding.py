@@ -55,15 +55,12 @@ def _header(frame_id: str) -> Any:
 
 
 class Template:
-    """
-    A serialised message whose stamp (if any) and marked doubles are patched in place.
-
-    :param message: with the first of ``_MARKS`` in the place of its numbers
-    """
+    """A serialised message whose stamp, if any, and numbers, at first `_MARKS`, are patched."""
 
     def __init__(self, message: Any) -> None:
+        self.type: str = message.__msgtype__
         self.stamped = hasattr(message, 'header')
-        self.buffer = bytearray(typestore().serialize_cdr(message, message.__msgtype__))
+        self.buffer = bytearray(typestore().serialize_cdr(message, self.type))
         marks = map(_DOUBLE.pack, _MARKS)
         self.offsets = [self.buffer.index(mark) for mark in marks if mark in self.buffer]
 
@@ -160,11 +157,10 @@ def fill_rows(
     template: Template, stamps: NDArray[np.int64], columns: Sequence[Floats]
 ) -> NDArray[np.uint8]:
     """
-    Return the messages of n stamps [ns], shape (n, size of a message).
-
-    They are those that ``Template`` makes one by one, in a tenth of the time.
+    Return the messages of n stamps [ns], as `Template` makes them, in a tenth of the time.
 
     :param columns: their numbers, in the order of the template, shape (n,) each
+    :return: shape (n, size of a message)
     """
     rows = np.tile(np.frombuffer(template.buffer, dtype=np.uint8), (stamps.size, 1))
     if template.stamped:

@@ -17,6 +17,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Gas
 from pneu_rig_ros.model.quantity import Quantity, mapping_of, specifications
 from pneu_rig_ros.records.bag import folder_of
+from pneu_rig_ros.records.recording import SIGNALS, WHOLE
 from pneu_rig_ros.records.units import DEFAULT_ATMOSPHERE, convert
 from pneu_rig_ros.rig.configuration import (
     OVERRIDES,
@@ -103,8 +104,7 @@ def apply_conditions(
     """
     known = mapping_of(dict(conditions), CONDITIONS, 'conditions')
     checked = {n: CONDITIONS[n].check(value, f'conditions: {n}') for n, value in known.items()}
-    if _ATMOSPHERE in checked:
-        surroundings = checked.pop(_ATMOSPHERE)
+    if (surroundings := checked.pop(_ATMOSPHERE, None)) is not None:
         configuration = configuration.with_parameter('gas', _ATMOSPHERE, surroundings)
     return override(configuration, checked)
 
@@ -157,16 +157,15 @@ def check_plausible(
     """
     model = configuration.model
     absolute = LEAST * model.gas.atmospheric_pressure, MOST * model.operation.supply_pressure
-    units = {'position': 'm', 'pressure_1': 'Pa', 'pressure_2': 'Pa'}
-    for name, unit in units.items():
+    for name in WHOLE:
         low, high = _travel(configuration) if name == 'position' else absolute
         values = signals.get(name, np.empty(0))
         values = values[np.isfinite(values)]
         if values.size and not (low <= values.min() and values.max() <= high):
             reason = f'that of {_longer(values)}' if name == 'position' else 'a gauge pressure'
             raise RigError(
-                f'{origin}: {name} from {values.min():.4g} to {values.max():.4g} {unit}, '
-                f'{configuration.name} allows {low:.4g} to {high:.4g} {unit}; '
+                f'{origin}: {name} from {values.min():.4g} to {values.max():.4g} {SIGNALS[name]}, '
+                f'{configuration.name} allows {low:.4g} to {high:.4g} {SIGNALS[name]}; '
                 f'is it in another unit, or {reason}?'
             )
 
@@ -179,10 +178,9 @@ def _travel(configuration: RigConfiguration) -> tuple[float, float]:
 
 def _longer(position: Floats) -> str:
     """Return the names of the shipped cylinders that may have a position [m]."""
-    travels = {name: _travel(load_configuration(name)) for name in shipped('cylinder_*.yaml')}
-    names = [
-        name
-        for name, (low, high) in travels.items()
-        if low <= position.min() and position.max() <= high
-    ]
+    names = []
+    for name in shipped('cylinder_*.yaml'):
+        low, high = _travel(load_configuration(name))
+        if low <= position.min() and position.max() <= high:
+            names.append(name)
     return ' or '.join(names) or 'another cylinder'

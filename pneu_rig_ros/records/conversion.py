@@ -28,7 +28,7 @@ from pneu_rig_ros.records.conditions import (
 )
 from pneu_rig_ros.records.description import bag_metadata, describe, git_revision, package_version
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
-from pneu_rig_ros.records.topics import STRING, TOPICS
+from pneu_rig_ros.records.topics import STRING
 from pneu_rig_ros.records.whole_files import atomic_write, writing
 from pneu_rig_ros.records.writer import BagWriter, TopicRows
 from pneu_rig_ros.rig import RigConfiguration
@@ -56,9 +56,6 @@ SOURCES = {
 }
 """Topic -> signals and topics whose missing samples it shares."""
 
-FORCE = 'force'
-"""Topic and signal of a measured force; a JointState whose effort it is."""
-
 NUMBERS = {
     'u': ('u',),
     'valve_voltages': ('voltage_1', 'voltage_2'),
@@ -67,10 +64,13 @@ NUMBERS = {
     'velocity': ('velocity',),
     'chamber_1/pressure': ('pressure_1',),
     'chamber_2/pressure': ('pressure_2',),
-    FORCE: ('force',),
+    'force': ('force',),
     'friction': ('friction',),
 }
-"""Topic -> signals in its messages, in the order in which the topics of a sample are written."""
+"""
+Topic -> signals in its messages, in the order in which the topics of a sample are written:
+commands before the sample that finds them in force.
+"""
 
 
 def write_bag(
@@ -144,11 +144,7 @@ def _write(
 
 
 def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
-    """
-    Yield stamps [ns] and messages of every few thousand samples.
-
-    Commands come before the sample that finds them in force.
-    """
+    """Yield stamps [ns] and messages of every few thousand samples."""
     if ('voltage_1' in recording) != ('voltage_2' in recording):
         given = 'voltage_1' if 'voltage_1' in recording else 'voltage_2'
         raise RigError(f'{given} without the other valve; map voltage_1 and voltage_2, or u')
@@ -169,7 +165,7 @@ def _blocks(recording: Recording) -> Iterator[tuple[Stamps, list[TopicRows]]]:
         rows = [
             TopicRows(
                 topic,
-                TOPICS['friction' if topic == FORCE else topic].type,
+                message.type,
                 fill_rows(message, stamps[part], [signals[name][part] for name in NUMBERS[topic]]),
                 present[topic][part],
             )
@@ -203,14 +199,7 @@ class Column(NamedTuple):
 
 
 def read_signals(bag: Path | str) -> tuple[list[Column], dict[str, str]]:
-    """
-    Read everything that a bag has on its sampling grid.
-
-    A bag of a part of a rig gives the signals that it has.
-
-    :return: the signals, and the metadata of the bag with its conditions
-    :raises RigError: when it is not a bag, or is cut off
-    """
+    """Return the signals of a bag on its grid, and its metadata with its conditions."""
     recording = read_recording(bag)
     columns = [Column('stamp', 'ns', recording.stamps), *columns_of(recording, SIGNALS)]
     conditions = format_conditions(recording.conditions)

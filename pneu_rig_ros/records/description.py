@@ -36,12 +36,8 @@ METADATA = 'metadata.yaml'
 LARGEST_METADATA = 10_000_000
 """Of metadata.yaml [byte]."""
 
-NEEDS_CONVERSION = ('file', 'message')
-"""Ways to compress a whole bag that do not limit the decompressed size."""
-
 TYPE_HASH = 'topic_type_hash'
 """Key of the RIHS01 type hash in the metadata of an MCAP channel, as rosbag2 names it."""
-
 
 _KEY = 'rosbag2_bagfile_information'
 _CHECKSUM = '# crc32 {:08x}\n'
@@ -55,12 +51,7 @@ def describe(configuration: RigConfiguration) -> str:
 
 
 def bag_metadata(description: str) -> dict[str, str]:
-    """
-    Return the custom data of a bag from the text of `rig_description`.
-
-    Keys: configuration, cylinder, friction_model, seed, package_version, git_revision; 'unknown'
-    for an entry that the text lacks.
-    """
+    """Return the custom data of a bag from its `rig_description`, 'unknown' without an entry."""
     head = _HEAD_PATTERN.match(description)
     try:
         sections = parse_yaml(description, 'rig_description')
@@ -100,20 +91,19 @@ def package_version() -> str:
 @functools.cache
 def git_revision() -> str:
     """Return the commit of the source tree, '-modified' if it differs; 'unknown' outside git."""
-    package = Path(__file__).resolve().parents[1]
-    command = ['git', '-C', str(package.parent)]
+    folder = Path(__file__).resolve().parents[2]
+
+    def output(*words: str) -> str:
+        command = ['git', '-C', str(folder), *words]
+        run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=5.0)
+        return run.stdout.strip()
+
     try:
-        top = _output([*command, 'rev-parse', '--show-toplevel'])
-        if Path(top) != package.parent:
+        if Path(output('rev-parse', '--show-toplevel')) != folder:
             return UNKNOWN
-        return _output([*command, 'describe', '--always', '--dirty=-modified', '--exclude=*'])
+        return output('describe', '--always', '--dirty=-modified', '--exclude=*')
     except (OSError, subprocess.SubprocessError):
         return UNKNOWN
-
-
-def _output(command: list[str]) -> str:
-    run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=5.0)
-    return run.stdout.strip()
 
 
 def distribution_of_wheels() -> str:
@@ -159,7 +149,6 @@ def format_metadata(file_name: str, summary: Summary, custom_data: Mapping[str, 
         'duration': {'nanoseconds': end - start},
         'message_count': statistics.message_count,
     }
-    counts = statistics.channel_message_counts
     information = {
         'version': 9,
         'storage_identifier': 'mcap',
@@ -173,7 +162,7 @@ def format_metadata(file_name: str, summary: Summary, custom_data: Mapping[str, 
                     'offered_qos_profiles': [offered_qos(channel.topic)],
                     'type_description_hash': channel.metadata[TYPE_HASH],
                 },
-                'message_count': counts.get(channel.id, 0),
+                'message_count': statistics.channel_message_counts.get(channel.id, 0),
             }
             for channel in summary.channels.values()
         ],
@@ -219,7 +208,7 @@ def read_metadata(directory: Path) -> dict[str, Any]:
     if not isinstance(information, dict):
         raise RigError(f'{path}: lacks {_KEY}')
     mode = str(information.get('compression_mode')).lower()
-    if mode in NEEDS_CONVERSION:
+    if mode in ('file', 'message'):  # whose decompressed size nothing limits
         raise RigError(
             f'{directory}: compressed {mode} by {mode}; '
             'uncompressed or compressed chunks are read: ros2 bag convert'

@@ -52,12 +52,7 @@ class Columns(NamedTuple):
 
 
 def check_gaps(wanted: int, recorded: int) -> None:
-    """
-    Raise RigError when far more samples are missing than recorded: some stamp must be wrong.
-
-    :param wanted: samples from the first stamp to the last
-    :param recorded: samples in the recording
-    """
+    """Raise RigError when far more samples are wanted than recorded: some stamp must be wrong."""
     if wanted > 10 * recorded + MOST_MISSING:
         raise RigError(
             f'{recorded} samples are stamped as if they were {wanted}: is a stamp wrong, '
@@ -123,19 +118,14 @@ def _interpolated(
     wanted = time[0] + interval * np.arange(int(last + 1e-6) + 1)
     kept = {name: resample(wanted, time, v, name) for name, v in signals.items()}
     note = (
-        f'time steps of {_ms(steps.min())} to {_ms(steps.max())} ms: interpolated onto '
-        f'steps of {_ms(interval)} ms'
+        f'time steps of {1e3 * steps.min():.4g} to {1e3 * steps.max():.4g} ms: interpolated onto '
+        f'steps of {1e3 * interval:.4g} ms'
     )
     return _near(wanted, time, interval), kept, note
 
 
 def _near(wanted: Floats, time: Floats, interval: float) -> Flags:
-    """
-    Return at which times something was recorded.
-
-    A time between two samples at the usual distance is; one in a gap only within half an interval
-    of either end.
-    """
+    """Return which times have samples at the usual distance around, or one within half of it."""
     after = np.clip(np.searchsorted(time, wanted), 1, time.size - 1)
     before, ahead = time[after - 1], time[after]
     usual = ahead - before < 1.5 * interval
@@ -197,7 +187,3 @@ def shortest_decimal(interval: float, last: int, rounding: float) -> float:
         if abs(shorter - interval) * last <= 0.5 * rounding:
             return shorter
     return interval
-
-
-def _ms(seconds: float) -> str:
-    return f'{1e3 * seconds:.4g}'

@@ -20,18 +20,12 @@ from rosbags.rosbag1.reader import Header, read_bytes, read_uint32
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
-from pneu_rig_ros.records.bag import (
-    check_bag,
-    custom_data,
-    find_namespace,
-    folder_of,
-    reading,
-)
+from pneu_rig_ros.records.bag import check_bag, custom_data, find_namespace, folder_of, reading
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, typestore
 from pneu_rig_ros.records.description import read_metadata
 from pneu_rig_ros.records.grid import HELD, Columns, resample
-from pneu_rig_ros.records.mapping import Source, TableMapping, in_si, unit_of
-from pneu_rig_ros.records.mcap_chunks import decompress
+from pneu_rig_ros.records.mapping import Source, TableMapping, in_si
+from pneu_rig_ros.records.mcap_file import decompress
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS, Stamps
 from pneu_rig_ros.records.topics import JOINT
 
@@ -98,12 +92,7 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
 
 
 def _check_ros1_chunks(path: Path, offsets: Iterable[int]) -> None:
-    """
-    Decompress the chunks of a ROS 1 bag once, within the bound.
-
-    :param offsets: of the chunk records in the file [byte]
-    :raises RigError: when a chunk does not have the size that it claims
-    """
+    """Raise RigError for a chunk of a ROS 1 bag [byte] that has not the size that it claims."""
     with path.open('rb') as stream:
         for offset in offsets:
             stream.seek(offset)
@@ -152,8 +141,7 @@ def _read_stream(
     # By stamp, and of equal stamps the last.
     latest = dict(sorted(rows, key=lambda row: row[0]))
     raw = np.array(list(latest.values()))
-    unit = unit_of(source, source.unit or SIGNALS[name], name, where)
-    values, gauge = in_si(raw, name, source, unit, where, zero)
+    values, gauge = in_si(raw, name, source, source.unit or SIGNALS[name], where, zero)
     if name in PRESSURES and (values <= 0).any():
         raise RigError(f'{where}: {values.min():.6g} Pa absolute; is it gauge? (gauge: true)')
     return (np.array(list(latest), dtype=np.int64), values), gauge
@@ -219,15 +207,11 @@ def _columns(path: Path, streams: dict[str, Stream]) -> Columns:
     if stamps.size < 2:
         raise RigError(f'{path}: the signals do not overlap in time: {", ".join(streams)}')
     epoch = int(stamps[0])
-    time = _seconds(stamps, epoch)
+    time = (stamps - epoch).astype(np.float64) * 1e-9
     signals = {
-        name: resample(time, _seconds(own, epoch), values, name)
+        name: resample(time, (own - epoch).astype(np.float64) * 1e-9, values, name)
         for name, (own, values) in streams.items()
     }
     late = [name for name in streams if name in HELD and streams[name][0][0] > epoch]
     notes = (f'{name} starts after the first sample; its first value is held' for name in late)
     return Columns(time, signals, epoch, notes=tuple(notes))
-
-
-def _seconds(stamps: Stamps, epoch: int) -> Floats:
-    return np.asarray((stamps - epoch) * 1e-9, dtype=np.float64)

@@ -14,7 +14,7 @@ All its keys are in docs/measured_data.md. In a table a signal names its column,
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,21 @@ _KINDS: dict[str, tuple[tuple[type, ...], str]] = {
 }
 """Key of an entry -> types of its value, and their names."""
 
-_LAYOUT = ('separator', 'decimal', 'comment', 'skip_rows', 'skip_after_header', 'header')
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+_LAYOUT: dict[str, tuple[Callable[[Any], bool], str]] = {
+    'separator': (lambda value: value in [*SEPARATORS], "allowed: ',', ';', tab, blank"),
+    'decimal': (lambda value: value in ('.', ','), "allowed: '.', ','"),
+    'comment': (lambda value: isinstance(value, str), 'must be a text'),
+    'skip_rows': (_is_count, 'must be a number of lines'),
+    'skip_after_header': (_is_count, 'must be a number of lines'),
+    'header': (lambda value: value in (None, 'auto', True, False), 'allowed: true, false, auto'),
+}
+"""Key of the form of a table -> check of its value, and what is allowed."""
+
 _SIGNAL = ('column', 'unit', 'gauge', 'scale', 'offset')
 _TOPIC = ('topic', 'field', 'unit', 'gauge', 'scale', 'offset')
 _TIME = ('column', 'unit', 'rate', 'interval')
@@ -221,52 +235,29 @@ def _fields(entry: object, where: str, key: str, allowed: tuple[str, ...]) -> di
 
 def _layout(data: dict[str, Any], origin: str) -> Layout:
     given = {key: data[key] for key in _LAYOUT if key in data}
-
-    def check(key: str, valid: bool, allowed: str) -> None:
-        if not valid:
-            raise RigError(f'{origin}: {key} {given[key]!r}, {allowed}')
-
+    for key, value in given.items():
+        is_valid, allowed = _LAYOUT[key]
+        if not is_valid(value):
+            raise RigError(f'{origin}: {key} {value!r}, {allowed}')
     if 'separator' in given:
-        names = "allowed: ',', ';', tab, blank"
-        check('separator', given['separator'] in list(SEPARATORS), names)
         given['separator'] = SEPARATORS[given['separator']]
-    check('decimal', given.get('decimal', '.') in ('.', ','), "allowed: '.', ','")
-    if given.get('decimal') == ',' and given.get('separator') == ',':
+    if given.get('decimal') == ',' == given.get('separator'):
         raise RigError(f'{origin}: a comma cannot be both separator and decimal sign')
-    header = given.get('header')
-    check('header', header in (None, 'auto', True, False), 'allowed: true, false, auto')
-    given['header'] = header if isinstance(header, bool) else None
-    check('comment', isinstance(given.setdefault('comment', '#'), str), 'must be a text')
-    for key in ('skip_rows', 'skip_after_header'):
-        value = given.get(key, 0)
-        is_count = isinstance(value, int) and not isinstance(value, bool) and value >= 0
-        check(key, is_count, 'must be a number of lines')
+    if not isinstance(given.get('header'), bool):
+        given['header'] = None
     return Layout(**given)
 
 
-def unit_of(source: Source, text: str, signal: str, where: str) -> Unit:
-    """
-    Return the unit of a source's values; a scale such as '50 N/V' is worked into the factor.
-
-    :param text: the unit as written
-    """
-    if not isinstance(source.scale, str):
-        return parse_unit(text, SIGNALS[signal], where)
-    number, _, scale_unit = source.scale.strip().partition(' ')
-    factor = convert(f'{number} -', '-', f'{where}.scale')
-    product = parse_unit(f'({scale_unit or "1"})*({text})', SIGNALS[signal], f'{where}.scale')
-    return product._replace(factor=product.factor * factor)
-
-
 def in_si(
-    values: Floats, signal: str, source: Source, unit: Unit, where: str, zero: float
+    values: Floats, signal: str, source: Source, text: str, where: str, zero: float
 ) -> tuple[Floats, bool]:
     """
     Return values of a source in SI units, absolute pressures, and whether they were gauge.
 
-    :param unit: of the values before scaling
+    :param text: the unit of the values before scaling, as written
     :param zero: pressure of the surroundings [Pa]
     """
+    unit = _unit_of(source, text, signal, where)
     with np.errstate(over='ignore'):  # the recording reports values that are not finite
         converted = values * unit.factor
     if source.scale is not None and not isinstance(source.scale, str):
@@ -280,3 +271,13 @@ def in_si(
         converted = converted + convert(source.offset, SIGNALS[signal], f'{where}.offset')
     gauge = bool(unit.gauge if source.gauge is None else source.gauge)
     return (converted + zero if gauge else converted), gauge
+
+
+def _unit_of(source: Source, text: str, signal: str, where: str) -> Unit:
+    """Return the unit of the values; a scale such as '50 N/V' is worked into its factor."""
+    if not isinstance(source.scale, str):
+        return parse_unit(text, SIGNALS[signal], where)
+    number, _, scale_unit = source.scale.strip().partition(' ')
+    factor = convert(f'{number} -', '-', f'{where}.scale')
+    product = parse_unit(f'({scale_unit or "1"})*({text})', SIGNALS[signal], f'{where}.scale')
+    return product._replace(factor=product.factor * factor)

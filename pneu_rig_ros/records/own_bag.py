@@ -46,10 +46,8 @@ class Stream(NamedTuple):
 
 def read_own_bag(path: Path, name: str) -> Recording | None:
     """
-    Read a complete bag of a rig, as the recorder of this project writes it.
+    Read a complete bag of a rig, as the recorder writes it; None where it lacks a sample topic.
 
-    :param path: the bag's directory, or a file in it
-    :return: None where the bag lacks a topic that every rig has
     :raises RigError: when it is not a bag, is cut off, or lacks the samples of a rig
     """
     with open_bag(path) as bag:
@@ -57,10 +55,10 @@ def read_own_bag(path: Path, name: str) -> Recording | None:
         if not any(topic.endswith('/joint_states') for topic in present):
             return None
         namespace = find_namespace(present)
-        if not all(f'{namespace}/{topic}' in present for topic in SAMPLE_TOPICS):
-            return None
         names = absolute_names(namespace).items()
         counts = {topic: present[full] for topic, full in names if full in present}
+        if not counts.keys() >= {*SAMPLE_TOPICS}:
+            return None
         metadata, protected = custom_data(bag, bag.information), bag.protected()
         with prefixed(path):
             configuration = configuration_in(metadata)
@@ -119,11 +117,7 @@ def _read_streams(bag: Bag, namespace: str) -> dict[str, Stream]:
 
 
 def _without_jitter(streams: dict[str, Stream]) -> dict[str, Stream]:
-    """
-    Return the streams with the stamps of a clock that jitters put on a uniform grid.
-
-    Stamps that lie on a grid, or that are too uneven for any, are returned as they are.
-    """
+    """Return the streams with stamps that jitter put on a grid, if they are not too uneven."""
     stamps = streams['joint_states'].stamps
     steps = np.diff(stamps)
     if stamps.size < 2 or steps.min() <= 0 or not (steps % steps.min()).any():
@@ -150,11 +144,7 @@ def _without_jitter(streams: dict[str, Stream]) -> dict[str, Stream]:
 def _sampling_grid(
     streams: dict[str, Stream], configuration: RigConfiguration | None
 ) -> tuple[Stamps, int]:
-    """
-    Return the stamps of all samples, shape (n,), and the sampling interval [ns].
-
-    The interval is the configured one, else the shortest step between two stamps.
-    """
+    """Return the stamps of all samples, shape (n,), and the interval, configured or shortest."""
     for topic in SAMPLE_TOPICS:
         if streams[topic].stamps.size == 0:
             raise RigError(
@@ -206,17 +196,15 @@ def _held_signals(streams: dict[str, Stream], arrival: Stamps) -> dict[str, Floa
     """Return the command and the valve voltages that had arrived with each sample."""
     signals = {}
     valves, command = streams['valve_voltages'], streams['u']
-    if valves.arrival_ns.size:
-        voltages = _hold(valves, arrival, valve_voltages(0.0))
-        signals = {'voltage_1': voltages[:, 0].copy(), 'voltage_2': voltages[:, 1].copy()}
-    if command.arrival_ns.size and np.isfinite(command.values).all():
-        signals['u'] = _hold(command, arrival, (0.0,))[:, 0].copy()
-    return signals
-
-
-def _hold(stream: Stream, arrival: Stamps, before: tuple[float, ...]) -> Floats:
-    """Return the last values that had arrived with each sample, `before` the first ones."""
     known = np.maximum.accumulate(arrival)
-    last = np.searchsorted(stream.arrival_ns, known, side='right')
-    held: Floats = np.concatenate([[before], stream.values])[last]
-    return held
+
+    def hold(stream: Stream, column: int, before: float) -> Floats:
+        last = np.searchsorted(stream.arrival_ns, known, side='right')
+        return np.concatenate([[before], stream.values[:, column]])[last]
+
+    if valves.arrival_ns.size:
+        rest_1, rest_2 = valve_voltages(0.0)
+        signals = {'voltage_1': hold(valves, 0, rest_1), 'voltage_2': hold(valves, 1, rest_2)}
+    if command.arrival_ns.size and np.isfinite(command.values).all():
+        signals['u'] = hold(command, 0, 0.0)
+    return signals

@@ -42,6 +42,8 @@ class Playback:
     :raises RigError: when it is not a complete bag of a rig, or lacks a requested topic
     """
 
+    topics: list[str]
+    """Names of the topics that are played, relative to the rig's namespace."""
     start_ns: int
     """Log time of the first message in the bag [ns]."""
     duration: float
@@ -54,10 +56,12 @@ class Playback:
         self._bag = self._opened.__enter__()
         try:
             with prefixed(path):
-                self._connections = _chosen(self._bag, set(only), set(without))
+                played = _chosen(self._bag, set(only), set(without))
         except RigError:
             self.close()
             raise
+        self.topics = list(played)
+        self._names = {connection: topic for topic, connection in played.items()}
         self.start_ns = self._bag.start_time
         self.duration = (self._bag.end_time - self.start_ns) * 1e-9
 
@@ -71,21 +75,11 @@ class Playback:
         """Close the bag."""
         self._opened.__exit__(None, None, None)
 
-    @property
-    def topics(self) -> list[str]:
-        """Names of the topics that are played, relative to the rig's namespace."""
-        return list(self._connections)
-
     def messages(self) -> Iterator[Message]:
-        """
-        Yield the messages; of those logged at the same time, the sample comes first.
-
-        :raises RigError: when the bag is damaged
-        """
-        names = {connection: topic for topic, connection in self._connections.items()}
+        """Yield the messages; of those logged at the same time, the sample comes first."""
         found = (
-            Message(time_ns, names[connection], cdr)
-            for connection, time_ns, cdr in self._bag.messages(self._connections.values())
+            Message(time_ns, self._names[connection], cdr)
+            for connection, time_ns, cdr in self._bag.messages(self._names)
         )
         with reading(self._bag.directory):
             for _, together in groupby(found, key=lambda message: message.time_ns):
@@ -102,8 +96,8 @@ def _chosen(bag: Bag, only: set[str], without: set[str]) -> dict[str, Connection
         raise RigError(f'{topic} is not a topic of a rig, allowed: {", ".join(TOPICS)}')
     for topic in only - set(known):
         raise RigError(f'the bag has no message on {topic}, it has {", ".join(known)}')
-    wanted = only or set(known) - COMPUTED
-    chosen = {t: c for t, c in known.items() if t in wanted - without}
+    wanted = (only or set(known) - COMPUTED) - without
+    chosen = {t: c for t, c in known.items() if t in wanted}
     if not chosen:
         raise RigError('no topic is left to play')
     return chosen

@@ -24,13 +24,8 @@ from pneu_rig_ros.records.bag import (
     storage_files,
 )
 from pneu_rig_ros.records.cdr_decoding import unpack_string
-from pneu_rig_ros.records.description import (
-    METADATA,
-    TYPE_HASH,
-    bag_metadata,
-    read_metadata,
-)
-from pneu_rig_ros.records.mcap_chunks import chunk_content, chunk_messages, scan_records
+from pneu_rig_ros.records.description import METADATA, TYPE_HASH, bag_metadata, read_metadata
+from pneu_rig_ros.records.mcap_file import chunk_messages, scan_records
 from pneu_rig_ros.records.whole_files import writing
 from pneu_rig_ros.records.writer import BagWriter, Definition
 
@@ -73,16 +68,16 @@ def repair(path: Path | str) -> RepairReport:
     :raises RigError: when there is no bag or nothing in it can be read
     """
     directory = bag_directory(path)
-    files = storage_files(directory)
-    if len(files) > 1:
-        names = ', '.join(file.name for file in files)
+    file, *others = storage_files(directory)
+    if others:
+        names = ', '.join(each.name for each in (file, *others))
         raise RigError(
             f'{directory} holds several .mcap files ({names}); repair handles bags of one file'
         )
     try:
         return _healthy(directory)
     except RigError:
-        return _rewrite(directory, files[0])
+        return _rewrite(directory, file)
 
 
 def _healthy(directory: Path) -> RepairReport:
@@ -147,7 +142,7 @@ def _copy_messages(file: Path, new: Path, kept: dict[str, str]) -> list[set[str]
             scan_records(stream, summary)
         for chunk in summary.chunk_indexes:
             try:
-                messages = chunk_messages(chunk_content(stream, chunk), summary)
+                messages = chunk_messages(stream, chunk, summary)
             except Exception:  # parsers fail in any way on damaged data
                 damaged.append(chunk.message_index_offsets.keys())
                 continue

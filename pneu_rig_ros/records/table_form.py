@@ -30,9 +30,9 @@ DETECTION_LINES = 50
 """Lines of data from which the separator is detected."""
 
 DECIMAL_COMMA = re.compile(r'\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*')
-_ONE_SIGN = re.compile(
-    r'\s*[-+]?(?=[.,]?\d)(?P<before>\d*)(?P<sign>[.,])(?P<after>\d*)(?P<exponent>[eE][-+]?\d+)?\s*'
-)
+_ONE_SIGN = re.compile(r'\s*[-+]?(?=[.,]?\d)\d*(?P<sign>[.,])\d*([eE][-+]?\d+)?\s*')
+# Before three digits it may separate thousands: no number in groups begins with 0, but for 0.000.
+_MAY_BE_GROUPED = re.compile(r'\s*[-+]?(?=0*[^\D0]|0+[.,]000)\d+[.,]\d{3}\s*')
 _TWO_SIGNS = re.compile(r'\s*[-+]?[\d.]*\d(?P<comma>,)\d*\s*|\s*[-+]?[\d,]*\d\.\d*\s*')
 _REPEATED = re.compile(r'([.,])\d*\1')
 _CANDIDATES = ('\t', ';', ',', ' ')
@@ -148,16 +148,8 @@ def _decimal(lines: Sequence[Line], separator: str) -> str:
             if '.' in cell and ',' in cell and (number := _TWO_SIGNS.fullmatch(cell)):
                 certain.add(number['comma'] or '.')
             elif not repeated and (number := _ONE_SIGN.fullmatch(cell)):
-                (possible if _may_be_grouped(number) else certain).add(number['sign'])
+                (possible if _MAY_BE_GROUPED.fullmatch(cell) else certain).add(number['sign'])
     return ',' if (certain or possible) == {','} else '.'
-
-
-def _may_be_grouped(number: re.Match[str]) -> bool:
-    """Return whether the sign in a number may stand before its last three digits, as in 1,075."""
-    if len(number['after']) != 3 or number['exponent'] or not number['before']:
-        return False
-    # no number that is in groups begins with 0, but for 0.000
-    return bool(number['before'].strip('0')) or not number['after'].strip('0')
 
 
 def split(text: str, separator: str) -> list[str]:
@@ -170,7 +162,7 @@ def split(text: str, separator: str) -> list[str]:
         raise RigError(f'{error}, in a row that begins with {text[:40]!r}') from None
 
 
-def without_thousands(texts: Sequence[str]) -> Sequence[str]:
+def _without_thousands(texts: Sequence[str]) -> Sequence[str]:
     """
     Return the cells of a column without the sign that separates thousands, if it has one.
 
@@ -189,13 +181,7 @@ def without_thousands(texts: Sequence[str]) -> Sequence[str]:
 
 
 def read_texts(data: bytes, start: int, separator: str, width: int) -> list[Column] | None:
-    """
-    Return the columns of a table, None if it is not regular or pyarrow is not installed.
-
-    :param data: UTF-8
-    :param start: of the first row of data [byte]
-    :param width: cells of a row
-    """
+    """Return the columns of a table from a byte on; None if irregular or without pyarrow."""
     try:
         import pyarrow
         from pyarrow import csv as arrow
@@ -215,8 +201,32 @@ def read_texts(data: bytes, start: int, separator: str, width: int) -> list[Colu
     return list(table.columns)
 
 
-def as_numbers(column: ChunkedArray, decimal: str) -> Floats | None:
-    """Return the numbers of a column, shape (n,); None if a cell is not a plain number."""
+def as_texts(column: Column) -> Sequence[str]:
+    """Return the cells of a column."""
+    return column if isinstance(column, Sequence) else column.to_pylist()
+
+
+def as_numbers(column: Column, decimal: str) -> Floats:
+    """Return the numbers in the cells of a column, shape (n,), NaN where there is none."""
+    if not isinstance(column, Sequence) and (numbers := _cast(column, decimal)) is not None:
+        return numbers
+    texts = as_texts(column)
+    try:
+        return np.array(_with_point(texts, decimal), dtype=np.float64)
+    except ValueError:
+        cleaned = _with_point(_without_thousands(texts), decimal)
+        return np.array([as_number(text) for text in cleaned])
+
+
+def _with_point(texts: Sequence[str], decimal: str) -> Sequence[str]:
+    """Return cells with a point as decimal sign; another point then makes no number."""
+    if decimal == '.':
+        return texts
+    return [text.replace('.', '#').replace(',', '.') for text in texts]
+
+
+def _cast(column: ChunkedArray, decimal: str) -> Floats | None:
+    """Return the same of a column that has plain numbers only, None of any other."""
     import pyarrow
     from pyarrow import compute
 

@@ -18,20 +18,20 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.grid import Columns
-from pneu_rig_ros.records.mapping import DATETIME, Layout, Source, TableMapping, in_si, unit_of
+from pneu_rig_ros.records.mapping import DATETIME, Layout, Source, TableMapping, in_si
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
 from pneu_rig_ros.records.table_form import (
     DECIMAL_COMMA,
     DETECTION_LINES,
     Column,
     as_numbers,
+    as_texts,
     detect,
     read_texts,
     read_utf8,
     split,
-    without_thousands,
 )
-from pneu_rig_ros.records.units import as_number, parse_unit
+from pneu_rig_ros.records.units import parse_unit
 
 LIKELY_GAUGE = 5e4
 """An absolute pressure below this is probably a gauge pressure [Pa]."""
@@ -60,11 +60,6 @@ class Cells:
         """Return a cell."""
         return str(self.columns[index][row])
 
-    def texts(self, index: int) -> Sequence[str]:
-        """Return the cells of a column."""
-        column = self.columns[index]
-        return column if isinstance(column, Sequence) else column.to_pylist()
-
     def index(self, column: str | int, where: str) -> int:
         """Return the index of a column from its name, or its number counted from 1."""
         width = len(self.columns)
@@ -90,29 +85,12 @@ class Cells:
 
     def values(self, index: int) -> Floats:
         """Return a column as numbers, shape (n,); RigError with row and column of other text."""
-        column = self.columns[index]
-        quick = None if isinstance(column, Sequence) else as_numbers(column, self.decimal)
-        values = self._numbers(self.texts(index)) if quick is None else quick
+        values = as_numbers(self.columns[index], self.decimal)
         bad = ~np.isfinite(values)
         if bad.any():
             k = int(bad.argmax())
             raise self.complaint(k, index, self._reason(self.text(k, index), k))
         return values
-
-    def _numbers(self, texts: Sequence[str]) -> Floats:
-        """Return texts as numbers, NaN where one is none."""
-        try:
-            return np.array(self._with_point(texts), dtype=np.float64)
-        except ValueError:
-            cleaned = self._with_point(without_thousands(texts))
-            return np.array([as_number(text) for text in cleaned])
-
-    def _with_point(self, texts: Sequence[str]) -> Sequence[str]:
-        """Return cells with a point as decimal sign."""
-        if self.decimal != ',':
-            return texts
-        # a single point is then no number: it may be a decimal sign or separate thousands
-        return [text.replace('.', '#').replace(',', '.') for text in texts]
 
     def complaint(self, row: int, index: int, reason: str) -> RigError:
         """Return an error that names row and column of a cell."""
@@ -132,11 +110,7 @@ class Cells:
 
 
 def read_cells(path: Path | str, layout: Layout) -> Cells:
-    """
-    Read a text table.
-
-    :raises RigError: when it cannot be read, has no data, or rows of different lengths
-    """
+    """Read a text table; RigError when it has no data or rows of different lengths."""
     path = Path(path)
     data = read_utf8(path)
     if len(data) > HEAD and (cells := _by_columns(path, data, layout)):
@@ -216,8 +190,7 @@ def _column(
     assert source.column is not None
     index = cells.index(source.column, where)
     text = source.unit or _unit_in_header(cells, index, where, SIGNALS[name])
-    unit = unit_of(source, text, name, where)
-    values, gauge = in_si(cells.values(index), name, source, unit, where, zero)
+    values, gauge = in_si(cells.values(index), name, source, text, where, zero)
     if name in PRESSURES and (values <= 0).any():
         k = int((values <= 0).argmax())
         hint = 'is it gauge? (gauge: true)' if not gauge else 'is the unit right?'
@@ -259,7 +232,9 @@ def _time(cells: Cells, mapping: TableMapping) -> tuple[Floats, int]:
 
 def _dates(cells: Cells, index: int) -> tuple[Floats, int]:
     """Return the time since the first date [s], shape (n,), and that date [ns since 1970]."""
-    texts = [text.strip().replace(',', '.').removesuffix('Z') for text in cells.texts(index)]
+    texts = [
+        text.strip().replace(',', '.').removesuffix('Z') for text in as_texts(cells.columns[index])
+    ]
     try:
         stamps = np.array(texts, dtype='datetime64[ns]')
     except ValueError:

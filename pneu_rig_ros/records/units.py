@@ -39,12 +39,7 @@ _PRESSURES = ('bar', 'mbar', 'Pa', 'hPa', 'kPa', 'MPa', 'psi', 'ksi')
 
 
 class Unit(NamedTuple):
-    """
-    A unit as it was written.
-
-    :param factor: SI units in one of it
-    :param gauge: True or False if the text contains gauge or absolute, else None
-    """
+    """SI units in a unit; whether its text says gauge (True), absolute (False) or neither."""
 
     factor: float
     gauge: bool | None

@@ -5,12 +5,16 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
+from zlib import crc32
 
-from mcap.records import DataEnd, Footer
+from mcap.data_stream import RecordBuilder
+from mcap.records import DataEnd, Footer, McapRecord
+from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.records.mcap_chunks import MAGIC, encode
+from pneu_rig_ros.records.mcap_file import MAGIC
 
 
 @contextlib.contextmanager
@@ -41,6 +45,14 @@ def atomic_write(path: Path, content: str | Callable[[Path], object]) -> Path:
     finally:
         unfinished.unlink(missing_ok=True)
     return path
+
+
+def encode(*records: McapRecord) -> bytes:
+    """Return records as they are in a file."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())
 
 
 _ENDING = encode(DataEnd(0), Footer(0, 0, 0)) + MAGIC
@@ -95,15 +107,33 @@ def deferred_interrupts() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # Python runs handlers in the main thread alone
         return
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    present = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {number: handler for number, handler in present.items() if callable(handler)}
     pending: list[int] = []
-    ours = [number for number, handler in handlers.items() if callable(handler)]
-    for number in ours:
+    for number in handlers:
         signal.signal(number, lambda received, _: pending.append(received))
     try:
         yield
     finally:
-        for number in ours:
-            signal.signal(number, handlers[number])
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         if pending:
             signal.raise_signal(pending[0])
+
+
+def index_bytes(summary: Summary, end: int) -> bytes:
+    """Return what follows the data section of a file that ends at an offset: its index."""
+    assert summary.statistics is not None
+    statistics = replace(
+        summary.statistics,
+        channel_count=len(summary.channels),
+        metadata_count=len(summary.metadata_indexes),
+        schema_count=len(summary.schemas),
+    )
+    records: list[McapRecord] = [*summary.schemas.values(), *summary.channels.values()]
+    records += [statistics, *summary.chunk_indexes, *summary.metadata_indexes]
+    data_end, content = encode(DataEnd(0)), encode(*records)
+    start = end + len(data_end)
+    # The checksum covers the summary and the footer up to the checksum itself.
+    checksum = crc32(content + encode(Footer(start, 0, 0))[:-4])
+    return data_end + content + encode(Footer(start, 0, checksum)) + MAGIC

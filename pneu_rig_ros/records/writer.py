@@ -35,9 +35,15 @@ from pneu_rig_ros.records.description import (
     offered_qos,
     write_metadata,
 )
-from pneu_rig_ros.records.mcap_chunks import HEAD, MAGIC, MESSAGE, encode, index_bytes, scan_chunks
+from pneu_rig_ros.records.mcap_file import MAGIC, MESSAGE, scan_chunks
 from pneu_rig_ros.records.recording import Stamps
-from pneu_rig_ros.records.whole_files import GrowingFile, deferred_interrupts, writing
+from pneu_rig_ros.records.whole_files import (
+    GrowingFile,
+    deferred_interrupts,
+    encode,
+    index_bytes,
+    writing,
+)
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""
@@ -45,11 +51,11 @@ FLUSH_PERIOD = 0.4
 CHUNK_SIZE = 2**20
 """Size at which a chunk is closed [byte]."""
 
-_MESSAGE = struct.Struct(HEAD.format + MESSAGE.format.lstrip('<'))
-"""What precedes the data of a message in a file."""
-
 _HEAD = struct.Struct('<BQHI')
 """Opcode and length of a record, channel, sequence of a message or size of an index [byte]."""
+
+_MESSAGE = struct.Struct(f'{_HEAD.format}QQ')
+"""What precedes the data of a message in a file: also log time and publish time [ns]."""
 
 
 class TopicRows(NamedTuple):
@@ -62,13 +68,7 @@ class TopicRows(NamedTuple):
 
 
 class Definition(NamedTuple):
-    """
-    What a message type consists of.
-
-    :param text: its definition, as in a .msg file
-    :param encoding: of the text, such as ros2msg
-    :param hash: of the type (REP 2011), '' where it is not known
-    """
+    """A message type: its text as in a .msg file, encoding of the text, hash (REP 2011) or ''."""
 
     text: bytes
     encoding: str
@@ -88,13 +88,10 @@ class BagWriter:
     """
     A bag being written. Use as a context manager or call ``close``.
 
-    :param path: directory to create; its parents are created as needed
+    :ivar path: the bag's directory, which is created with its parents
     :raises RigError: when the path exists, cannot be created or has a name that is not printable,
         which no metadata could hold
     """
-
-    path: Path
-    """The bag's directory."""
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
@@ -114,51 +111,35 @@ class BagWriter:
             self._file.append(MAGIC + encode(Header(Profile.ROS2, 'pneu_rig_ros')))
 
     def add_topic(self, topic: str, type_name: str, definition: Definition | None = None) -> int:
-        """
-        Return the number of a topic, which the bag lists even if no message comes.
-
-        :param definition: of its type, that of ROS 2 Jazzy if omitted
-        """
+        """Return the number of a topic, which the bag lists even if no message comes."""
         if topic in self._channels:
             return self._channels[topic].id
         definition = definition or Definition.of(topic, type_name)
-        metadata = {
-            'offered_qos_profiles': yaml.safe_dump([offered_qos(topic)]).strip(),
-            TYPE_HASH: definition.hash,
-        }
+        schema = self._schemas.get(type_name)
+        if schema is None:
+            number = len(self._schemas) + 1
+            schema = Schema(number, definition.text, definition.encoding, type_name)
+            self._schemas[type_name] = schema
+            self._content += encode(schema)
         channel = Channel(
             id=len(self._channels) + 1,
             topic=topic,
             message_encoding=MessageEncoding.CDR,
-            metadata=metadata,
-            schema_id=self._schema_id(type_name, definition),
+            metadata={
+                'offered_qos_profiles': yaml.safe_dump([offered_qos(topic)]).strip(),
+                TYPE_HASH: definition.hash,
+            },
+            schema_id=schema.id,
         )
         self._channels[topic] = channel
         self._content += encode(channel)
         return channel.id
 
-    def _schema_id(self, type_name: str, definition: Definition) -> int:
-        """Return the number of a type's schema, written with its first topic."""
-        if type_name in self._schemas:
-            return self._schemas[type_name].id
-        schema = Schema(
-            id=len(self._schemas) + 1,
-            data=definition.text,
-            encoding=definition.encoding,
-            name=type_name,
-        )
-        self._schemas[type_name] = schema
-        self._content += encode(schema)
-        return schema.id
-
     def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:
         """
-        Append one message.
+        Append one message, in CDR, of a topic by its absolute name.
 
-        :param topic: absolute name, e.g. '/joint_states'
-        :param type_name: e.g. 'sensor_msgs/msg/JointState'
         :param log_time_ns: when it arrived [ns]
-        :param cdr: the serialised message, encapsulation header included
         :raises RigError: when the disk is full or the type unknown
         """
         channel = self.add_topic(topic, type_name)
@@ -178,12 +159,7 @@ class BagWriter:
             self.flush()
 
     def write_rows(self, rows: Sequence[TopicRows], log_times: Stamps) -> None:
-        """
-        Append the messages of many instants as a chunk of their own.
-
-        :param rows: of each topic, named without its '/'
-        :param log_times: of the instants [ns]
-        """
+        """Append the messages of many instants [ns] as a chunk; topics are named without '/'."""
         self.flush()
         rows = [row for row in rows if row.present.any()]
         if not rows:
@@ -222,11 +198,7 @@ class BagWriter:
             self._file.append(encode(chunk) + index)
 
     def close(self, metadata: Mapping[str, str]) -> None:
-        """
-        Write index and metadata.yaml; the bag is complete.
-
-        :param metadata: custom data, see `pneu_rig_ros.records.description`
-        """
+        """Write index and metadata.yaml with this custom data; the bag is complete."""
         try:
             self.flush()
         finally:
@@ -259,11 +231,9 @@ class BagWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if not self._file.closed:
-            if kind is None:
-                self.close({})
-            else:
-                self.abort()
+        if kind is None and not self._file.closed:
+            self.close({})
+        self.abort()
 
 
 def chunk_of(
@@ -272,8 +242,6 @@ def chunk_of(
     """
     Return the message records of n instants, topic by topic at each, and their index records.
 
-    :param channels: number of each topic's channel
-    :param log_times: of the instants [ns], shape (n,)
     :param start: offset of the first record in its chunk [byte]
     """
     records = [

@@ -5,6 +5,7 @@ import resource
 import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 from mcap.reader import make_reader
@@ -116,13 +117,13 @@ def test_what_was_written_before_the_disk_was_full_stays(tmp_path):
 def test_a_bag_appended_to_between_two_looks_is_looked_at_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    looks: list[Path] = []
+    looks: list[BinaryIO] = []
 
-    def look(file: Path) -> McapFile:
-        looks.append(file)
+    def look(stream: BinaryIO) -> McapFile:
+        looks.append(stream)
         if len(looks) == 1:
             raise RigError('in the middle of a piece')
-        return McapFile(file)
+        return McapFile(stream)
 
     monkeypatch.setattr(bag, 'ATTEMPTS', 2)
     monkeypatch.setattr(bag, 'McapFile', look)

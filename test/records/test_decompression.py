@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import read_recording
-from pneu_rig_ros.records.mcap_chunks import LARGEST_CHUNK, decompress
+from pneu_rig_ros.records.mcap_file import LARGEST_CHUNK, decompress
 
 COMPRESSORS = {'zstd': zstd.compress, 'lz4': lz4.frame.compress, 'bz2': bz2.compress}
 MAPPING = {'topics': {'position': {'topic': '/x', 'field': 'data'}}}

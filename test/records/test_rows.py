@@ -60,11 +60,11 @@ def one_by_one(made: Recording) -> list[tuple[str, int, bytes]]:
 def test_bag_holds_the_messages_in_their_order(tmp_path: Path) -> None:
     made = recording()
     write_bag(made, tmp_path / 'bag')
-    file = McapFile(tmp_path / 'bag' / 'bag.mcap')
-    topics = {number: channel.topic for number, channel in file.summary.channels.items()}
-    read = [(topics[channel], stamp, cdr) for stamp, channel, cdr in file.messages(topics)]
-    assert file.protected()
-    file.close()
+    with (tmp_path / 'bag' / 'bag.mcap').open('rb') as stream:
+        file = McapFile(stream)
+        topics = {number: channel.topic for number, channel in file.summary.channels.items()}
+        read = [(topics[channel], stamp, cdr) for stamp, channel, cdr in file.messages(topics)]
+        assert file.protected()
     expected = one_by_one(made)
     assert [row[:2] for row in read] == [row[:2] for row in expected]
     assert read == expected
