@@ -71,10 +71,14 @@ def zero_phase(signal: Floats, interval: float) -> Floats:
 
 def causal_kernel(interval: float) -> Floats:
     """
-    Return the cut-off impulse response of the zero-phase low-pass, shape (2 delay_samples - 1,).
+    Return the cut-off two-sided impulse response of the zero-phase low-pass.
 
     Symmetric with unit sum, so that it delays by exactly its half width and passes a constant
-    unchanged. The second difference takes the sample that it lacks of the delay.
+    unchanged. The half width is one less than ``delay_samples``, as the second difference takes
+    the other one.
+
+    :param interval: sampling interval [s]
+    :return: weights, shape (2 delay_samples - 1,)
     """
     half_width = delay_samples(interval) - 1
     if half_width < 1:
@@ -166,7 +170,11 @@ class CausalFriction:
 
 
 def friction_of(recording: Recording) -> Floats:
-    """Return the friction force F_r of a recording [N], shape (n,), as ``friction_zero_phase``."""
+    """
+    Return the friction force F_r of a recording [N], shape (n,), by the zero-phase estimator.
+
+    :raises RigError: when the recording lacks the configuration of the rig
+    """
     balance = ForceBalance.of(require_rig(recording))
     return friction_zero_phase(
         recording.position, recording.pressure_1, recording.pressure_2, recording.interval, balance

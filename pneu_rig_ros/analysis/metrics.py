@@ -57,9 +57,12 @@ class AnalysedRun(NamedTuple):
     """
     A recording with the signals and events derived from it.
 
-    :param signals: those of ``derived_signals``
+    :param recording: the run
+    :param signals: name of `recording.SIGNALS` -> signal, shape (n,); without friction where the
+        rig is not known, or the sampling too slow for its filter
     :param cycles: stick-slip cycles in the order of time
-    :param stroke_time: see the function [s]
+    :param stroke_time: from the start until the piston has gone 98 % of the way to the end stop
+        ahead of it [s], None if it does not get there or the stroke is not known
     """
 
     recording: Recording
@@ -150,7 +153,12 @@ def signal_noise(
     Return the standard deviation of the noise of each signal that ``derived_signals`` returns.
 
     The estimators of the derived signals are linear, so they are applied to white sensor noise,
-    which is drawn from a fixed seed: [m] and [Pa], standard deviations of a reading.
+    which is drawn from a fixed seed.
+
+    :param position_noise: standard deviation of a reading [m]
+    :param pressure_noise: of a reading [Pa]
+    :param interval: sampling interval [s]
+    :param balance: constants of Eq. 2; without them there is no friction
     """
     draws = np.random.default_rng(0).standard_normal((3, NOISE_SAMPLES))
     x, p1, p2 = draws * np.array([[position_noise], [pressure_noise], [pressure_noise]])

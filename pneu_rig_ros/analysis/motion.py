@@ -78,7 +78,13 @@ class Rest(NamedTuple):
 
 
 def find_rests(position: Floats, interval: float, noise: float = NOISE) -> list[Rest]:
-    """Return the rests in the order of time."""
+    """
+    Return the rests in the order of time.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]
+    """
     return rests_of(np.abs(adaptive_velocity(position, interval, None, noise)), interval, noise)
 
 
@@ -111,7 +117,9 @@ def breakaways(rests: Sequence[Rest], sides: Sides, interval: float) -> list[Res
     Not the one with which the recording ends, nor one that an end stop holds so long that the mean
     of the driving force does not show when it let go.
 
-    :param sides: what holds the piston, by ``end_stops``
+    :param rests: in the order of time
+    :param sides: what holds the piston, by ``end_stops``, shape (n,)
+    :param interval: sampling interval [s]
     """
     mean = max(1, round(PUSH_WINDOW / interval))
     ended = [rest for rest in rests if rest.end < sides.size]
@@ -135,8 +143,11 @@ def end_stops(
     count as held, as it may not be pushed. With it, a piston that is no longer pushed there does
     not either: the seal holds it until it breaks away.
 
+    :param position: measured position [m], shape (n,), equally spaced
     :param stroke: L [m]
+    :param interval: sampling interval [s]
     :param push: driving force [N], shape (n,), where it is known
+    :param noise: standard deviation of a measured position [m]
     :param resolution: step of the position sensor [m]
     """
     margin = max(AT_STOP * max(resolution, RESOLUTION), AT_STOP_NOISE * noise)
@@ -247,7 +258,10 @@ def find_cycles(
     """
     Return the stick-slip cycles in the order of time.
 
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
     :param friction: friction force F_r [N], shape (n,), for the peaks
+    :param noise: standard deviation of a measured position [m]
     """
     speed = np.abs(adaptive_velocity(position, interval, None, noise))
     mean = feed(position, interval, noise)

@@ -80,7 +80,13 @@ def regimes(
     """
     Return the :class:`Regime` of every sample, shape (n,), as defined above.
 
-    Arguments are those of ``motion.end_stops``, and the friction force F_r of Eq. 2 [N].
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param stroke: L [m]
+    :param friction: F_r of Eq. 2 [N], shape (n,)
+    :param push: driving force of the air [N], shape (n,)
+    :param noise: standard deviation of a measured position [m]
+    :param resolution: step of the position sensor [m]
     """
     found = np.full(position.size, Regime.DWELL, dtype=np.int8)
     load = np.abs(running_mean(friction, interval, MEAN_WINDOW))
@@ -124,7 +130,10 @@ def find_slides(position: Floats, mean: float, interval: float, noise: float) ->
 
     A dip in the creep before a slide that is shorter than a line fit is noise, not a stick.
 
-    :param mean: feed V [m/s]
+    :param position: measured position [m], shape (n,), equally spaced
+    :param mean: feed V [m/s], see ``velocity.feed``
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]
     """
     if mean == 0.0:
         return []

@@ -6,9 +6,6 @@ of a straight line through as many positions as are consistent with one (Lepski'
 shortest line, ``WINDOW``, leaves 0.4 mm/s of the noise and the 73 um steps of the rig's position
 sensor. A sensor with more noise or fewer samples gets longer windows that leave the same noise.
 
-Throughout, ``position`` [m] is read at equal intervals, shape (n,), ``interval`` is the sampling
-interval [s], and ``noise`` the standard deviation of a reading [m].
-
 Reference: A. Goldenshluger, A. Nemirovski, On spatially adaptive estimation of nonparametric
 regression, Math. Methods Statist. 6 (1997).
 """
@@ -63,9 +60,11 @@ def velocity_of(
     position: Floats, interval: float, window: float = WINDOW, degree: int = 1
 ) -> Floats:
     """
-    Return the velocity [m/s] by fits of a degree, 1 or ``CUBIC``, to windows [s], shape (n,).
+    Return the velocity [m/s] of equally spaced positions [m] by fits of polynomials, shape (n,).
 
     Within half a window of an end it is the slope in the middle of the last fit.
+
+    :param degree: 1 or ``CUBIC``
     """
     size = min(_odd(window / interval), position.size - 1 + position.size % 2)
     if size < degree + 2:
@@ -75,7 +74,13 @@ def velocity_of(
 
 
 def window_for(interval: float, noise: float = NOISE) -> float:
-    """Return the length of the shortest line fits [s], for at least the noise of the rig."""
+    """
+    Return the length of the shortest line fits that give the speed [s].
+
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]; one smaller than the rig's counts
+        as that
+    """
     # The noise of a slope falls with the power 3/2 of its window, see ``speed_noise``.
     left = speed_noise(WINDOW, interval, noise)
     return WINDOW * float(max(1.0, (left / SPEED_NOISE) ** (2 / 3)))
@@ -90,7 +95,10 @@ def adaptive_velocity(
     Lepski's method: each fit has an interval of confidence, and a longer fit is taken as long as
     it lies within those of all the shorter ones.
 
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
     :param shortest: length of the shortest fit [s], None for ``window_for``
+    :param noise: standard deviation of a measured position [m]
     :param degree: of the fits, 1 or ``CUBIC``
     """
     shortest = shortest or window_for(interval, noise)
@@ -106,6 +114,10 @@ def imposed_velocity(position: Floats, interval: float, noise: float) -> Floats:
     Return the velocity [m/s] between samples of an imposed motion, shape (n - 1,).
 
     By line fits like ``adaptive_velocity``, but of two samples at first, so that a turn is kept.
+
+    :param position: measured position [m], shape (n,), equally spaced
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]
     """
     fits, deviations = [], []
     for samples in IMPOSED_FITS:

@@ -117,7 +117,14 @@ class PositionController:
         self._integral = 0.0
 
     def update(self, interval: float, reference: float, position: float, velocity: float) -> float:
-        """Return the command u [V]; SI units, an interval of 0 in the first call."""
+        """
+        Return the command u [V].
+
+        :param interval: time since the last call [s], 0 in the first one
+        :param reference: position reference [m]
+        :param position: measured position [m]
+        :param velocity: its velocity [m/s]
+        """
         rate = self._rate(reference, interval)
         error = reference - position
         if abs(error) < self._compensation.tolerance and abs(rate) < STILL:

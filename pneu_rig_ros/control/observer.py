@@ -37,9 +37,12 @@ class RestDetector:
     The only causal detector, as ``analysis.motion`` is the only one that knows what comes next. At
     an end stop the piston rests like anywhere else: no live part asks what holds it.
 
-    The speed is the difference of two successive means of the position, which get longer with more
-    noise [m] than the rig's. Motion needs three times the speed of rest, so that noise ends no
-    rest.
+    The speed is the difference of two successive means of the position. Motion needs three times
+    the speed of rest, so that noise ends no rest.
+
+    :param interval: sampling interval [s]
+    :param noise: standard deviation of a measured position [m]; with more than the rig's the means
+        get longer
     """
 
     def __init__(self, interval: float, noise: float = NOISE) -> None:

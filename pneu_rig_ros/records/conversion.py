@@ -199,7 +199,14 @@ class Column(NamedTuple):
 
 
 def read_signals(bag: Path | str) -> tuple[list[Column], dict[str, str]]:
-    """Return the signals of a bag on its grid, and its metadata with its conditions."""
+    """
+    Read everything that a bag has on its sampling grid.
+
+    A bag of a part of a rig gives the signals that it has.
+
+    :return: the signals, and the metadata of the bag with its conditions
+    :raises RigError: when it is not a bag, or is cut off
+    """
     recording = read_recording(bag)
     columns = [Column('stamp', 'ns', recording.stamps), *columns_of(recording, SIGNALS)]
     conditions = format_conditions(recording.conditions)

@@ -76,7 +76,11 @@ class Playback:
         self._opened.__exit__(None, None, None)
 
     def messages(self) -> Iterator[Message]:
-        """Yield the messages; of those logged at the same time, the sample comes first."""
+        """
+        Yield the messages; of those logged at the same time, the sample comes first.
+
+        :raises RigError: when the bag is damaged
+        """
         found = (
             Message(time_ns, self._names[connection], cdr)
             for connection, time_ns, cdr in self._bag.messages(self._names)

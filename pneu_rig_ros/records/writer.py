@@ -242,6 +242,8 @@ def chunk_of(
     """
     Return the message records of n instants, topic by topic at each, and their index records.
 
+    :param channels: number of each topic's channel
+    :param log_times: of the instants [ns], shape (n,)
     :param start: offset of the first record in its chunk [byte]
     """
     records = [
