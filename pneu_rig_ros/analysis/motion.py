@@ -1,8 +1,6 @@
 """
 Rests, breakaways, stick-slip cycles and end stops, from measured positions.
 
-``position``, ``interval`` and ``noise`` are those of ``velocity``.
-
 The piston rests where a line through 46 ms of its positions has a slope below 1 mm/s: 46 um, less
 than one step of the rig's 12-bit position sensor. A rest lasts at least 60 ms, and ends with a
 breakaway. Data of a sensor with more noise than the rig's, or of slower sampling, take longer
@@ -234,7 +232,7 @@ def sticking_phases(
     The phase ends with the first of the ``breakaways`` after which the piston outruns the feed.
 
     :param speed: of the piston [m/s], shape (n,)
-    :param mean: feed V [m/s]
+    :param mean: feed V [m/s], see ``velocity.feed``
     """
     phase: list[Rest] = []
     nothing = Rest(speed.size, speed.size)
