@@ -36,15 +36,11 @@ def stroke_texts(laboratory: Laboratory) -> list[str]:
         'of the time from the first to the last slip, '
         f'median dwell {middle(dwells(stroke)):.2f} s, slip {1e3 * middle(slips(stroke)):.1f} mm, '
         f'travel while sticking {1e3 * middle(stroke.column("creep")):.2f} mm; '
-        f'added mass {_added_mass(stroke):.1f} kg'
+        # sigma_2 T, what the fluid term of Eq. 9 adds to the moving mass
+        f'added mass {law.viscous_coefficient * law.fluid_time_constant:.1f} kg'
         for stroke in laboratory.captions()
+        for law in [stroke.plant.model.friction]
     ]
-
-
-def _added_mass(stroke: Stroke) -> float:
-    """Return sigma_2 T [kg], what the fluid term of Eq. 9 adds to the moving mass."""
-    law = stroke.plant.model.friction
-    return law.viscous_coefficient * law.fluid_time_constant
 
 
 MOSTLY_AT_REST = 'at rest at least half of the time from the first to the last slip'
@@ -56,13 +52,13 @@ def cylinder_1(laboratory: Laboratory) -> Iterator[Finding]:
     peaks, waits = stroke.column('peak_friction'), stroke.column('dwell')
     first = float(peaks[0]) if len(peaks) else np.nan
     longest = float(waits.max(initial=0.0))
-    shorter = at_most(float(waits[1:].max()), float(waits[0])) if len(waits) > 1 else np.nan
+    shorter = at_most(waits[1:].max(), waits[0]) if len(waits) > 1 else np.nan
     near_15 = 1.0 - abs(first - 15.0) / 1.5
-    says_long, long = 'dwell of several seconds (at least 2 s)', longest / 2.0 - 1.0
+    says_long = 'dwell of several seconds (at least 2 s)'
     says_drops = 'driving pressure drops in at least 90 % of the slips'
     yield Finding('first friction peak 15 N within 10 %', f'{first:.1f} N', near_15)
     yield require_at_least('at least four cycles', stroke.count, 4, 'd')
-    yield Finding(says_long, f'{longest:.2f} s', long)
+    yield Finding(says_long, f'{longest:.2f} s', at_least(longest, 2.0))
     yield require_at_least(MOSTLY_AT_REST, rest_share(stroke), 0.5)
     yield require_at_least(says_drops, pressure_drops(stroke), 0.9)
     yield Finding('later dwells shorter than the first', numbers(waits) + ' s', shorter)
@@ -150,7 +146,7 @@ def evolution(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 15 (Fig. 11-13): dwells, pressure and friction peaks vary gradually."""
     for old, new in _both_laws(laboratory):
         name = old.experiment.cylinder
-        columns = new.column('dwell'), pressure_peaks(new), new.column('peak_friction')
+        columns = new.column('dwell'), pressure_peaks(new)[0], new.column('peak_friction')
         trends = [gradual(values[1:]) for values in columns]
         change = [
             abs(falls(stroke.column('peak_friction'))) if stroke.count >= 3 else 0.0

@@ -3,12 +3,11 @@
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.motion import find_rests, rest_flags
-from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
 
 VISIBLE_CREEP = 0.5e-3
@@ -79,6 +78,25 @@ class Row:
         """The finding with the least margin."""
         return min(self.findings, key=lambda finding: finding.clipped_margin)
 
+    @property
+    def measured(self) -> str:
+        """The finding with the least margin, or all that fail, in lines."""
+        failed = [f'NOT {f.says}: {f.measured}' for f in self.findings if not f.holds]
+        return '\n'.join(failed) or f'{self.tightest.says}: {self.tightest.measured}'
+
+    def to_dict(self, shares: Mapping[int, float]) -> dict[str, Any]:
+        """Return plain data for JSON; shares as of ``markdown``, None where not measured."""
+        return {
+            'statement': self.statement.number,
+            'expected': self.statement.text,
+            'measured': [
+                {'finding': finding.says, 'measured': finding.measured, 'holds': finding.holds}
+                for finding in self.findings
+            ],
+            'holds': self.holds,
+            'neighbours': shares.get(self.statement.number),
+        }
+
 
 def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> str:
     """
@@ -126,20 +144,13 @@ def median_slips(strokes: Sequence[Stroke]) -> list[float]:
     return [1e3 * middle(slips(stroke)) for stroke in strokes]
 
 
-def rest_share(stroke: Stroke) -> float:
-    """Return the share of the time between the first and the last slip at rest [-]."""
+def rest_share(stroke: Stroke, to_end: bool = False) -> float:
+    """Return the share at rest of the time from the first slip to the last, or to the end [-]."""
     breakaways = stroke.column('breakaway_time')
     if len(breakaways) < 2:
         return 0.0
-    return float(dwells(stroke).sum() / (breakaways[-1] - breakaways[0]))
-
-
-def rest_share_to_end(stroke: Stroke) -> float:
-    """Return the share of the time at rest from the first breakaway to the end [-]."""
-    if not stroke.cycles:
-        return 0.0
-    moving = stroke.run.time[-1] - stroke.cycles[0].breakaway_time
-    return float(dwells(stroke).sum() / moving)
+    last = stroke.run.time[-1] if to_end else breakaways[-1]
+    return float(dwells(stroke).sum() / (last - breakaways[0]))
 
 
 def stick_slip_reach(stroke: Stroke) -> float:
@@ -156,36 +167,24 @@ def creeping_share(stroke: Stroke) -> float:
     return float(np.mean(creep > VISIBLE_CREEP)) if len(creep) else np.nan
 
 
-def breakaway_samples(stroke: Stroke) -> NDArray[np.intp]:
-    """Return the sample of each breakaway, shape (n,)."""
-    return np.rint(stroke.column('breakaway_time') / INTERVAL).astype(np.intp)
-
-
-def pressure_peaks(stroke: Stroke) -> Floats:
-    """Return p1 above the atmosphere [Pa] at each breakaway, shape (n,)."""
-    atmosphere = stroke.plant.model.gas.atmospheric_pressure
-    return np.asarray(stroke.run.pressure_1[breakaway_samples(stroke)] - atmosphere)
-
-
-def pressure_lows(stroke: Stroke) -> Floats:
-    """Return the lowest p1 above the atmosphere [Pa] between breakaways, shape (n - 1,)."""
-    begins = breakaway_samples(stroke)
+def pressure_peaks(stroke: Stroke) -> tuple[Floats, Floats]:
+    """Return p1 above the atmosphere [Pa]: at n breakaways, and n - 1 lowest between them."""
+    begins = np.rint(stroke.column('breakaway_time') / INTERVAL).astype(np.intp)
     pressure = stroke.run.pressure_1 - stroke.plant.model.gas.atmospheric_pressure
-    return np.array([pressure[a:b].min() for a, b in itertools.pairwise(begins)])
+    lows = [pressure[a:b].min() for a, b in itertools.pairwise(begins)]
+    return pressure[begins], np.array(lows)
 
 
 def pressure_drops(stroke: Stroke) -> float:
     """Return the share of slips in which p1 falls by a tenth of what it was above p_atm [-]."""
-    lows = pressure_lows(stroke)
-    if not len(lows):
-        return 0.0
-    peaks = pressure_peaks(stroke)[:-1]
-    return float(np.mean(peaks - lows > 0.1 * peaks))
+    peaks, lows = pressure_peaks(stroke)
+    return float(np.mean(peaks[:-1] - lows > 0.1 * peaks[:-1])) if len(lows) else 0.0
 
 
 def pressure_rise(stroke: Stroke) -> float:
     """Return the median rise of p1 from its lowest value to the next breakaway [Pa]."""
-    return middle(pressure_peaks(stroke)[1:] - pressure_lows(stroke))
+    peaks, lows = pressure_peaks(stroke)
+    return middle(peaks[1:] - lows)
 
 
 def gradual(values: Floats) -> float:
@@ -193,11 +192,6 @@ def gradual(values: Floats) -> float:
     if len(values) < 4 or np.ptp(values) == 0.0:
         return 0.0
     return float(abs(np.corrcoef(np.arange(len(values)), values)[0, 1]))
-
-
-def in_slips(stroke: Stroke) -> Flags:
-    """Return which samples are between a breakaway and the next rest, shape (n,)."""
-    return ~rest_flags(find_rests(stroke.run.position, INTERVAL), stroke.run.time.size)
 
 
 def numbers(values: Sequence[float] | Floats, pattern: str = '.2f') -> str:
@@ -208,21 +202,17 @@ def numbers(values: Sequence[float] | Floats, pattern: str = '.2f') -> str:
 
 def at_least(value: float, bound: float) -> float:
     """Return by which share of the bound a value is above it [-]."""
-    return _ratio(value, bound) - 1.0
+    return float(value / bound) - 1.0 if bound else np.nan
 
 
 def at_most(value: float, bound: float) -> float:
     """Return by which share of the bound a value is below it [-]."""
-    return 1.0 - _ratio(value, bound)
+    return -at_least(value, bound)
 
 
 def require_at_least(says: str, value: float, bound: float, pattern: str = '.0%') -> Finding:
     """Return the finding that a single number is at least a bound."""
     return Finding(says, numbers([value], pattern), at_least(value, bound))
-
-
-def _ratio(value: float, bound: float) -> float:
-    return float(value / bound) if bound else np.nan
 
 
 def falls(values: Floats) -> float:

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.motion import find_rests, rest_flags
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import CAPTIONS, INTERVAL, Laboratory, Stroke
 from pneu_rig_ros.claims.findings import (
     Finding,
     at_most,
     dwells,
-    in_slips,
     numbers,
     rises_throughout,
 )
@@ -158,7 +158,8 @@ def heavy_finding(stroke: Stroke, mass_factor: float = 1.0) -> Finding:
     states = np.array([run.position, run.pressure_1, run.pressure_2])
     error = estimate(stroke, states, mass_factor) - run.friction_force
     says = f'cylinder_1 with {stroke.experiment.load_mass} kg, in the slips, exact sensors:'
-    return _within(says, stroke, error[in_slips(stroke)], 0.02)
+    at_rest = rest_flags(find_rests(run.position, INTERVAL), run.time.size)
+    return _within(says, stroke, error[~at_rest], 0.02)
 
 
 def _within(says: str, stroke: Stroke, error: Floats, bound: float) -> Finding:

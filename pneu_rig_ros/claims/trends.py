@@ -21,7 +21,6 @@ from pneu_rig_ros.claims.findings import (
     numbers,
     require_at_least,
     rest_share,
-    rest_share_to_end,
     rises_throughout,
     stick_slip_reach,
     unchanged,
@@ -86,7 +85,7 @@ def airflow(laboratory: Laboratory) -> Iterator[Finding]:
             yield require_at_least(f'{name}: small steps remain', runs[-1].count, 5, 'd')
         else:
             says = f'{name}: nearly continuous (at rest under 10 % of the time)'
-            share = rest_share_to_end(runs[-1])
+            share = rest_share(runs[-1], to_end=True)
             yield Finding(says, numbers([share], '.0%'), at_most(share, 0.1))
 
 
