@@ -1,4 +1,4 @@
-"""What a finding, a statement and a row are, what is measured on a stroke, and margins."""
+"""What a finding, a statement and a row are, and margins."""
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -8,14 +8,8 @@ from typing import Any
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
+from pneu_rig_ros.claims.experiments import Laboratory
 
-VISIBLE_CREEP = 0.5e-3
-"""
-A sticking phase with more travel than this creeps [m].
-
-Seven steps of the position sensor; a bristle of 1e5 N/m bends by 0.2 mm under F_smax.
-"""
 LONGEST_LINE = 8
 """Values in a line of text; further ones are left to the page."""
 
@@ -48,13 +42,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Statement:
-    """
-    One statement of the paper.
-
-    :param number: of the statement, from 1
-    :param text: what the paper says, in a sentence
-    :param measure: carries out the experiments and yields the findings
-    """
+    """A statement of the paper, from number 1, in a sentence; ``measure`` yields findings."""
 
     number: int
     text: str
@@ -117,74 +105,6 @@ def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> 
         finding = f'{tightest.says}: {tightest.measured}'.replace('cylinder_', 'cylinder ')
         lines.append(f'| {number} | {row.statement.text} | {verdict} |{share} {finding} |')
     return '\n'.join(lines)
-
-
-def middle(values: Floats) -> float:
-    """Return the median, NaN of nothing."""
-    return float(np.median(values)) if len(values) else np.nan
-
-
-def dwells(stroke: Stroke) -> Floats:
-    """Return the dwell times between slips [s]: all but the rest before the first."""
-    return stroke.column('dwell', 1)
-
-
-def slips(stroke: Stroke) -> Floats:
-    """Return the slip lengths [m] but for the first, from rest, and the last, into the end."""
-    return stroke.column('slip', 1)[:-1]
-
-
-def median_dwells(strokes: Sequence[Stroke]) -> list[float]:
-    """Return the median of the dwell times between slips of each stroke [s]."""
-    return [middle(dwells(stroke)) for stroke in strokes]
-
-
-def median_slips(strokes: Sequence[Stroke]) -> list[float]:
-    """Return the median slip length of each stroke [mm]."""
-    return [1e3 * middle(slips(stroke)) for stroke in strokes]
-
-
-def rest_share(stroke: Stroke, to_end: bool = False) -> float:
-    """Return the share at rest of the time from the first slip to the last, or to the end [-]."""
-    breakaways = stroke.column('breakaway_time')
-    if len(breakaways) < 2:
-        return 0.0
-    last = stroke.run.time[-1] if to_end else breakaways[-1]
-    return float(dwells(stroke).sum() / (last - breakaways[0]))
-
-
-def stick_slip_reach(stroke: Stroke) -> float:
-    """Return the share of the way covered at which the last slip begins [-]."""
-    if not stroke.cycles:
-        return 0.0
-    last = np.interp(stroke.cycles[-1].breakaway_time, stroke.run.time, stroke.run.position)
-    return float((last - stroke.start) / (stroke.run.position[-1] - stroke.start))
-
-
-def creeping_share(stroke: Stroke) -> float:
-    """Return the share of the sticking phases with visible creep [-]."""
-    creep = stroke.column('creep')
-    return float(np.mean(creep > VISIBLE_CREEP)) if len(creep) else np.nan
-
-
-def pressure_peaks(stroke: Stroke) -> tuple[Floats, Floats]:
-    """Return p1 above the atmosphere [Pa]: at n breakaways, and n - 1 lowest between them."""
-    begins = np.rint(stroke.column('breakaway_time') / INTERVAL).astype(np.intp)
-    pressure = stroke.run.pressure_1 - stroke.plant.model.gas.atmospheric_pressure
-    lows = [pressure[a:b].min() for a, b in itertools.pairwise(begins)]
-    return pressure[begins], np.array(lows)
-
-
-def pressure_drops(stroke: Stroke) -> float:
-    """Return the share of slips in which p1 falls by a tenth of what it was above p_atm [-]."""
-    peaks, lows = pressure_peaks(stroke)
-    return float(np.mean(peaks[:-1] - lows > 0.1 * peaks[:-1])) if len(lows) else 0.0
-
-
-def pressure_rise(stroke: Stroke) -> float:
-    """Return the median rise of p1 from its lowest value to the next breakaway [Pa]."""
-    peaks, lows = pressure_peaks(stroke)
-    return middle(peaks[1:] - lows)
 
 
 def gradual(values: Floats) -> float:

@@ -9,13 +9,7 @@ from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
 from pneu_rig_ros.analysis.motion import find_rests, rest_flags
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import CAPTIONS, INTERVAL, Laboratory, Stroke
-from pneu_rig_ros.claims.findings import (
-    Finding,
-    at_most,
-    dwells,
-    numbers,
-    rises_throughout,
-)
+from pneu_rig_ros.claims.findings import Finding, at_most, numbers, rises_throughout
 from pneu_rig_ros.claims.trends import LOAD_COMMAND, LOADS
 from pneu_rig_ros.model.parameters import Friction
 from pneu_rig_ros.model.plant import Plant, PlantState
@@ -39,7 +33,7 @@ def in_strokes(laboratory: Laboratory) -> Iterator[Finding]:
     """Yield what the strokes of the captions say of Eq. 16, as in Fig. 3."""
     for own in laboratory.captions():
         where = f'{own.experiment.cylinder}, in the stroke'
-        yield along_equation_16(own, where, dwells(own), static_peaks(own)[1:])
+        yield along_equation_16(own, where, own.dwells, static_peaks(own)[1:])
 
 
 def static_peaks(stroke: Stroke) -> Floats:

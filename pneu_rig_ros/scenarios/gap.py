@@ -67,14 +67,7 @@ DRAWN = (
 
 @dataclass(frozen=True)
 class HiddenEffect:
-    """
-    An effect that the rig has and the model lacks.
-
-    :param effect: its name
-    :param parameters: its true parameters, as the library names them [SI]
-    :param model: the rig without it
-    :param truth: the rig with it
-    """
+    """An effect, its parameters in terms of the library [SI], the rig without it and with it."""
 
     effect: str
     parameters: dict[str, float]
@@ -130,14 +123,7 @@ WATCH = 0.1
 
 
 class Run(NamedTuple):
-    """
-    A run to be recorded.
-
-    :param experiment: what is done
-    :param rig: configuration file of the plant
-    :param bag: directory to create
-    :param seed: of the sensors' noise
-    """
+    """A run to be recorded: with a rig's file, into a new bag, and a seed of the noise."""
 
     experiment: Experiment
     rig: Path
@@ -211,13 +197,7 @@ Gaps = dict[str, SignalGap]
 
 
 class Outcome(NamedTuple):
-    """
-    Result of the demonstration.
-
-    :param answer: diagnosis.json
-    :param before: signal -> its gap between the rig and the given model
-    :param after: the same with the improved model
-    """
+    """Result: what diagnosis.json says, and the gaps of the given and of the improved model."""
 
     answer: dict[str, Any]
     before: Gaps
