@@ -108,8 +108,8 @@ def cylinder_3(laboratory: Laboratory) -> Iterator[Finding]:
 
 def constant_static_friction(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 8 (Fig. 11-13): RLG against dwell-dependent static friction."""
-    for old, new in _both_laws(laboratory):
-        name, peaks = old.experiment.cylinder, new.column('peak_friction')
+    for name, old, new in _both_laws(laboratory):
+        peaks = new.column('peak_friction')
         gap = abs(old.count - new.count) / max(new.count, 1)
         says = f'{name}: RLG has another number of cycles (by over a quarter)'
         persists = f'{name}: with Eq. 16 stick-slip persists to 80 % of the stroke'
@@ -137,8 +137,7 @@ def creep(laboratory: Laboratory) -> Iterator[Finding]:
 def first_cycles(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 14 (Fig. 11-13): RLG gets the first one or two cycles, not the later ones."""
     keys = ('breakaway_time', 'peak_friction', 'slip')
-    for old, new in _both_laws(laboratory):
-        name = old.experiment.cylinder
+    for name, old, new in _both_laws(laboratory):
         text, off = 'no cycles', np.nan
         if old.cycles and new.cycles:
             pairs = ((getattr(s.cycles[0], key) for s in (old, new)) for key in keys)
@@ -154,8 +153,7 @@ def first_cycles(laboratory: Laboratory) -> Iterator[Finding]:
 
 def evolution(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 15 (Fig. 11-13): dwells, pressure and friction peaks vary gradually."""
-    for old, new in _both_laws(laboratory):
-        name = old.experiment.cylinder
+    for name, old, new in _both_laws(laboratory):
         columns = new.column('dwell'), pressure_peaks(new)[0], new.column('peak_friction')
         trends = [gradual(values[1:]) for values in columns]
         change = [
@@ -172,9 +170,10 @@ def evolution(laboratory: Laboratory) -> Iterator[Finding]:
         yield Finding(says_change, numbers(change, '.0%'), more)
 
 
-def _both_laws(laboratory: Laboratory) -> Iterator[tuple[Stroke, Stroke]]:
-    """Yield the strokes of each cylinder with RLG and with Eq. 16."""
-    yield from zip(laboratory.captions(RLG), laboratory.captions(DWELL), strict=True)
+def _both_laws(laboratory: Laboratory) -> Iterator[tuple[str, Stroke, Stroke]]:
+    """Yield each cylinder, and its strokes with RLG and with Eq. 16."""
+    strokes = laboratory.captions(RLG), laboratory.captions(DWELL)
+    yield from zip(laboratory.cylinders, *strokes, strict=True)
 
 
 def pressure_peaks(stroke: Stroke) -> tuple[Floats, Floats]:

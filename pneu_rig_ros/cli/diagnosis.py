@@ -223,7 +223,7 @@ def _whole(path: Path) -> Iterator[Path]:
 
 
 def gap_to_dict(outcome: Outcome, hidden: HiddenEffect, seed: int, path: Path) -> dict[str, Any]:
-    """Return the result as plain data for JSON; gaps are RMSE in the unit of their signal."""
+    """Return a JSON-compatible dict of the result; gaps are RMSE in the unit of their signal."""
     gaps = {
         name: {
             'before': before.rmse,

@@ -55,7 +55,7 @@ def effects() -> None:
 
 
 def _effect(effect: Effect) -> dict[str, Any]:
-    """Return the declarations of an effect as plain data."""
+    """Return the declarations of an effect as a JSON-compatible dict."""
     from pneu_rig_ros.model.quantity import specifications
 
     return {

@@ -176,13 +176,12 @@ def workers_options(
     )
 
 
-def bag_argument(function: Function) -> Function:
-    """Add the argument BAG; from within a bag, '.' is one with a name."""
-
-    def named(_context: click.Context, _parameter: click.Parameter, bag: Path) -> Path:
-        return bag.resolve() if bag.name in {'', '..'} else bag
-
-    return click.argument('bag', type=PATH, callback=named)(function)
+bag_argument = click.argument(
+    'bag',
+    type=PATH,
+    # from within a bag, '.' is one with a name
+    callback=lambda _, __, bag: bag.resolve() if bag.name in {'', '..'} else bag,
+)
 
 
 class VariadicOptionCommand(click.Command):
