@@ -1,8 +1,4 @@
-"""
-Outstrokes under the conditions of the paper's figures, simulated under one reading of it.
-
-Also what is measured on them.
-"""
+"""Outstrokes under the conditions of the paper's figures: simulated under a reading, measured."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

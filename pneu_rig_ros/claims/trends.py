@@ -105,7 +105,8 @@ def supply(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 5 (Fig. 8)."""
     for name in laboratory.cylinders:
         runs = laboratory.perform_all(supplies(name))
-        times, (waits, steps) = [run.time for run in runs], medians(runs)
+        times = [run.time for run in runs]
+        waits, steps = medians(runs)
         shorter = falls(np.nan_to_num(waits))  # where nothing sticks any more there is no dwell
         yield Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times))
         yield Finding(f'{name}: dwells fall (straight line)', numbers(waits) + ' s', shorter)

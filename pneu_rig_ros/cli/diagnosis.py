@@ -1,9 +1,4 @@
-"""
-Commands that find what a model lacks.
-
-`pneu-rig diagnose`: where a model and measured bags disagree, why, and a better model.
-`pneu-rig gap`: hide an effect in the rig, find it, close the gap, reveal what it was.
-"""
+"""Commands that find what a model lacks: diagnose and gap."""
 
 from __future__ import annotations
 
