@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import click
 
 from pneu_rig_ros.cli import command
-from pneu_rig_ros.cli.diagnose import show
+from pneu_rig_ros.cli.diagnosis import show
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.executor import open_executor

@@ -12,7 +12,6 @@ from typing import Any
 import click
 
 from pneu_rig_ros.claims.experiments import CYLINDERS, Laboratory, Reading
-from pneu_rig_ros.claims.findings import rest_share
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
 from pneu_rig_ros.model.parameters import (
     FILM_PRINTED,
@@ -105,7 +104,7 @@ def main() -> None:
         laboratory = Laboratory(reading)
         rows = [measure(laboratory, statement) for statement in STATEMENTS]
         fails = ', '.join(str(row.statement.number) for row in rows if not row.holds)
-        rests = ', '.join(f'{rest_share(stroke):.0%}' for stroke in laboratory.captions())
+        rests = ', '.join(f'{stroke.rest_share():.0%}' for stroke in laboratory.captions())
         click.echo(f'| {words} | {text} | {fails or "none"} | {rests} |')
 
 

@@ -1,4 +1,4 @@
-"""Outstrokes under the conditions of the paper's figures, simulated under one reading of it."""
+"""Outstrokes under the conditions of the paper's figures: simulated under a reading, measured."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -102,7 +102,7 @@ CAPTIONS = {
 
 @dataclass(frozen=True)
 class Stroke:
-    """An experiment carried out, up to the end of the stroke."""
+    """An experiment carried out, up to the end of the stroke, and what is measured on it."""
 
     experiment: Experiment
     run: Trajectory
@@ -118,6 +118,10 @@ class Stroke:
         """Number of stick-slip cycles."""
         return len(self.cycles)
 
+    def column(self, name: str, first: int = 0) -> Floats:
+        """Return a field of all cycles from number ``first`` on, shape (n,)."""
+        return np.array([getattr(cycle, name) for cycle in self.cycles[first:]], dtype=float)
+
     @property
     def time(self) -> float:
         """Time to the end of the stroke [s], infinite if it was not reached."""
@@ -129,9 +133,46 @@ class Stroke:
         """Initial position [m]."""
         return self.plant.model.operation.initial_position
 
-    def column(self, name: str, first: int = 0) -> Floats:
-        """Return a field of all cycles from number ``first`` on, shape (n,)."""
-        return np.array([getattr(cycle, name) for cycle in self.cycles[first:]], dtype=float)
+    @property
+    def dwells(self) -> Floats:
+        """Dwell times between slips [s]: all but the rest before the first."""
+        return self.column('dwell', 1)
+
+    @property
+    def median_dwell(self) -> float:
+        """Median of the dwell times between slips [s], NaN of none."""
+        return middle(self.dwells)
+
+    @property
+    def median_slip(self) -> float:
+        """Median slip [mm] but for the first, from rest, and the last, into the end."""
+        return 1e3 * middle(self.column('slip', 1)[:-1])
+
+    def rest_share(self, to_end: bool = False) -> float:
+        """Return the share at rest of the time from the first to the last slip, or the end [-]."""
+        breakaways = self.column('breakaway_time')
+        if len(breakaways) < 2:
+            return 0.0
+        last = self.run.time[-1] if to_end else breakaways[-1]
+        return float(self.dwells.sum() / (last - breakaways[0]))
+
+    @property
+    def reach(self) -> float:
+        """Share of the way covered at which the last slip begins [-]."""
+        if not self.cycles:
+            return 0.0
+        last = np.interp(self.cycles[-1].breakaway_time, self.run.time, self.run.position)
+        return float((last - self.start) / (self.run.position[-1] - self.start))
+
+
+def medians(strokes: Sequence[Stroke]) -> tuple[list[float], list[float]]:
+    """Return the median dwell [s] and the median slip [mm] of each stroke."""
+    return [one.median_dwell for one in strokes], [one.median_slip for one in strokes]
+
+
+def middle(values: Floats) -> float:
+    """Return the median, NaN of nothing."""
+    return float(np.median(values)) if len(values) else np.nan
 
 
 class Laboratory:

@@ -1,22 +1,15 @@
-"""What a finding, a statement and a row are, what is measured on a stroke, and margins."""
+"""What a finding, a statement and a row are, and margins."""
 
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneu_rig_ros.analysis.motion import find_rests, rest_flags
-from pneu_rig_ros.arrays import Flags, Floats
-from pneu_rig_ros.claims.experiments import INTERVAL, Laboratory, Stroke
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.claims.experiments import Laboratory
 
-VISIBLE_CREEP = 0.5e-3
-"""
-A sticking phase with more travel than this creeps [m].
-
-Seven steps of the position sensor; a bristle of 1e5 N/m bends by 0.2 mm under F_smax.
-"""
 LONGEST_LINE = 8
 """Values in a line of text; further ones are left to the page."""
 
@@ -49,13 +42,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Statement:
-    """
-    One statement of the paper.
-
-    :param number: of the statement, from 1
-    :param text: what the paper says, in a sentence
-    :param measure: carries out the experiments and yields the findings
-    """
+    """A statement of the paper, from number 1, in a sentence; ``measure`` yields findings."""
 
     number: int
     text: str
@@ -79,6 +66,25 @@ class Row:
         """The finding with the least margin."""
         return min(self.findings, key=lambda finding: finding.clipped_margin)
 
+    @property
+    def measured(self) -> str:
+        """The finding with the least margin, or all that fail, in lines."""
+        failed = [f'NOT {f.says}: {f.measured}' for f in self.findings if not f.holds]
+        return '\n'.join(failed) or f'{self.tightest.says}: {self.tightest.measured}'
+
+    def to_dict(self, shares: Mapping[int, float]) -> dict[str, Any]:
+        """Return plain data for JSON; shares as of ``markdown``, None where not measured."""
+        return {
+            'statement': self.statement.number,
+            'expected': self.statement.text,
+            'measured': [
+                {'finding': finding.says, 'measured': finding.measured, 'holds': finding.holds}
+                for finding in self.findings
+            ],
+            'holds': self.holds,
+            'neighbours': shares.get(self.statement.number),
+        }
+
 
 def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> str:
     """
@@ -101,103 +107,11 @@ def markdown(rows: Sequence[Row], shares: Mapping[int, float] | None = None) -> 
     return '\n'.join(lines)
 
 
-def middle(values: Floats) -> float:
-    """Return the median, NaN of nothing."""
-    return float(np.median(values)) if len(values) else np.nan
-
-
-def dwells(stroke: Stroke) -> Floats:
-    """Return the dwell times between slips [s]: all but the rest before the first."""
-    return stroke.column('dwell', 1)
-
-
-def slips(stroke: Stroke) -> Floats:
-    """Return the slip lengths [m] but for the first, from rest, and the last, into the end."""
-    return stroke.column('slip', 1)[:-1]
-
-
-def median_dwells(strokes: Sequence[Stroke]) -> list[float]:
-    """Return the median of the dwell times between slips of each stroke [s]."""
-    return [middle(dwells(stroke)) for stroke in strokes]
-
-
-def median_slips(strokes: Sequence[Stroke]) -> list[float]:
-    """Return the median slip length of each stroke [mm]."""
-    return [1e3 * middle(slips(stroke)) for stroke in strokes]
-
-
-def rest_share(stroke: Stroke) -> float:
-    """Return the share of the time between the first and the last slip at rest [-]."""
-    breakaways = stroke.column('breakaway_time')
-    if len(breakaways) < 2:
-        return 0.0
-    return float(dwells(stroke).sum() / (breakaways[-1] - breakaways[0]))
-
-
-def rest_share_to_end(stroke: Stroke) -> float:
-    """Return the share of the time at rest from the first breakaway to the end [-]."""
-    if not stroke.cycles:
-        return 0.0
-    moving = stroke.run.time[-1] - stroke.cycles[0].breakaway_time
-    return float(dwells(stroke).sum() / moving)
-
-
-def stick_slip_reach(stroke: Stroke) -> float:
-    """Return the share of the way covered at which the last slip begins [-]."""
-    if not stroke.cycles:
-        return 0.0
-    last = np.interp(stroke.cycles[-1].breakaway_time, stroke.run.time, stroke.run.position)
-    return float((last - stroke.start) / (stroke.run.position[-1] - stroke.start))
-
-
-def creeping_share(stroke: Stroke) -> float:
-    """Return the share of the sticking phases with visible creep [-]."""
-    creep = stroke.column('creep')
-    return float(np.mean(creep > VISIBLE_CREEP)) if len(creep) else np.nan
-
-
-def breakaway_samples(stroke: Stroke) -> NDArray[np.intp]:
-    """Return the sample of each breakaway, shape (n,)."""
-    return np.rint(stroke.column('breakaway_time') / INTERVAL).astype(np.intp)
-
-
-def pressure_peaks(stroke: Stroke) -> Floats:
-    """Return p1 above the atmosphere [Pa] at each breakaway, shape (n,)."""
-    atmosphere = stroke.plant.model.gas.atmospheric_pressure
-    return np.asarray(stroke.run.pressure_1[breakaway_samples(stroke)] - atmosphere)
-
-
-def pressure_lows(stroke: Stroke) -> Floats:
-    """Return the lowest p1 above the atmosphere [Pa] between breakaways, shape (n - 1,)."""
-    begins = breakaway_samples(stroke)
-    pressure = stroke.run.pressure_1 - stroke.plant.model.gas.atmospheric_pressure
-    return np.array([pressure[a:b].min() for a, b in itertools.pairwise(begins)])
-
-
-def pressure_drops(stroke: Stroke) -> float:
-    """Return the share of slips in which p1 falls by a tenth of what it was above p_atm [-]."""
-    lows = pressure_lows(stroke)
-    if not len(lows):
-        return 0.0
-    peaks = pressure_peaks(stroke)[:-1]
-    return float(np.mean(peaks - lows > 0.1 * peaks))
-
-
-def pressure_rise(stroke: Stroke) -> float:
-    """Return the median rise of p1 from its lowest value to the next breakaway [Pa]."""
-    return middle(pressure_peaks(stroke)[1:] - pressure_lows(stroke))
-
-
 def gradual(values: Floats) -> float:
     """Return the magnitude of the correlation of values with their number [-], 0 for few."""
     if len(values) < 4 or np.ptp(values) == 0.0:
         return 0.0
     return float(abs(np.corrcoef(np.arange(len(values)), values)[0, 1]))
-
-
-def in_slips(stroke: Stroke) -> Flags:
-    """Return which samples are between a breakaway and the next rest, shape (n,)."""
-    return ~rest_flags(find_rests(stroke.run.position, INTERVAL), stroke.run.time.size)
 
 
 def numbers(values: Sequence[float] | Floats, pattern: str = '.2f') -> str:
@@ -208,21 +122,17 @@ def numbers(values: Sequence[float] | Floats, pattern: str = '.2f') -> str:
 
 def at_least(value: float, bound: float) -> float:
     """Return by which share of the bound a value is above it [-]."""
-    return _ratio(value, bound) - 1.0
+    return float(value / bound) - 1.0 if bound else np.nan
 
 
 def at_most(value: float, bound: float) -> float:
     """Return by which share of the bound a value is below it [-]."""
-    return 1.0 - _ratio(value, bound)
+    return -at_least(value, bound)
 
 
 def require_at_least(says: str, value: float, bound: float, pattern: str = '.0%') -> Finding:
     """Return the finding that a single number is at least a bound."""
     return Finding(says, numbers([value], pattern), at_least(value, bound))
-
-
-def _ratio(value: float, bound: float) -> float:
-    return float(value / bound) if bound else np.nan
 
 
 def falls(values: Floats) -> float:

@@ -6,16 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from pneu_rig_ros.analysis.friction import ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.motion import find_rests, rest_flags
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.claims.experiments import CAPTIONS, INTERVAL, Laboratory, Stroke
-from pneu_rig_ros.claims.findings import (
-    Finding,
-    at_most,
-    dwells,
-    in_slips,
-    numbers,
-    rises_throughout,
-)
+from pneu_rig_ros.claims.findings import Finding, at_most, numbers, rises_throughout
 from pneu_rig_ros.claims.trends import LOAD_COMMAND, LOADS
 from pneu_rig_ros.model.parameters import Friction
 from pneu_rig_ros.model.plant import Plant, PlantState
@@ -39,7 +33,7 @@ def in_strokes(laboratory: Laboratory) -> Iterator[Finding]:
     """Yield what the strokes of the captions say of Eq. 16, as in Fig. 3."""
     for own in laboratory.captions():
         where = f'{own.experiment.cylinder}, in the stroke'
-        yield along_equation_16(own, where, dwells(own), static_peaks(own)[1:])
+        yield along_equation_16(own, where, own.dwells, static_peaks(own)[1:])
 
 
 def static_peaks(stroke: Stroke) -> Floats:
@@ -158,7 +152,8 @@ def heavy_finding(stroke: Stroke, mass_factor: float = 1.0) -> Finding:
     states = np.array([run.position, run.pressure_1, run.pressure_2])
     error = estimate(stroke, states, mass_factor) - run.friction_force
     says = f'cylinder_1 with {stroke.experiment.load_mass} kg, in the slips, exact sensors:'
-    return _within(says, stroke, error[in_slips(stroke)], 0.02)
+    at_rest = rest_flags(find_rests(run.position, INTERVAL), run.time.size)
+    return _within(says, stroke, error[~at_rest], 0.02)
 
 
 def _within(says: str, stroke: Stroke, error: Floats, bound: float) -> Finding:

@@ -62,7 +62,6 @@ SPECIFICATIONS: dict[str, dict[str, Specification]] = {
 """Section -> field -> what a reading may give for it."""
 LONGEST_NAME = 60
 """[character]"""
-_SHIPPED = 'readings/*.yaml'
 
 
 def load_reading(source: str | Path) -> Reading:
@@ -74,7 +73,7 @@ def load_reading(source: str | Path) -> Reading:
     """
     if str(source) == DEFAULT:
         return Reading()
-    path = locate(source, 'reading', _SHIPPED, [DEFAULT])
+    path = locate(source, 'reading', 'readings/*.yaml', [DEFAULT])
     reading = _read(parse_yaml(read_text(path), str(path)), str(path), path.stem)
     for name in CYLINDERS:  # refuse what contradicts itself once it is put into them
         changed = replace(load_configuration(name), model=reading.model(name))

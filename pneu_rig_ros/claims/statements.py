@@ -58,13 +58,7 @@ STEP = 0.05
 
 
 class Neighbour(NamedTuple):
-    """
-    A setting next to one.
-
-    :param name: what is different
-    :param reading: what the paper does not print
-    :param conditions: how the experiments are carried out
-    """
+    """A setting next to one: what is different, and the reading and conditions with that."""
 
     name: str
     reading: Reading

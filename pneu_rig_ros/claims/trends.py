@@ -6,24 +6,25 @@ from dataclasses import replace
 import numpy as np
 
 from pneu_rig_ros.claims.captions import MOSTLY_AT_REST
-from pneu_rig_ros.claims.experiments import BAR, CAPTIONS, Experiment, Laboratory, Stroke
+from pneu_rig_ros.claims.experiments import (
+    BAR,
+    CAPTIONS,
+    Experiment,
+    Laboratory,
+    Stroke,
+    medians,
+    middle,
+)
 from pneu_rig_ros.claims.findings import (
     Finding,
     at_least,
     at_most,
-    dwells,
     falls,
     falls_throughout,
     grows,
-    median_dwells,
-    median_slips,
-    middle,
     numbers,
     require_at_least,
-    rest_share,
-    rest_share_to_end,
     rises_throughout,
-    stick_slip_reach,
     unchanged,
 )
 from pneu_rig_ros.model.compiled_model import air
@@ -86,7 +87,7 @@ def airflow(laboratory: Laboratory) -> Iterator[Finding]:
             yield require_at_least(f'{name}: small steps remain', runs[-1].count, 5, 'd')
         else:
             says = f'{name}: nearly continuous (at rest under 10 % of the time)'
-            share = rest_share_to_end(runs[-1])
+            share = runs[-1].rest_share(to_end=True)
             yield Finding(says, numbers([share], '.0%'), at_most(share, 0.1))
 
 
@@ -95,7 +96,7 @@ def intermediate_airflow(laboratory: Laboratory) -> Iterator[Finding]:
     for name in laboratory.cylinders:
         experiments = commands(name)
         runs = laboratory.perform_all([experiments[0], experiments[INTERMEDIATE]])
-        waits, steps = median_dwells(runs), median_slips(runs)
+        waits, steps = medians(runs)
         yield Finding(f'{name}: shorter dwells', numbers(waits) + ' s', at_most(*waits[::-1]))
         yield Finding(f'{name}: larger slips', numbers(steps) + ' mm', at_least(*steps[::-1]))
 
@@ -104,7 +105,8 @@ def supply(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 5 (Fig. 8)."""
     for name in laboratory.cylinders:
         runs = laboratory.perform_all(supplies(name))
-        times, waits, steps = [run.time for run in runs], median_dwells(runs), median_slips(runs)
+        times = [run.time for run in runs]
+        waits, steps = medians(runs)
         shorter = falls(np.nan_to_num(waits))  # where nothing sticks any more there is no dwell
         yield Finding(f'{name}: shorter', numbers(times, '.1f') + ' s', falls_throughout(times))
         yield Finding(f'{name}: dwells fall (straight line)', numbers(waits) + ' s', shorter)
@@ -119,7 +121,7 @@ def low_supply(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 13 (Fig. 8): pronounced steps at 3-4 bar."""
     for name in laboratory.cylinders:
         runs = laboratory.perform_all(supplies(name)[:2])
-        shares, counts = [rest_share(run) for run in runs], [run.count for run in runs]
+        shares, counts = [run.rest_share() for run in runs], [run.count for run in runs]
         many, half = at_least(min(counts), 4), at_least(min(shares), 0.5)
         yield Finding(f'{name}: at least four cycles', numbers(counts, 'd'), many)
         yield Finding(f'{name}: {MOSTLY_AT_REST}', numbers(shares, '.0%'), half)
@@ -129,7 +131,7 @@ def load(laboratory: Laboratory) -> Iterator[Finding]:
     """Statement 6 (Fig. 9): cylinder 1 at 0.30 V."""
     runs = laboratory.perform_all(loads())
     counts, times = [run.count for run in runs], [run.time for run in runs]
-    steps = median_slips(runs)
+    _, steps = medians(runs)
     few, spread = max(1, round(0.25 * counts[0])), max(counts) - min(counts)
     same = at_most(spread, few) if min(counts) >= 2 else np.nan
     change = times[-1] / times[0] - 1.0
@@ -139,7 +141,7 @@ def load(laboratory: Laboratory) -> Iterator[Finding]:
     yield Finding(f'cycles nearly unchanged (within {few})', numbers(counts, 'd'), same)
     yield Finding('larger slips', numbers(steps, '.1f') + ' mm', larger)
     yield Finding('stroke slightly shorter (by at most 20 %)', numbers(times) + ' s', shorter)
-    yield require_at_least(says_reach, min(stick_slip_reach(run) for run in runs), 0.8)
+    yield require_at_least(says_reach, min(run.reach for run in runs), 0.8)
 
 
 def initial_position(laboratory: Laboratory) -> Iterator[Finding]:
@@ -167,7 +169,7 @@ def _beyond(run: Stroke, place: float) -> tuple[float, float]:
     """Return the median dwell [s] and slip [mm] of the later cycles beyond a place [m]."""
     at = np.interp(run.column('breakaway_time', 1), run.run.time, run.run.position)
     beyond = at > place
-    return middle(dwells(run)[beyond]), 1e3 * middle(run.column('slip', 1)[beyond][:-1])
+    return middle(run.dwells[beyond]), 1e3 * middle(run.column('slip', 1)[beyond][:-1])
 
 
 def valve_flow(laboratory: Laboratory) -> Iterator[Finding]:

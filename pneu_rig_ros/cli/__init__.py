@@ -8,10 +8,7 @@ from collections.abc import Sequence
 
 import click
 
-from pneu_rig_ros.cli import bags, exchange, models, options, run
-from pneu_rig_ros.cli.claims import claims
-from pneu_rig_ros.cli.diagnose import diagnose
-from pneu_rig_ros.cli.gap import gap
+from pneu_rig_ros.cli import bags, diagnosis, exchange, models, options, run
 from pneu_rig_ros.errors import LONGEST_LINE, RigError, one_line
 
 UNEXPECTED, ERROR, INTERRUPTED = 1, 2, 130
@@ -51,13 +48,13 @@ def completion(context: click.Context, shell: str) -> None:
         run.live,
         bags.friction,
         bags.repair,
-        claims,
+        models.claims,
         models.effects,
         exchange.import_,
         exchange.export,
         bags.compare,
-        diagnose,
-        gap,
+        diagnosis.diagnose,
+        diagnosis.gap,
         completion,
     ],
     invoke_without_command=True,
@@ -93,18 +90,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         command.main(arguments, prog_name='pneu-rig', standalone_mode=False)
-    except click.exceptions.Exit as end:
-        return end.exit_code
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx else 'pneu-rig'
         return _fail(f'{error.format_message().rstrip(".")}; see: {path} --help')
     except (click.Abort, KeyboardInterrupt):
         print('pneu-rig: interrupted', file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:
-        # The reader of the output, such as `head`, has ended.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return UNEXPECTED
     except (RigError, click.ClickException) as error:
         return _fail(str(error))
     except Exception as error:

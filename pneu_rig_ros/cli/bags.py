@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 )
 @options.bag_argument
 @options.json_option
-def info(bag: Path, as_json: bool) -> None:
+def info(bag: Path) -> None:
     """Show what a bag contains: rig, topics, timing, cycles."""
     from pneu_rig_ros.analysis.summary import summarise
     from pneu_rig_ros.records import read_recording
@@ -33,19 +33,17 @@ def info(bag: Path, as_json: bool) -> None:
     summary = summarise(recording)
     version = recording.metadata.get('package_version', 'unknown')
     revision = recording.metadata.get('git_revision', 'unknown')
-    if as_json:
-        origin = {'bag': bag, 'package_version': version, 'git_revision': revision}
-        data = {'messages': dict(recording.counts), 'checksums': recording.protected}
-        output.print_json({**origin, **data, **summary.to_dict()})
+    origin = {'bag': bag, 'package_version': version, 'git_revision': revision}
+    data = {'messages': dict(recording.counts), 'checksums': recording.protected}
+    if not output.as_text({**origin, **data, **summary.to_dict()}):
         return
     output.print_summary(summary, {'bag': bag})
     checksums = 'of every message' if recording.protected else 'none: damage would go unnoticed'
     written_by = f'pneu_rig_ros {version}, revision {revision}'
     output.print_values({'written by': written_by, 'checksums': checksums})
     output.console().print()
-    lost = summary.lost
     rows = [
-        (topic, TOPICS[topic].type, str(count), str(lost.get(topic, output.UNKNOWN)))
+        (topic, TOPICS[topic].type, str(count), str(summary.lost.get(topic, output.UNKNOWN)))
         for topic, count in recording.counts.items()
     ]
     output.print_table(('topic', 'type', '>messages', '>lost'), rows)
@@ -61,9 +59,7 @@ def info(bag: Path, as_json: bool) -> None:
 @options.seconds_option('--from', 'start', help='start of the part to show')
 @options.seconds_option('--to', 'stop', help='end of the part to show')
 @options.quiet_option
-def view(
-    bag: Path, out: Path | None, start: float | None, stop: float | None, quiet: bool
-) -> None:
+def view(bag: Path, out: Path | None, start: float | None, stop: float | None) -> None:
     """
     Write a bag as an interactive HTML page that works offline.
 
@@ -77,7 +73,7 @@ def view(
     from pneu_rig_ros.report.view_page import write_view
 
     write_view(page, read_recording(bag), title, start, stop)
-    if not quiet:
+    if not output.chosen('--quiet'):
         output.print_values({'page': page})
 
 
@@ -87,10 +83,10 @@ def view(
     'pneu-rig friction runs/BAG --json | jq .cycles[0].peak_friction',
 )
 @options.bag_argument
-@click.option('--csv', type=options.NewFile(), metavar='FILE', help='write the signals as CSV')
+@click.option('--csv', type=options.NewFile(), help='write the signals as CSV')
 @options.png_option
 @options.json_option
-def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> None:
+def friction(bag: Path, csv: Path | None, png: Path | None) -> None:
     """
     Estimate the friction force of a bag, offline.
 
@@ -115,14 +111,12 @@ def friction(bag: Path, csv: Path | None, png: Path | None, as_json: bool) -> No
 
         files['picture'] = draw_stroke(recording, png)
     mean = float(force.mean())
-    if as_json:
-        peak = max((cycle.peak_friction for cycle in cycles), default=None)
-        data = {'bag': bag, **files, 'mean_friction': mean, 'peak_friction': peak}
-        output.print_json({**data, 'cycles': [cycle.to_dict() for cycle in cycles]})
-        return
-    _print_cycles(cycles)
-    output.console().print()
-    output.print_values({'mean friction': f'{mean:.2f} N', **files})
+    peak = max((cycle.peak_friction for cycle in cycles), default=None)
+    data = {'bag': bag, **files, 'mean_friction': mean, 'peak_friction': peak}
+    if output.as_text({**data, 'cycles': [cycle.to_dict() for cycle in cycles]}):
+        _print_cycles(cycles)
+        output.console().print()
+        output.print_values({'mean friction': f'{mean:.2f} N', **files})
 
 
 def _print_cycles(cycles: Sequence[Cycle]) -> None:
@@ -149,7 +143,7 @@ def _print_cycles(cycles: Sequence[Cycle]) -> None:
 )
 @options.bag_argument
 @options.output_options
-def repair(bag: Path, as_json: bool, quiet: bool) -> None:
+def repair(bag: Path) -> None:
     """
     Repair a bag whose recorder was killed, or that is damaged.
 
@@ -159,9 +153,7 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
     from pneu_rig_ros.records import repair as repair_bag
 
     report = repair_bag(bag)
-    if as_json:
-        output.print_json(asdict(report))
-    if as_json or quiet:
+    if not output.as_text(asdict(report)):
         return
     terminal = output.console()
     size = f'{report.messages} messages, {report.duration:.2f} s'
@@ -195,9 +187,7 @@ def repair(bag: Path, as_json: bool, quiet: bool) -> None:
 )
 @options.out_file(help='write an HTML page')
 @options.output_options
-def compare(
-    measured: Path, model: str, shift: float | None, out: Path | None, as_json: bool, quiet: bool
-) -> None:
+def compare(measured: Path, model: str, shift: float | None, out: Path | None) -> None:
     """
     Compare a measured bag with a model or another bag.
 
@@ -218,11 +208,9 @@ def compare(
     if out:
         from pneu_rig_ros.report import comparison_page as page
 
-        with output.progress_bar('figures', page.FIGURES, quiet=quiet) as progress:
+        with output.progress_bar('figures', page.FIGURES) as progress:
             page.write_page(out, comparison, progress)
-    if as_json:
-        output.print_json({**comparison.to_dict(), **files})
-    elif not quiet:
+    if output.as_text({**comparison.to_dict(), **files}):
         _print_comparison(comparison, files)
 
 

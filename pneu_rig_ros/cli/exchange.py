@@ -54,8 +54,6 @@ def import_(
     conditions: Path | None,
     cylinder: str | None,
     out: Path,
-    as_json: bool,
-    quiet: bool,
 ) -> None:
     """
     Convert measured data (CSV, bags of other rigs) into a bag.
@@ -71,7 +69,7 @@ def import_(
 
     known = read_conditions(conditions) if conditions else {}
     configuration = options.load(cylinder, {}) if cylinder else None
-    with options.directory(out.parent), output.stage_bar(quiet) as progress:
+    with options.directory(out.parent), output.stage_bar() as progress:
         progress('reading', 0.0)
         recording = read_recording(source, mapping, known.get('atmospheric_pressure'))
         writing = f'writing {recording.size} samples'
@@ -83,20 +81,18 @@ def import_(
     missing = max((stamps.size for stamps in recording.missing.values()), default=0)
     samples = recording.size - missing
     values = conditions_beside(out)
-    if as_json:
-        data = {
-            'bag': out,
-            'source': recording.metadata['source'],
-            'signals': list(recording.signals),
-            'samples': samples,
-            'missing': missing,
-            'interval': recording.interval,
-            'duration': recording.duration,
-            'conditions': values,
-            'notes': list(recording.notes),
-        }
-        output.print_json(data)
-    elif not quiet:
+    data = {
+        'bag': out,
+        'source': recording.metadata['source'],
+        'signals': list(recording.signals),
+        'samples': samples,
+        'missing': missing,
+        'interval': recording.interval,
+        'duration': recording.duration,
+        'conditions': values,
+        'notes': list(recording.notes),
+    }
+    if output.as_text(data):
         _print_imported(recording, samples, values, out)
 
 
@@ -128,9 +124,7 @@ def _print_imported(
 @click.option('--parquet', is_flag=True, help='write a Parquet file')
 @options.out_file(help='file to write; must not exist  [default: BAG.csv or BAG.parquet]')
 @options.output_options
-def export(
-    bag: Path, csv: bool, parquet: bool, out: Path | None, as_json: bool, quiet: bool
-) -> None:
+def export(bag: Path, csv: bool, parquet: bool, out: Path | None) -> None:
     """
     Write all signals of a bag as CSV or Parquet.
 
@@ -155,7 +149,5 @@ def export(
         conversion.write_parquet(columns, metadata, file)
     titles = [column.title for column in columns]
     samples = int(columns[0].values.size)
-    if as_json:
-        output.print_json({'bag': bag, 'file': file, 'samples': samples, 'columns': titles})
-    elif not quiet:
+    if output.as_text({'bag': bag, 'file': file, 'samples': samples, 'columns': titles}):
         output.print_values({'columns': ', '.join(titles), 'samples': samples, 'file': file})

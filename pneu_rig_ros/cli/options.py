@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pneu_rig_ros.cli import output
 from pneu_rig_ros.errors import RigError
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ class NewFile(click.Path):
 
     def __init__(self, suffix: str = '') -> None:
         super().__init__(path_type=Path)
+        self.name = 'file'
         self._suffix = suffix
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -82,7 +84,7 @@ LENGTH = Between(0.0, 86_400.0, min_open=True)
 
 
 def number_option(
-    name: str, kind: click.ParamType[Any], default: float, unit: str, help: str
+    name: str, kind: click.ParamType[Any], default: float, help: str, unit: str | None = None
 ) -> Callable[[Function], Function]:
     """Return what adds an option for a number, whose default the help text shows."""
     return click.option(
@@ -101,21 +103,17 @@ def together(*decorators: Callable[[Any], Any]) -> Callable[[Function], Function
     return add
 
 
-json_option = click.option('--json', 'as_json', is_flag=True, help='print the result as JSON')
-quiet_option = click.option('--quiet', is_flag=True, help='print nothing but errors')
+json_option = output.flag('--json', 'print the result as JSON')
+quiet_option = output.flag('--quiet', 'print nothing but errors')
 output_options = together(json_option, quiet_option)
-png_option = click.option(
-    '--png', type=NewFile('.png'), metavar='FILE', help='draw the stroke as a PNG picture'
-)
+png_option = click.option('--png', type=NewFile('.png'), help='draw the stroke as a PNG picture')
 namespace_option = click.option(
     '--namespace', default='', metavar='NAME', help='ROS namespace of the rig'
 )
 map_option = functools.partial(click.option, '--map', 'mapping', type=PATH, metavar='YAML')
 out_directory = functools.partial(click.option, '--out', type=PATH, metavar='DIRECTORY')
-out_file = functools.partial(click.option, '--out', type=NewFile(), metavar='FILE')
-seed_option = functools.partial(
-    click.option, '--seed', type=Whole(0, LARGEST_SEED), metavar='INTEGER'
-)
+out_file = functools.partial(click.option, '--out', type=NewFile())
+seed_option = functools.partial(click.option, '--seed', type=Whole(0, LARGEST_SEED))
 seconds_option = functools.partial(click.option, type=Finite(), metavar='SECOND')
 cylinder_option = click.option(
     '--cylinder',
@@ -143,10 +141,10 @@ stroke_options = together(
         '--u',
         Between(-2.5, 2.5),
         0.34,
-        'VOLT',
         'command of both valves by Eq. 1 [V]; positive extends the piston',
+        'VOLT',
     ),
-    number_option('--duration', LENGTH, 20.0, 'SECOND', 'length of the stroke [s]'),
+    number_option('--duration', LENGTH, 20.0, 'length of the stroke [s]', 'SECOND'),
     out_directory(help='bag to create; must not exist  [default: runs/DATE_CYLINDER]'),
     cylinder_option,
     friction_option,
@@ -166,7 +164,6 @@ def workers_options(
         click.option(
             '--workers',
             type=Whole(1, 256),
-            metavar='INTEGER',
             default=default,
             show_default=default is not None,
             help=help,
@@ -179,13 +176,12 @@ def workers_options(
     )
 
 
-def bag_argument(function: Function) -> Function:
-    """Add the argument BAG; from within a bag, '.' is one with a name."""
-
-    def named(_context: click.Context, _parameter: click.Parameter, bag: Path) -> Path:
-        return bag.resolve() if bag.name in {'', '..'} else bag
-
-    return click.argument('bag', type=PATH, callback=named)(function)
+bag_argument = click.argument(
+    'bag',
+    type=PATH,
+    # from within a bag, '.' is one with a name
+    callback=lambda _, __, bag: bag.resolve() if bag.name in {'', '..'} else bag,
+)
 
 
 class VariadicOptionCommand(click.Command):
@@ -197,25 +193,18 @@ class VariadicOptionCommand(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Repeat the option before each of its paths, which is how click takes several."""
-        return super().parse_args(ctx, repeated(args, '--verify'))
-
-
-def repeated(words: list[str], variadic: str) -> list[str]:
-    """Return the words of a command line with an option before each word that follows it."""
-    result: list[str] = []
-    option = ''
-    for index, word in enumerate(words):
-        if word == '--':
-            return [*result, *words[index:]]
-        if word.startswith(f'{variadic}='):
-            result.append(variadic)
-            option, word = variadic, word.removeprefix(f'{variadic}=')
-        elif word.startswith('-'):
-            option = word
-        elif option == variadic and result[-1] != variadic:
-            result.append(variadic)
-        result.append(word)
-    return result
+        words: list[str] = []
+        option, repeated = '', '--verify'
+        for index, word in enumerate(args):
+            if word == '--':
+                words += args[index:]
+                break
+            if word.startswith('-'):
+                option = word.partition('=')[0]
+            elif option == repeated and words[-1] != repeated:
+                words.append(repeated)
+            words.append(word)
+        return super().parse_args(ctx, words)
 
 
 def load(cylinder: str, settings: dict[str, Any]) -> RigConfiguration:
@@ -256,19 +245,23 @@ def bag_path(out: Path | None, name: str) -> Path:
 
 
 @contextlib.contextmanager
-def directory(path: Path) -> Iterator[None]:
+def directory(path: Path, empty: bool = False) -> Iterator[None]:
     """
     Create a directory for the block; afterwards remove what was created and is empty.
 
-    :raises RigError: when it cannot be created
+    :param empty: whether the directory must be so, if there is one
+    :raises RigError: when it cannot be used
     """
     created = []
     try:
         try:
             created = [folder for folder in (path, *path.parents) if not folder.exists()]
             path.mkdir(parents=True, exist_ok=True)
+            full = empty and any(path.iterdir())
         except OSError as error:
             raise RigError(f'--out {path}: {error.strerror}; name a new directory') from error
+        if full:
+            raise RigError(f'--out {path} is not empty; name a new or an empty directory')
         yield
     finally:
         for folder in created:

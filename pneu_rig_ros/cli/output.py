@@ -33,6 +33,28 @@ AS_IS: Any = {'highlight': False, 'markup': False, 'emoji': False}
 """Texts are printed as they are: names may have brackets and colons."""
 
 
+def flag(name: str, help: str) -> Callable[[Any], Any]:
+    """Return what adds a flag that a command leaves to this module."""
+
+    def note(context: click.Context, _: click.Parameter, value: bool) -> None:
+        context.meta[name] = value
+
+    return click.option(name, is_flag=True, expose_value=False, callback=note, help=help)
+
+
+def chosen(name: str) -> bool:
+    """Return whether the command that runs, if any, was given a flag."""
+    context = click.get_current_context(silent=True)
+    return context is not None and context.meta.get(name, False)
+
+
+def as_text(data: Mapping[str, Any]) -> bool:
+    """Print a result as JSON if that is asked for; return whether text is to be printed."""
+    if chosen('--json'):
+        click.echo(json_text(data))
+    return not (chosen('--json') or chosen('--quiet'))
+
+
 def console(stderr: bool = False, quiet: bool = False) -> Console:
     """Return a terminal that colours nothing by itself and breaks no path."""
     return _terminal()(stderr=stderr, quiet=quiet, soft_wrap=True, **AS_IS)
@@ -74,9 +96,9 @@ def print_table(
     _terminal()(width=width, **AS_IS).print(table)
 
 
-def print_json(data: Mapping[str, Any]) -> None:
-    """Print plain data and paths as JSON."""
-    click.echo(json.dumps(data, indent=2, allow_nan=False, default=os.fspath))
+def json_text(data: object) -> str:
+    """Return plain data and paths as JSON."""
+    return json.dumps(data, indent=2, allow_nan=False, default=os.fspath)
 
 
 def print_values(values: Mapping[str, object]) -> None:
@@ -119,9 +141,7 @@ def _number(value: float | None, unit: str, digits: int) -> str:
 
 
 @contextlib.contextmanager
-def progress_bar(
-    title: str, total: float, unit: str = '', quiet: bool = False
-) -> Iterator[Callable[[float], None]]:
+def progress_bar(title: str, total: float, unit: str = '') -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr for the block; yield a callback that takes how much is done."""
     from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
@@ -132,25 +152,25 @@ def progress_bar(
         TextColumn(count if unit else '{task.completed:g} of {task.total:g}'),
         TimeRemainingColumn(),
     )
-    with _progress(quiet, *columns) as bar:
+    with _progress(*columns) as bar:
         task = bar.add_task(title, total=total)
         yield lambda done: bar.update(task, completed=min(done, total))
 
 
 @contextlib.contextmanager
-def stage_bar(quiet: bool = False) -> Iterator[Callable[[str, float], None]]:
+def stage_bar() -> Iterator[Callable[[str, float], None]]:
     """Show a bar on stderr for the block; yield a callback that takes stage and fraction [-]."""
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     columns = BarColumn(20), TaskProgressColumn(), TimeElapsedColumn()
-    with _progress(quiet, *columns, TextColumn('{task.description}')) as bar:
+    with _progress(*columns, TextColumn('{task.description}')) as bar:
         task = bar.add_task('', total=1.0)
         yield lambda stage, share: bar.update(task, description=stage, completed=share)
 
 
-def _progress(quiet: bool, *columns: ProgressColumn) -> Progress:
+def _progress(*columns: ProgressColumn) -> Progress:
     from rich.progress import Progress
 
     terminal = console(stderr=True)
-    disable = quiet or not terminal.is_terminal
+    disable = chosen('--quiet') or not terminal.is_terminal
     return Progress(*columns, console=terminal, transient=True, disable=disable)

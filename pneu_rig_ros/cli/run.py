@@ -31,8 +31,6 @@ def demo(
     duration: float,
     out: Path | None,
     cylinder: str,
-    as_json: bool,
-    quiet: bool,
     **settings: Any,
 ) -> None:
     """
@@ -49,7 +47,7 @@ def demo(
     path = options.bag_path(out, cylinder)
     parameters = {'cylinder': absolute(cylinder)}
     parameters |= {name: value for name, value in settings.items() if value is not None}
-    terminal = output.console(stderr=True, quiet=quiet)
+    terminal = output.console(stderr=True, quiet=output.chosen('--quiet'))
     terminal.print(f'ROS_DOMAIN_ID={os.environ["ROS_DOMAIN_ID"]}', style='dim')
     try:
         with (
@@ -59,14 +57,14 @@ def demo(
         ):
             status.stop()
             title = f'{configuration.name} at u = {u:g} V'
-            with output.progress_bar(title, duration, 's', quiet) as progress:
+            with output.progress_bar(title, duration, 's') as progress:
                 drive(nodes, u, duration, progress)
             status.start()
     except KeyboardInterrupt:
         if (path / 'metadata.yaml').exists():
             output.console(stderr=True).print(f'recorded up to here: {path}')
         raise
-    _summarise(path, path / 'stroke.png', as_json, quiet)
+    _summarise(path, path / 'stroke.png')
 
 
 @options.command(
@@ -84,8 +82,6 @@ def simulate(
     out: Path | None,
     cylinder: str,
     png: Path | None,
-    as_json: bool,
-    quiet: bool,
     **settings: Any,
 ) -> None:
     """
@@ -99,13 +95,13 @@ def simulate(
     from pneu_rig_ros.simulate import simulate as run
 
     title = f'{configuration.name} at u = {u:g} V'
-    bar = output.progress_bar(title, duration, 's', quiet)
+    bar = output.progress_bar(title, duration, 's')
     with options.directory(path.parent), bar as progress:
         run(configuration, u, duration, path, progress)
-    _summarise(path, png, as_json, quiet)
+    _summarise(path, png)
 
 
-def _summarise(bag: Path, picture: Path | None, as_json: bool, quiet: bool) -> None:
+def _summarise(bag: Path, picture: Path | None) -> None:
     """Draw the stroke if asked for, and print the summary of a new bag."""
     from pneu_rig_ros.analysis.summary import summarise
     from pneu_rig_ros.records import read_recording
@@ -116,10 +112,9 @@ def _summarise(bag: Path, picture: Path | None, as_json: bool, quiet: bool) -> N
         from pneu_rig_ros.report.figure import draw_stroke
 
         files['picture'] = draw_stroke(recording, picture)
-    if as_json:
-        output.print_json({**files, **summarise(recording).to_dict()})
-    elif not quiet:
-        output.print_summary(summarise(recording), files)
+    summary = summarise(recording)
+    if output.as_text({**files, **summary.to_dict()}):
+        output.print_summary(summary, files)
 
 
 @options.command(
@@ -128,7 +123,7 @@ def _summarise(bag: Path, picture: Path | None, as_json: bool, quiet: bool) -> N
     'pneu-rig live --namespace left --port 8863',
 )
 @options.number_option(
-    '--port', options.Whole(0, 65535), 8862, 'INTEGER', 'TCP port of the page; 0: any free one'
+    '--port', options.Whole(0, 65535), 8862, 'TCP port of the page; 0: any free one'
 )
 @options.namespace_option
 @click.option('--start', metavar='NAME|FILE', help='start a rig with this cylinder too')
@@ -186,11 +181,7 @@ def _serve(
 )
 @options.bag_argument
 @options.number_option(
-    '--rate',
-    options.Between(0.01, 100.0),
-    1.0,
-    'NUMBER',
-    'playback speed relative to the recording',
+    '--rate', options.Between(0.01, 100.0), 1.0, 'playback speed relative to the recording'
 )
 @click.option('--repeat', is_flag=True, help='play in a loop until interrupted')
 @click.option('--clock', is_flag=True, help='publish /clock, from the log times')
@@ -200,15 +191,11 @@ def _serve(
     '--delay',
     options.Between(0.0, 3600.0),
     1.0,
-    'SECOND',
     'time for discovery before the start [s]',
+    'SECOND',
 )
 @options.number_option(
-    '--subscribers',
-    options.Whole(0, 100),
-    0,
-    'INTEGER',
-    'subscribers of each topic to wait for',
+    '--subscribers', options.Whole(0, 100), 0, 'subscribers of each topic to wait for'
 )
 @options.namespace_option
 @options.output_options
@@ -218,8 +205,6 @@ def replay(
     exclude: tuple[str, ...],
     subscribers: int,
     namespace: str,
-    as_json: bool,
-    quiet: bool,
     **settings: Any,
 ) -> None:
     """
@@ -246,7 +231,7 @@ def replay(
         embedded(partial(ReplayNode, overrides=parameters), namespace) as (node, run),
     ):
         title = f'{bag.name} at {settings["rate"]:g}x'
-        with output.progress_bar(title, node.duration, 's', quiet) as progress:
+        with output.progress_bar(title, node.duration, 's') as progress:
 
             def unfinished() -> bool:
                 progress(node.elapsed)
@@ -255,7 +240,6 @@ def replay(
             run(unfinished)
         if received:
             raise KeyboardInterrupt
-        if as_json:
-            output.print_json({'elapsed': node.elapsed, 'messages': node.rate.count})
-        elif not quiet:
-            output.print_values({'played': f'{node.elapsed:.2f} s', 'messages': node.rate.count})
+        count = node.rate.count
+        if output.as_text({'elapsed': node.elapsed, 'messages': count}):
+            output.print_values({'played': f'{node.elapsed:.2f} s', 'messages': count})

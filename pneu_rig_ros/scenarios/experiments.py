@@ -8,10 +8,6 @@ pressures, three loads and six places to start from.
 
 from typing import NamedTuple
 
-import numpy as np
-
-from pneu_rig_ros.arrays import Floats
-
 CAPTION = {'cylinder_1': 0.29, 'cylinder_2': 0.34, 'cylinder_3': 0.32}
 """Command [V] at which the paper shows each cylinder stick and slip."""
 LOADS = {
@@ -42,16 +38,6 @@ class Experiment(NamedTuple):
     start: float
     rest_time: float
     words: str
-
-    @property
-    def timeline(self) -> list[tuple[float, float]]:
-        """Durations [s], and commands: the caption's is 1, 0.1 V more is one more; 0 is shut."""
-        pieces = []
-        for word, duration in (piece.split() for piece in self.words.split(',')):
-            direction, _, tenths = word.partition('+')
-            code = {'pause': 0.0, 'out': 1.0, 'back': -1.0}[direction]
-            pieces.append((float(duration), code * (1.0 + float(tenths or 0.0))))
-        return pieces
 
 
 HOLD = 0.1
@@ -126,17 +112,14 @@ NAMES = tuple(
 
 def levels(experiment: Experiment, cylinder: str) -> list[tuple[float, float]]:
     """Return duration [s] and u [V], one after the other."""
-    slow, tenth = CAPTION[cylinder], 0.1 * FAST[cylinder]
-    return [
-        (duration, float(np.sign(code)) * (slow + tenth * (abs(code) - 1.0)) if code else 0.0)
-        for duration, code in experiment.timeline
-    ]
-
-
-def command(experiment: Experiment, cylinder: str, interval: float) -> Floats:
-    """Return u [V] of each sampling interval."""
-    pieces = levels(experiment, cylinder)
-    return np.concatenate([np.full(round(duration / interval), u) for duration, u in pieces])
+    pieces = []
+    for word, duration in (piece.split() for piece in experiment.words.split(',')):
+        direction, _, tenths = word.partition('+')
+        sign = {'pause': 0.0, 'out': 1.0, 'back': -1.0}[direction]
+        step = 1.0 + float(tenths or 0.0)
+        u = sign * (CAPTION[cylinder] + 0.1 * FAST[cylinder] * (step - 1.0))
+        pieces.append((float(duration), u))
+    return pieces
 
 
 def profile(experiment: Experiment, cylinder: str) -> dict[str, object]:

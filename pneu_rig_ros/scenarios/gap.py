@@ -1,21 +1,26 @@
-"""The demonstration `pneu-rig gap`: record a rig with a hidden effect, diagnose it, check."""
+"""
+The demonstration `pneu-rig gap`: record a rig with a hidden effect, diagnose it, check.
+
+Runs are recorded over ROS 2, several at a time: each in a process of plant, excitation, valve
+command, friction estimator and recorder in a DDS domain of its own, in lock step: as fast as the
+machine allows, and the same every time.
+"""
 
 import math
+import os
+import tempfile
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 
 from pneu_rig_ros.analysis.friction import ForceBalance
-from pneu_rig_ros.analysis.metrics import (
-    AnalysedRun,
-    SignalGap,
-    analyse_run,
-    compare_signals,
-    signal_noise,
-)
+from pneu_rig_ros.analysis.metrics import SignalGap, analyse_run, compare_signals, signal_noise
+from pneu_rig_ros.demo import NodeProcess, Value, held_signals
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.executor import open_executor
@@ -23,14 +28,22 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
 from pneu_rig_ros.model.quantity import write_section
 from pneu_rig_ros.records import read_recording
+from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
 from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.diagnosis_page import write_files
 from pneu_rig_ros.report.improvement_figures import draw_gap
-from pneu_rig_ros.rig import RigConfiguration, load_configuration
+from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
-from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY, set_up
+from pneu_rig_ros.scenarios.experiments import (
+    FIT,
+    NAMES,
+    VERIFY,
+    Experiment,
+    levels,
+    profile,
+    set_up,
+)
 from pneu_rig_ros.scenarios.hidden import LAWS, Changes, hide, true_parameters
-from pneu_rig_ros.scenarios.recording import Run, record
 
 CYLINDER, STRENGTH = 'cylinder_1', 'medium'
 DRAWN = (
@@ -54,14 +67,7 @@ DRAWN = (
 
 @dataclass(frozen=True)
 class HiddenEffect:
-    """
-    An effect that the rig has and the model lacks.
-
-    :param effect: its name
-    :param parameters: its true parameters, as the library names them [SI]
-    :param model: the rig without it
-    :param truth: the rig with it
-    """
+    """An effect, its parameters in terms of the library [SI], the rig without it and with it."""
 
     effect: str
     parameters: dict[str, float]
@@ -108,6 +114,78 @@ def changed(rig: RigConfiguration, changes: Changes) -> RigConfiguration:
     return rig
 
 
+BYTES_PER_SECOND = 5.9e5
+"""How fast a bag grows [byte per simulated second], from which progress is estimated."""
+DOMAINS = 50
+"""Domains that are used: 1 to this one; higher ones take ports that others may have."""
+WATCH = 0.1
+"""Time between two looks at the processes [s]."""
+
+
+class Run(NamedTuple):
+    """A run to be recorded: with a rig's file, into a new bag, and a seed of the noise."""
+
+    experiment: Experiment
+    rig: Path
+    bag: Path
+    seed: int
+
+    def set_up(self) -> dict[str, float]:
+        """Return the parameters of the plant that make the run's conditions [SI]."""
+        stroke = load_configuration(self.rig).model.cylinder.stroke
+        return set_up(self.experiment, CYLINDER, stroke)
+
+
+def record(runs: Sequence[Run], progress: Callable[[float], None]) -> None:
+    """
+    Record runs side by side; in any case, no node is left running.
+
+    :param progress: callback(fraction)
+    :raises RigError: when a node fails
+    """
+    progress(0.0)
+    for rig in dict.fromkeys(run.rig for run in runs):
+        Rig(load_configuration(rig)).warm_up()  # else each node would compile the plant
+    times = [t for run in runs for t, _ in levels(run.experiment, CYLINDER)]
+    nodes: list[NodeProcess] = []
+    with tempfile.TemporaryDirectory(prefix='pneu_rig_') as folder:
+        try:
+            for index, run in enumerate(runs):
+                nodes.append(_start(run, index, Path(folder)))
+            while [node for node in nodes if not node.done()]:  # done() raises if a node failed
+                files = (file for run in runs for file in run.bag.glob('*.mcap'))
+                size = sum(file.stat().st_size for file in files)
+                progress(min(size / (BYTES_PER_SECOND * sum(times)), 1.0))
+                time.sleep(WATCH)
+        finally:
+            with held_signals():
+                for node in nodes:
+                    node.stop()
+    for run in runs:
+        known = run.set_up()
+        del known['initial_position']
+        known['atmospheric_pressure'] = load_configuration(run.rig).model.gas.atmospheric_pressure
+        atomic_write(run.bag / FILE_NAME, format_conditions(known))
+
+
+def _start(run: Run, index: int, folder: Path) -> NodeProcess:
+    shape = profile(run.experiment, CYLINDER)
+    written = atomic_write(folder / f'{index}.yaml', yaml.safe_dump(shape, sort_keys=False))
+    parameters: dict[str, Value] = {
+        'use_sim_time': True,
+        'plant:speed': 0.0,
+        'plant:cylinder': str(run.rig.resolve()),
+        'plant:seed': run.seed,
+        'excitation:profile': str(written),
+        'valve_command:command_timeout': 0.0,
+        'recorder:output': str(run.bag.resolve()),
+        **{f'plant:{name}': value for name, value in run.set_up().items()},
+    }
+    # Demonstrations that run at the same time must not share a domain.
+    domain = {'ROS_DOMAIN_ID': str(1 + (16 * os.getpid() + index) % DOMAINS)}
+    return NodeProcess('rig_with_excitation', parameters, folder / f'{index}.log', domain)
+
+
 RECORDED, DIAGNOSED, REPEATED = 0.2, 0.85, 0.97
 """Fractions of the work that are done after each step [-]."""
 NOISE_SEED = 1000
@@ -119,13 +197,7 @@ Gaps = dict[str, SignalGap]
 
 
 class Outcome(NamedTuple):
-    """
-    Result of the demonstration.
-
-    :param answer: diagnosis.json
-    :param before: signal -> its gap between the rig and the given model
-    :param after: the same with the improved model
-    """
+    """Result: what diagnosis.json says, and the gaps of the given and of the improved model."""
 
     answer: dict[str, Any]
     before: Gaps
@@ -145,7 +217,7 @@ def close_gap(
     model = atomic_write(folder / 'model.yaml', hidden.model.to_yaml())
     truth = atomic_write(folder / 'hidden.yaml', hidden.truth.to_yaml())
     measured = [
-        Run(experiment, CYLINDER, truth, folder / 'measured' / name, noise_seed(seed, index))
+        Run(experiment, truth, folder / 'measured' / name, noise_seed(seed, index))
         for index, (name, experiment) in enumerate(zip(NAMES, (*FIT, *VERIFY), strict=True))
     ]
     title = f'recording {len(measured)} runs over ROS 2'
@@ -166,14 +238,13 @@ def close_gap(
     write_files(out, diagnosis, data, lambda _: diagnosing('drawing the report', 0.96))
     models = {'before': model, 'after': out / 'improved.yaml'}
     again = [
-        Run(VERIFY[0], CYLINDER, rig, folder / name / held_out[0].name, noise_seed(seed, -index))
+        Run(VERIFY[0], rig, folder / name / held_out[0].name, noise_seed(seed, -index))
         for index, (name, rig) in enumerate(models.items(), start=1)
     ]
     title = 'recording again with the model before and after'
     record(again, lambda part: progress(title, DIAGNOSED + (REPEATED - DIAGNOSED) * part))
     progress('drawing', REPEATED)
-    runs = held_out[0], *(run.bag for run in again)
-    return Outcome(data, *_draw(folder / 'gap.png', runs, model))
+    return Outcome(data, *_draw(folder / 'gap.png', held_out[0], again))
 
 
 def noise_seed(seed: int, run: int) -> int:
@@ -181,11 +252,13 @@ def noise_seed(seed: int, run: int) -> int:
     return (NOISE_SEED * (seed + 1) + run) % LARGEST_SEED
 
 
-def _draw(path: Path, bags: Sequence[Path], model: Path) -> tuple[Gaps, Gaps]:
+def _draw(path: Path, bag: Path, again: Sequence[Run]) -> tuple[Gaps, Gaps]:
     """Draw the rig, the model before and after; return the gaps of both models."""
-    stroke = load_configuration(model).model.cylinder.stroke
-    rig = load_configuration(model, **set_up(VERIFY[0], CYLINDER, stroke))
-    truth, *models = _analysed(bags, rig)
+    rig = load_configuration(again[0].rig, **again[0].set_up())
+    recordings = [read_recording(each) for each in (bag, *(run.bag for run in again))]
+    size = min(recording.size for recording in recordings)
+    cut = [replace(recording.cut(0, size), configuration=rig) for recording in recordings]
+    truth, *models = map(analyse_run, cut)
     interval, balance = truth.recording.interval, ForceBalance.of(rig)
     single = signal_noise(*sensor_noise(rig.sensors), interval, balance)
     # All runs went through the sensors: a difference of two has the noise of both.
@@ -193,12 +266,3 @@ def _draw(path: Path, bags: Sequence[Path], model: Path) -> tuple[Gaps, Gaps]:
     before, after = (compare_signals(truth.signals, model.signals, noise) for model in models)
     draw_gap(path, truth, models, (before, after))
     return before, after
-
-
-def _analysed(bags: Sequence[Path], rig: RigConfiguration) -> list[AnalysedRun]:
-    """Return the runs in bags as those of a rig, cut to the length of the shortest."""
-    recordings = [read_recording(bag) for bag in bags]
-    size = min(recording.size for recording in recordings)
-    return [
-        analyse_run(replace(recording.cut(0, size), configuration=rig)) for recording in recordings
-    ]

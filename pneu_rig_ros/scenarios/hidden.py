@@ -44,10 +44,7 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     # the intake opens 7e-9 m^2 in a slow stroke; the pressures differ most at the stops
     'cross_piston_leak': {'area': _about(1e-9, 1.5e-9, 3e-9)},
     # seen in each pause after filling; more at the rod end, where the rod's seal is
-    'chamber_leak': {
-        'area_1': _about(5e-10, 7e-10, 1.5e-9),
-        'area_2': _about(1e-9, 1.5e-9, 3e-9),
-    },
+    'chamber_leak': {'area_1': _about(5e-10, 7e-10, 1.5e-9), 'area_2': _about(1e-9, 1.5e-9, 3e-9)},
     # fills or empties a shut chamber, and robs the slow strokes
     'valve_null_leak': {
         'intake_area': _about(4e-10, 4e-10, 4e-10),
@@ -77,10 +74,7 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     },
     'position_dependent_friction': {'gradient': _by_size(0.1, 0.3, 0.8)},
     # the work of friction in one bag is some 2, 3 and 0.5 J
-    'friction_warm_up': {
-        'drop': _by_size(0.1, 0.25, 0.5),
-        'work': ((1.5, 1.5, 0.2),) * 3,
-    },
+    'friction_warm_up': {'drop': _by_size(0.1, 0.25, 0.5), 'work': ((1.5, 1.5, 0.2),) * 3},
     # 0.45 to 6 kg move: 0.3 to 3.5 N at 0.06 rad
     'inclination': {'angle': _by_size(0.02, 0.06, 0.2)},
     'load_spring': {
@@ -158,10 +152,7 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'exponent': _by_size(0.8, 0.8, 0.5),
     },
     # a full stroke at 2 bar draws 0.35 to 1.5 g: 2 to 7 kPa, strong 20 to 90
-    'supply_tank': {
-        'fall': _by_size(5e6, 2e7, 6e7),
-        'recovery_time': _by_size(3.0, 10.0, 30.0),
-    },
+    'supply_tank': {'fall': _by_size(5e6, 2e7, 6e7), 'recovery_time': _by_size(3.0, 10.0, 30.0)},
     # at the place two to three times as much as cross_piston_leak
     'local_piston_leak': {
         'area': _about(2e-9, 4e-9, 8e-9),
@@ -169,10 +160,7 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'width': _by_size(0.15, 0.12, 0.1),
     },
     # beside 15 to 26 N of static friction
-    'seal_elasticity': {
-        'limit': _about(0.15, 0.4, 1.2),
-        'reach': _by_size(2e-4, 4e-4, 8e-4),
-    },
+    'seal_elasticity': {'limit': _about(0.15, 0.4, 1.2), 'reach': _by_size(2e-4, 4e-4, 8e-4)},
 }
 LAW_OF = {'static_friction_recovery': 'revised_lugre'}
 """Effect -> friction law that it completes, in the truth as in the model."""
@@ -196,8 +184,8 @@ def _dwell(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
 
 def _stribeck(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     share = _graded(grade, (0.1, 0.3, 1.0))
-    level = friction['coulomb_force']
-    level += share * (friction['breakaway_force'] - friction['coulomb_force'])
+    coulomb = friction['coulomb_force']
+    level = coulomb + share * (friction['breakaway_force'] - coulomb)
     truth = {'model': 'lugre', 'breakaway_force': level}
     return truth, {'model': 'coulomb_viscous', 'breakaway_force': level}
 
@@ -208,16 +196,15 @@ def _hysteresis(friction: dict[str, Any], grade: float) -> tuple[Changes, Change
     stiffness = _graded(grade, (0.5, 1.0, 2.0)) * single
     limit = _graded(grade, (0.3, 0.5, 0.7)) * friction['coulomb_force']
     truth = {'element_stiffness': [stiffness, single], 'element_limit': [limit]}
-    model = {'element_stiffness': [single], 'element_limit': []}
-    return truth, model
+    return truth, {'element_stiffness': [single], 'element_limit': []}
 
 
 def _film(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
     # the film is full at this speed; strokes slip at up to 0.1 m/s
     velocity = _graded(grade, (4.0, 1.0, 0.3)) * friction['film_velocity']
-    truth = {'model': 'revised_lugre', 'film_velocity': velocity}
-    truth['fluid_time_constant'] = 0.0  # the lower law has no T: film alone is hidden
-    return truth, {'model': 'lugre', 'film_velocity': velocity}
+    model = {'model': 'lugre', 'film_velocity': velocity}
+    # the lower law has no T: film alone is hidden
+    return {**model, 'model': 'revised_lugre', 'fluid_time_constant': 0.0}, model
 
 
 def _fluid(friction: dict[str, Any], grade: float) -> tuple[Changes, Changes]:
@@ -235,29 +222,27 @@ LAWS: dict[str, Law] = {
 }
 EFFECTS = (*CONTRIBUTIONS, *LAWS)
 
-# the same in the terms of the library: effect -> parameter -> from the true section `friction`
-LAW_PARAMETERS: dict[str, dict[str, Callable[[dict[str, Any]], float]]] = {
-    'dwell_static_friction': {
-        'breakaway_force': lambda f: f['breakaway_force'],
-        'dwell_coefficient': lambda f: f['dwell_coefficient'],
-        'dwell_exponent': lambda f: f['dwell_exponent'],
+# the same in the terms of the library: effect -> parameters, from the true section `friction`
+LAW_PARAMETERS: dict[str, Callable[[dict[str, Any]], dict[str, float]]] = {
+    'dwell_static_friction': lambda f: {
+        key: f[key] for key in ('breakaway_force', 'dwell_coefficient', 'dwell_exponent')
     },
-    'stribeck': {
-        'excess': lambda f: f['breakaway_force'] - f['coulomb_force'],
-        'stribeck_velocity': lambda f: f['stribeck_velocity'],
-        'stribeck_exponent': lambda f: f['stribeck_exponent'],
+    'stribeck': lambda f: {
+        'excess': f['breakaway_force'] - f['coulomb_force'],
+        'stribeck_velocity': f['stribeck_velocity'],
+        'stribeck_exponent': f['stribeck_exponent'],
     },
-    'presliding_hysteresis': {
-        'stiffness': lambda f: f['element_stiffness'][0],
-        'limit': lambda f: f['element_limit'][0],
+    'presliding_hysteresis': lambda f: {
+        'stiffness': f['element_stiffness'][0],
+        'limit': f['element_limit'][0],
     },
-    'film_dynamics': {
-        'growth': lambda f: 1.0 / f['film_velocity'],
-        'time_acceleration': lambda f: f['film_time_acceleration'],
-        'time_deceleration': lambda f: f['film_time_deceleration'],
-        'time_dwell': lambda f: f['film_time_dwell'],
+    'film_dynamics': lambda f: {
+        'growth': 1.0 / f['film_velocity'],
+        'time_acceleration': f['film_time_acceleration'],
+        'time_deceleration': f['film_time_deceleration'],
+        'time_dwell': f['film_time_dwell'],
     },
-    'fluid_inertia': {'time_constant': lambda f: f['fluid_time_constant']},
+    'fluid_inertia': lambda f: {'time_constant': f['fluid_time_constant']},
 }
 
 
@@ -271,9 +256,7 @@ def hide(effect: str, cylinder: str, strength: str | float, friction: dict[str, 
     grade = float(STRENGTHS.index(strength)) if isinstance(strength, str) else strength
     if effect in LAWS:
         changes = LAWS[effect](friction, grade)
-        truth, model = (
-            {f'friction.{key}': value for key, value in one.items()} for one in changes
-        )
+        truth, model = ({f'friction.{key}': one[key] for key in one} for one in changes)
         return Secret({}, truth, model)
     column = CYLINDERS.index(cylinder)
     values = {
@@ -292,5 +275,5 @@ def true_parameters(effect: str, secret: Secret, friction: dict[str, Any]) -> di
     """
     if effect not in LAWS:
         return secret.effects[effect]
-    true = {**friction, **{name.split('.')[1]: value for name, value in secret.truth.items()}}
-    return {name: value_of(true) for name, value_of in LAW_PARAMETERS[effect].items()}
+    changes = {name.removeprefix('friction.'): value for name, value in secret.truth.items()}
+    return LAW_PARAMETERS[effect]({**friction, **changes})

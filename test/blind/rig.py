@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY, Experiment, command, set_up
+from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.scenarios.experiments import FIT, NAMES, VERIFY, Experiment, levels, set_up
 from pneu_rig_ros.scenarios.hidden import Secret
 
 from .bags import valve_voltages, write_bag
@@ -47,6 +48,12 @@ def set_up_for(rig: Settings, cylinder: str, experiment: Experiment) -> Settings
     return changed(rig, operation(set_up(experiment, cylinder, rig['cylinder']['stroke'])))
 
 
+def command(experiment: Experiment, cylinder: str) -> Floats:
+    """Return u [V] of each sampling interval."""
+    pieces = levels(experiment, cylinder)
+    return np.concatenate([np.full(round(duration / INTERVAL), u) for duration, u in pieces])
+
+
 def in_plant(name: str) -> bool:
     """Whether an effect.parameter is of the equations, and not of a sensor."""
     return name in HIDDEN or (name in NUMBERS and bool(ALL[name.split('.')[0]].slot))
@@ -72,7 +79,7 @@ def move(
 @lru_cache(maxsize=KEPT)
 def _moved(rig: str, cylinder: str, experiment: Experiment) -> Motion:
     """Return the motion of a rig, settings and what is hidden in it being JSON."""
-    u = command(experiment, cylinder, INTERVAL)
+    u = command(experiment, cylinder)
     return Plant(*json.loads(rig)).run(valve_voltages(u), INTERVAL)
 
 
@@ -158,7 +165,7 @@ def _record(
     write_bag(
         path,
         recorded(readings, circumstances, atmosphere),
-        command(experiment, cylinder, INTERVAL),
+        command(experiment, cylinder),
         prepared['operation'],
         atmosphere,
         INTERVAL_NS,
@@ -214,7 +221,7 @@ def runs(
         sides = [set_up_for(rig, cylinder, experiment) for rig in (true, given)]
         sides[0] = as_it_is(sides[0], circumstances, FIT.index(experiment))
         motion = move(true, secret, cylinder, experiment, circumstances)
-        voltages = valve_voltages(command(experiment, cylinder, INTERVAL))
+        voltages = valve_voltages(command(experiment, cylinder))
         found.append(
             Run(
                 name,

@@ -8,7 +8,7 @@ import pytest
 
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import load_configuration
-from pneu_rig_ros.scenarios.experiments import FIT
+from pneu_rig_ros.scenarios.experiments import FIT, levels
 from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide
 
 from .files import Files
@@ -38,7 +38,7 @@ def test_bag_is_a_record_of_the_experiment(bags: Files) -> None:
     record = read_recording(bags.fit[1])
     assert record.interval_ns == 1_160_000
     assert not any(stamps.size for stamps in record.missing.values())
-    assert record.duration == pytest.approx(sum(d for d, _ in FIT[1].timeline), abs=0.01)
+    assert record.duration == pytest.approx(sum(d for d, _ in levels(FIT[1], CYLINDER)), abs=0.01)
     assert record.position[0] == pytest.approx(0.5 * 0.3, abs=2e-4)
     conditions = record.conditions
     assert conditions == {

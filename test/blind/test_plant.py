@@ -9,7 +9,7 @@ import pytest
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.plant import Plant as PackagePlant
 from pneu_rig_ros.rig import configuration_from_yaml
-from pneu_rig_ros.scenarios.experiments import FIT, Experiment, command, set_up
+from pneu_rig_ros.scenarios.experiments import FIT, Experiment, set_up
 from pneu_rig_ros.scenarios.hidden import (
     CYLINDERS,
     EFFECTS,
@@ -22,7 +22,7 @@ from pneu_rig_ros.scenarios.hidden import (
 from .bags import valve_voltages
 from .constants import HIDDEN
 from .plant import Plant, flatten
-from .rig import INTERVAL, set_up_for, truth_of
+from .rig import INTERVAL, command, set_up_for, truth_of
 from .sensors import distorted
 from .settings import changed, model_file, operation, settings
 
@@ -78,7 +78,7 @@ def signals(
     prepared = set_up_for(true, cylinder, experiment)
     hidden = flatten(secret.effects)
     inside = {name: value for name, value in hidden.items() if name in HIDDEN}
-    voltages = valve_voltages(command(experiment, cylinder, INTERVAL))[:samples]
+    voltages = valve_voltages(command(experiment, cylinder))[:samples]
     motion = Plant(prepared, inside, tolerance).run(voltages, INTERVAL)
     return np.vstack([distorted(motion, hidden), motion.sticking])[:, 1:]
 
@@ -96,7 +96,7 @@ def expected(
         effects[effect] = library.load(effect).parameters(**values)
     model = configuration_from_yaml(text, 'test').model
     plant = PackagePlant(model, effects, tolerance=1e-7)
-    voltages = valve_voltages(command(experiment, cylinder, INTERVAL))[:samples]
+    voltages = valve_voltages(command(experiment, cylinder))[:samples]
     run = plant.run(voltages, INTERVAL)
     return np.stack([run.position_reading, run.pressure_1_reading, run.pressure_2_reading])
 

@@ -12,7 +12,6 @@ from pneu_rig_ros.claims import statements as module
 from pneu_rig_ros.claims.experiments import Reading
 from pneu_rig_ros.claims.findings import Finding, Row, Statement
 from pneu_rig_ros.claims.statements import STATEMENTS, Neighbour, neighbours
-from pneu_rig_ros.cli.claims import measured
 
 from .conftest import Run
 
@@ -52,9 +51,9 @@ def test_row_tells_in_full_what_does_not_hold() -> None:
         Finding('larger', '1, 1 mm', -0.1),
     )
     row = Row(Statement(1, 'text', lambda _: findings), findings)
-    assert measured(row) == 'NOT larger: 1, 1 mm'
+    assert row.measured == 'NOT larger: 1, 1 mm'
     held = Row(row.statement, findings[:2])
-    assert measured(held) == 'cylinder_1: fewer: 9, 2'
+    assert held.measured == 'cylinder_1: fewer: 9, 2'
 
 
 @pytest.mark.long

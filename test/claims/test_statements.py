@@ -25,9 +25,7 @@ from pneu_rig_ros.claims.findings import (
     falls,
     falls_throughout,
     grows,
-    rest_share,
     rises_throughout,
-    stick_slip_reach,
     unchanged,
 )
 from pneu_rig_ros.claims.friction import equation_16, heavy_finding, static_peaks
@@ -54,8 +52,8 @@ def test_default_changes_nothing_that_the_paper_prints() -> None:
 
 def test_cylinders_truly_stop(laboratory: Laboratory) -> None:
     one, two, three = laboratory.captions()
-    assert min(rest_share(one), rest_share(two)) >= 0.5
-    assert stick_slip_reach(three) >= 0.8
+    assert min(one.rest_share(), two.rest_share()) >= 0.5
+    assert three.reach >= 0.8
     for stroke in laboratory.captions():  # by the velocity itself, not by the position
         share = np.mean(np.abs(stroke.run.velocity) < 1e-3)
         assert share > 0.3, stroke.experiment.cylinder

@@ -93,7 +93,7 @@ def test_import_shows_that_it_reads_and_how_far_it_has_written(
     shown: list[tuple[str, float]] = []
 
     @contextlib.contextmanager
-    def bar(quiet: bool) -> Iterator[Callable[[str, float], None]]:
+    def bar() -> Iterator[Callable[[str, float], None]]:
         yield lambda stage, share: shown.append((stage, share))
 
     monkeypatch.setattr(output, 'stage_bar', bar)

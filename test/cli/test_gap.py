@@ -9,11 +9,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from terminal import Terminal
 
 from pneu_rig_ros.analysis.metrics import SignalGap
-from pneu_rig_ros.cli.gap import _whole, to_dict
+from pneu_rig_ros.cli.diagnosis import _whole, gap_to_dict
 from pneu_rig_ros.cli.options import LARGEST_SEED
 from pneu_rig_ros.model.effects import causes
 from pneu_rig_ros.records import read_recording
@@ -23,7 +24,7 @@ from pneu_rig_ros.scenarios.experiments import (
     NAMES,
     VERIFY,
     Experiment,
-    command,
+    levels,
     profile,
     set_up,
 )
@@ -98,7 +99,7 @@ def _check_runs_are_the_experiments(folder: Path, experiments: dict[str, Experim
         del expected['initial_position']
         known = record.conditions
         assert {key: known[key] for key in expected} == pytest.approx(expected)
-        length = sum(duration for duration, _ in experiment.timeline)
+        length = sum(duration for duration, _ in levels(experiment, 'cylinder_1'))
         assert record.duration == pytest.approx(length, abs=0.05)
 
 
@@ -106,13 +107,15 @@ def _check_runs_are_the_experiments(folder: Path, experiments: dict[str, Experim
 def test_profile_is_the_timeline(experiment: Experiment) -> None:
     shape = profile(experiment, 'cylinder_1')
     held = [float(level.split()[0]) for level in shape['levels']]
-    assert held == pytest.approx(command(experiment, 'cylinder_1', 0.1))
+    pieces = levels(experiment, 'cylinder_1')
+    command = np.concatenate([np.full(round(10 * duration), u) for duration, u in pieces])
+    assert held == pytest.approx(command)
 
 
 def test_outcome_as_plain_data_tells_all(tmp_path: Path) -> None:
     gap = SignalGap('m', 2e-3, 5e-3, 1e-4, 1e-4)
     outcome = Outcome({'verdict': 'effect'}, {'position': gap}, {'position': gap})
-    data = json.loads(json.dumps(to_dict(outcome, draw(7, 'inclination'), 7, tmp_path)))
+    data = json.loads(json.dumps(gap_to_dict(outcome, draw(7, 'inclination'), 7, tmp_path)))
     assert data == {
         'seed': 7,
         'hidden': 'inclination',

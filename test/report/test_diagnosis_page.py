@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import re
@@ -16,6 +15,7 @@ import pytest
 from matplotlib.figure import Figure
 from terminal import Terminal
 
+from pneu_rig_ros.cli.diagnosis import show
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.residuals.latent import smooth
 from pneu_rig_ros.diagnosis.result import answer
@@ -26,7 +26,6 @@ from pneu_rig_ros.report.diagnosis_page import spans_of
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
 from pneu_rig_ros.report.latent_figures import Track, connected, draw_latent, tracks_of
 
-COMMAND = importlib.import_module('pneu_rig_ros.cli.diagnose')
 """The module: in its package the name is that of the command."""
 HOSTILE = (
     '<script>alert(1)<∕script>',
@@ -192,7 +191,7 @@ def check_files(folder: Path, bench: Diagnosis, capsys: pytest.CaptureFixture[st
     assert data['notes'] == [{'recording': 'run_1', 'note': NOTE}]
     assert f'<li>run_1: {NOTE}</li>' in page
     assert '<h2>Each recording</h2>' not in page  # names no clock and no initial temperature
-    COMMAND.show(data, folder)
+    show(data, folder)
     _check_terminal(capsys.readouterr().out, folder)
 
 
