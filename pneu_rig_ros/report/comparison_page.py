@@ -25,7 +25,7 @@ from pneu_rig_ros.report.figure import (
     thinned,
     time_panels,
 )
-from pneu_rig_ros.report.page import Drawing
+from pneu_rig_ros.report.page import Draw
 
 COLOURS = (BLUE, ORANGE)
 """Of measured and simulated."""
@@ -34,7 +34,7 @@ CYCLES_IN_DETAIL = 3
 CYCLE_UNITS = {'breakaway_time': 's', 'dwell': 's', 'slip': 'm', 'peak_friction': 'N'}
 """Field of a cycle -> SI unit."""
 FIGURES = 4
-"""Most figures on a page."""
+"""On a page, those without anything to be seen included."""
 SIGNAL_HEADS = ('signal', '>RMSE', '>largest', '>bias', 'unit', '>sensor noise', '>RMSE / noise')
 """Of the columns; one that begins with '>' is for numbers."""
 OF_CYCLES = (
@@ -54,14 +54,20 @@ def write_page(
     """
     Write the page.
 
-    :param progress: callback(number of figures drawn), :data:`FIGURES` at most
+    :param progress: callback(number of figures drawn), up to :data:`FIGURES`
     :raises RigError: when the file cannot be written
     """
-    runs = comparison.measured, comparison.simulated
+    runs, span = (comparison.measured, comparison.simulated), detail(comparison)
+    figures: dict[str, Draw] = {
+        'overlay': partial(draw_overlay, comparison),
+        'first_cycles': lambda: None if span is None else draw_overlay(comparison, span),
+        'differences': partial(draw_differences, comparison),
+        'cycles': partial(draw_cycles, comparison),
+    }
     return page.write(
         path,
         'comparison_page.html',
-        _drawings(comparison),
+        figures,
         progress,
         comparison=comparison,
         signal_heads=SIGNAL_HEADS,
@@ -70,35 +76,6 @@ def write_page(
         pairs=list(itertools.zip_longest(*(run.cycles for run in runs))),
         conditions=condition_texts(comparison),
         note=ratio_note(comparison),
-    )
-
-
-def _drawings(comparison: Comparison) -> Iterator[Drawing]:
-    """Yield the figures of the page."""
-    yield Drawing(
-        f'Measured and {comparison.second}',
-        'Velocity and friction are derived from position and pressures of both by the same '
-        'estimators. Triangles mark breakaways.',
-        partial(draw_overlay, comparison),
-    )
-    span = detail(comparison)
-    if span is not None:
-        yield Drawing(
-            'The first cycles',
-            'The same, over the first measured stick-slip cycles.',
-            partial(draw_overlay, comparison, span),
-        )
-    band = 'The grey band is twice the standard deviation of the sensor noise.'
-    known = any(gap.noise is not None for gap in comparison.gaps.values())
-    yield Drawing(
-        'Differences',
-        f'{comparison.second.capitalize()} minus measured. {band if known else ""}',
-        partial(draw_differences, comparison),
-    )
-    yield Drawing(
-        'Stick-slip cycles',
-        'Each cycle at its breakaway: the dwell before it, the slip length and the friction peak.',
-        partial(draw_cycles, comparison),
     )
 
 

@@ -147,13 +147,15 @@ def detail(runs: Traces) -> tuple[float, float]:
 
 
 @matplotlib.rc_context(STYLE)
-def draw_next(plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Run) -> Figure | None:
+def draw_next(
+    plan: NextExperiment | None, rivals: Mapping[str, Hypothesis], run: Run
+) -> Figure | None:
     """
     Return the predictions of the rivals for the experiment that separates them best.
 
-    None if that is a recording like an existing one.
+    None if that is a recording like an existing one, or there are no rivals.
     """
-    if plan.u is None or plan.supply_pressure is None:
+    if plan is None or plan.u is None or plan.supply_pressure is None:
         return None
     load, start = plan.load_mass or 0.0, plan.initial_position or 0.0
     figure = Figure(figsize=(8.6, 2.7), layout='constrained')
@@ -174,13 +176,14 @@ def draw_next(plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Run) 
 
 
 @matplotlib.rc_context(STYLE)
-def draw_shape(name: str, shape: Mapping[str, Any]) -> Figure:
+def draw_shape(effect: Mapping[str, Any]) -> Figure | None:
     """
     Return the factor by which an effect differs from its formula, or what it adds without one.
 
-    :param name: of the effect
-    :param shape: ``shape`` of an effect in diagnosis.json
+    :param effect: of diagnosis.json; None is returned of one without a ``shape``
     """
+    if (shape := effect['shape']) is None:
+        return None
     unit, scale = display(shape['unit'])
     figure = Figure(figsize=(8.6, 2.7), layout='constrained')
     axes = figure.subplots()
@@ -191,7 +194,7 @@ def draw_shape(name: str, shape: Mapping[str, Any]) -> Figure:
         axes.set_ylim(bottom=0.0)
     axes.set_xlabel(f'{plain_name(shape["variable"])} [{unit}]')
     what = 'factor on\n' if factor else ''
-    axes.set_ylabel(f'{what}{plain_name(name)}\n[{shape["y_unit"]}]')
+    axes.set_ylabel(f'{what}{plain_name(effect["name"])}\n[{shape["y_unit"]}]')
     return figure
 
 

@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, Windows, windows_of
@@ -96,8 +97,9 @@ def draw_latent(
     Return the latent input over the time of each recording, and beside it what it depends on.
 
     :param spans: recording -> from, to [s] that have a bar: above the noise of a window
-    :param significant: residuals of the balance, whose stretches of time and parts are shaded
+    :param significant: residuals; stretches of time and parts of those of the balance are shaded
     """
+    significant = [one for one in significant if one.balance == balance and one.unit != STOP_UNIT]
     shown = most_significant(tracks)
     unit, scale = unit_of(balance, shown)
     sides = dependence(tracks, significant)
