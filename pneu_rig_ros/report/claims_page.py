@@ -202,7 +202,7 @@ def _draw_sweep(
     cylinders: Sequence[str] = CYLINDERS,
 ) -> Figure:
     """Draw position against time, a panel for each cylinder, a curve for each experiment."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    figure = Figure(figsize=(WIDTH, 3.4))
     panels = figure.subplots(1, len(cylinders), squeeze=False)[0]
     for index, (axes, name) in enumerate(zip(panels, cylinders, strict=True)):
         strokes = laboratory.perform_all(experiments(name))
@@ -223,7 +223,7 @@ def _draw_sweep(
 
 @matplotlib.rc_context(STYLE)
 def _draw_static_friction(laboratory: Laboratory) -> Figure:
-    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    figure = Figure(figsize=(WIDTH, 3.4))
     panels = figure.subplots(1, len(CYLINDERS))
     dwell = np.geomspace(0.02, 100.0, 200)
     for index, (axes, name) in enumerate(zip(panels, CYLINDERS, strict=True)):

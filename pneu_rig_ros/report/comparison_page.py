@@ -22,7 +22,6 @@ from pneu_rig_ros.report.figure import (
     STYLE,
     display,
     plain_name,
-    thinned,
     time_panels,
 )
 from pneu_rig_ros.report.page import Draw
@@ -94,8 +93,8 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
     for axes, name, signal in zip(panels, comparison.gaps, shown, strict=True):
         for run, colour, width in zip((measured, simulated), COLOURS, (1.4, 1.0), strict=True):
             inside = slice(*np.searchsorted(run.recording.time, (start, end)))
-            time, values = thinned(run.recording.time[inside], run.signals[name][inside])
-            axes.plot(time, signal.scale * values, color=colour, linewidth=width)
+            time, values = run.recording.time[inside], signal.scale * run.signals[name][inside]
+            axes.plot(time, values, color=colour, linewidth=width)
     curves = panels[0].get_lines()
     figure.legend(curves, ('measured', comparison.second), loc='outside upper right', ncols=2)
     for run, colour, height in zip((measured, simulated), COLOURS, (1.0, 0.93), strict=True):
@@ -135,8 +134,7 @@ def draw_differences(comparison: Comparison) -> Figure:
     figure, panels = time_panels(size, labels, 0.0, recording.duration)
     for axes, (name, (_, scale)) in zip(panels, units.items(), strict=True):
         difference = comparison.simulated.signals[name] - comparison.measured.signals[name]
-        time, values = thinned(recording.time, difference)
-        axes.plot(time, scale * values, color=BLUE, linewidth=0.8)
+        axes.plot(recording.time, scale * difference, color=BLUE, linewidth=0.8)
         noise = 2.0 * scale * (comparison.gaps[name].noise or 0.0)
         axes.axhspan(-noise, noise, color=GREY, alpha=0.35, linewidth=0.0)
     return figure
@@ -148,7 +146,7 @@ def draw_cycles(comparison: Comparison) -> Figure | None:
     runs = comparison.measured, comparison.simulated
     if not any(run.cycles for run in runs):
         return None
-    figure = Figure(figsize=(8.6, 2.9), layout='constrained')
+    figure = Figure(figsize=(8.6, 2.9))
     columns = ('dwell', 'slip', 'peak_friction')
     for axes, name in zip(figure.subplots(1, 3), columns, strict=True):
         unit, scale = display(CYCLE_UNITS[name])

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.errors import RigError, printable
+from pneu_rig_ros.errors import printable
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.whole_files import writing
 
 BLUE, ORANGE, GREEN, GREY = '#1f5a94', '#d1660b', '#2c8a5a', '#8a8f98'
 BAR = 1e5
@@ -26,6 +26,7 @@ STYLE: Any = {
     'axes.spines.right': False,
     'axes.grid': True,
     'axes.edgecolor': GREY,
+    'axes.formatter.useoffset': False,
     'grid.color': '#e4e6ea',
     'grid.linewidth': 0.6,
     'lines.linewidth': 1.0,
@@ -35,9 +36,8 @@ STYLE: Any = {
     'xtick.major.size': 3.0,
     'ytick.major.size': 3.0,
     'path.simplify': True,
+    'figure.constrained_layout.use': True,
 }
-MOST_POINTS = 3000
-"""Longer curves are drawn by their smallest and largest values, which looks the same."""
 
 
 class Signal(NamedTuple):
@@ -52,6 +52,11 @@ class Signal(NamedTuple):
     label: str
     unit: str
     scale: float
+
+    @property
+    def axis(self) -> str:
+        """Label of an axis."""
+        return f'{self.label} [{self.unit}]'
 
 
 SIGNALS = {
@@ -86,21 +91,6 @@ def literal(text: str) -> str:
     return printable(text).replace('$', r'\$')
 
 
-def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """
-    Return a curve with at most :data:`MOST_POINTS` points: extremes of equal stretches.
-
-    :param time, values: shape (n,)
-    :return: both of shape (m,)
-    """
-    if values.size <= MOST_POINTS:
-        return time, values
-    stretches = np.array_split(np.arange(values.size), MOST_POINTS // 2)
-    extremes = [(part[values[part].argmin()], part[values[part].argmax()]) for part in stretches]
-    kept = np.unique(extremes)
-    return time[kept], values[kept]
-
-
 def add_letter(axes: Axes, index: int, name: str = '') -> None:
     """Write (a), (b), ... and a name above a panel, where no curve is."""
     title = f'({"abcdefgh"[index]}) {name}'.strip()
@@ -128,10 +118,8 @@ def save_png(figure: Figure, path: Path) -> Path:
 
     :raises RigError: when the file cannot be written
     """
-    try:
+    with writing(f'the picture {path}'):
         figure.savefig(path, format='png')
-    except OSError as error:
-        raise RigError(f'cannot write the picture {path}: {error.strerror}') from error
     return path
 
 
@@ -146,7 +134,7 @@ def time_panels(
     dpi: float | None = None,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure of a size [inch] with a panel for each label, from start to end [s]."""
-    figure = Figure(figsize=size, dpi=dpi, layout='constrained')
+    figure = Figure(figsize=size, dpi=dpi)
     panels = list(figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0])
     for index, (axes, label) in enumerate(zip(panels, labels, strict=True)):
         axes.set_ylabel(label)

@@ -35,7 +35,6 @@ from pneu_rig_ros.report.figure import (
     display,
     plain_name,
     save_png,
-    thinned,
 )
 from pneu_rig_ros.report.figure import SIGNALS as SHOWN
 
@@ -104,15 +103,14 @@ def draw_improvement(runs: Traces) -> Figure:
     span = detail(runs)
     worst = slice(*np.searchsorted(runs.time, span))
     names = list(runs.signals[MEASURED])
-    figure = Figure(figsize=(8.6, 1.65 * len(names) + 0.9), layout='constrained')
+    figure = Figure(figsize=(8.6, 1.65 * len(names) + 0.9))
     grid = figure.subplots(len(names), 2, sharex='col', width_ratios=(2.2, 1.0), squeeze=False)
     for (whole, part), name in zip(grid, names, strict=True):
         signal = SHOWN[name]
         for label, signals in runs.signals.items():
             for axes, inside in ((whole, slice(None)), (part, worst)):
-                time, values = thinned(runs.time[inside], signal.scale * signals[name][inside])
-                axes.plot(time, values, **STYLES[label])
-                axes.ticklabel_format(useOffset=False)
+                values = signal.scale * signals[name][inside]
+                axes.plot(runs.time[inside], values, **STYLES[label])
         whole.axvspan(*span, color='#f0ead9', linewidth=0, zorder=0)
         whole.set_ylabel(f'{signal.label}\n[{signal.unit}]')
     whole.set_xlim(0.0, runs.time[-1])
@@ -158,7 +156,7 @@ def draw_next(
     if plan is None or plan.u is None or plan.supply_pressure is None:
         return None
     load, start = plan.load_mass or 0.0, plan.initial_position or 0.0
-    figure = Figure(figsize=(8.6, 2.7), layout='constrained')
+    figure = Figure(figsize=(8.6, 2.7))
     panels = figure.subplots(1, 3)
     for (name, rival), colour in zip(rivals.items(), RIVAL_COLOURS, strict=False):
         table = simulated_readings(rival, run, plan.u, plan.supply_pressure, load, start)
@@ -168,7 +166,7 @@ def draw_next(
         for axes, signal, values in zip(panels, SIGNALS, table.T, strict=True):
             axes.plot(time, SHOWN[signal].scale * values, color=colour, label=name)
     for axes, signal in zip(panels, SIGNALS, strict=True):
-        axes.set_ylabel(f'{SHOWN[signal].label} [{SHOWN[signal].unit}]')
+        axes.set_ylabel(SHOWN[signal].axis)
         axes.set_xlabel('time [s]')
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc='outside upper center', ncols=3)
@@ -185,7 +183,7 @@ def draw_shape(effect: Mapping[str, Any]) -> Figure | None:
     if (shape := effect['shape']) is None:
         return None
     unit, scale = display(shape['unit'])
-    figure = Figure(figsize=(8.6, 2.7), layout='constrained')
+    figure = Figure(figsize=(8.6, 2.7))
     axes = figure.subplots()
     axes.plot(scale * np.array(shape['x']), shape['y'], 'o-', color=BLUE)
     factor = shape['y_unit'] == '-'
@@ -221,7 +219,7 @@ def draw_gap(
     :param gaps: of both, name of signal -> gap
     :raises RigError: when the file cannot be written
     """
-    figure = Figure(figsize=(8.6, 6.4), dpi=110, layout='constrained')
+    figure = Figure(figsize=(8.6, 6.4), dpi=110)
     title = 'A held-out run: the rig, its model before and after the diagnosis'
     figure.suptitle(title, fontsize=10.5, x=0.01, ha='left')
     grid = figure.subplots(3, 2, width_ratios=(3.6, 1.0))
@@ -273,19 +271,11 @@ def _draw_bars(axes: Axes, name: str, gaps: Sequence[Gaps]) -> None:
     """Draw the RMSE before and after, and the noise as a line that crosses no number."""
     unit, scale = display(gaps[0][name].unit)
     values = [scale * gap[name].rmse for gap in gaps]
-    axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
     noise = scale * (gaps[0][name].noise or 0.0)
-    for place, value in enumerate(values):
-        axes.annotate(
-            f'{value:.3g} {unit}',
-            (place, max(value, noise)),
-            (0.0, 2.5),
-            textcoords='offset points',
-            ha='center',
-            va='bottom',
-            fontsize=8.0,
-            zorder=3,
-        )
+    axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
+    higher = axes.bar(['before', 'after'], np.maximum(values, noise), fill=False, linewidth=0.0)
+    texts = [f'{value:.3g} {unit}' for value in values]
+    axes.bar_label(higher, texts, padding=2.5, fontsize=8.0)
     if noise:
         axes.axhline(noise, color=GREY, linewidth=0.8, linestyle='--')
     axes.margins(y=0.2)
