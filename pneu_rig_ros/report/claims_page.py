@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.batch import END_SHARE
+from pneu_rig_ros.claims import trends
 from pneu_rig_ros.claims.captions import DWELL, RLG, stroke_texts
 from pneu_rig_ros.claims.experiments import (
     CAPTIONS,
@@ -31,15 +32,6 @@ from pneu_rig_ros.claims.readings import (
     open_quantities,
     printed_values_changed,
     short_text,
-)
-from pneu_rig_ros.claims.trends import (
-    LOAD_COMMAND,
-    LOADS,
-    SUPPLIES,
-    commands,
-    loads,
-    starts,
-    supplies,
 )
 from pneu_rig_ros.report import page
 from pneu_rig_ros.report.figure import (
@@ -108,9 +100,7 @@ def write_page(
         changed=printed_values_changed(laboratory.reading),
         captions=CAPTIONS,
         pauses=PAUSES,
-        supplies=SUPPLIES,
-        loads=LOADS,
-        load_command=LOAD_COMMAND,
+        trends=trends,
         end_share=END_SHARE,
         longest_stroke=LONGEST_STROKE,
     )
@@ -137,10 +127,10 @@ def _figures(laboratory: Laboratory) -> dict[str, Draw]:
     single, sweep = partial(_draw_strokes, laboratory), partial(_draw_sweep, laboratory)
     figures: dict[int, Draw] = {
         3: partial(_draw_static_friction, laboratory),
-        7: partial(sweep, commands, '{0.u:.3g} V'),
-        8: partial(sweep, supplies, '{0.supply:g} bar'),
-        9: partial(sweep, loads, '{0.load_mass:g} kg', CYLINDERS[:1]),
-        10: partial(sweep, starts, '{0.start:.0%} of the stroke'),
+        7: partial(sweep, trends.commands, '{0.u:.3g} V'),
+        8: partial(sweep, trends.supplies, '{0.supply:g} bar'),
+        9: partial(sweep, trends.loads, '{0.load_mass:g} kg', CYLINDERS[:1]),
+        10: partial(sweep, trends.starts, '{0.start:.0%} of the stroke'),
     }
     for index, point in enumerate(CAPTIONS.values()):
         figures[4 + index] = partial(single, [point])

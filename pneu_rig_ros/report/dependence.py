@@ -239,20 +239,15 @@ def cuts_of(values: Floats, name: str, bins: int) -> Floats:
 def binned(samples: Samples, name: str, direction: str, bins: int) -> Bins:
     """Return the means over bins of a signal in one direction; the values themselves for 0."""
     column, here = samples.variables[name], samples.direction == direction
+    variances = samples.covariance.diagonal()
     if not bins:
-        deviation = np.sqrt(samples.covariance.diagonal()[here])
-        return Bins(column[here], samples.values[here], deviation)
-    numbers = part_numbers(samples, name, bins)
-    parts = [numbers == number for number in np.unique(numbers[here])]
-    rows = [_mean(samples, column, part) for part in parts if part.sum() >= FEWEST]
+        return Bins(column[here], samples.values[here], np.sqrt(variances[here]))
+    numbers, rows = part_numbers(samples, name, bins), []
+    for number in np.unique(numbers[here]):
+        inside = numbers == number
+        if inside.sum() >= FEWEST:
+            weights = inside / variances
+            weights /= weights.sum()
+            variance = weights @ (samples.covariance @ weights)
+            rows.append((column[inside].mean(), weights @ samples.values, variance**0.5))
     return Bins(*np.array(rows).reshape(-1, 3).T)
-
-
-def _mean(
-    samples: Samples, column: Floats, inside: NDArray[np.bool_]
-) -> tuple[float, float, float]:
-    """Return the mean of a signal, of the values inside, and its standard deviation."""
-    weights = inside / samples.covariance.diagonal()
-    weights /= weights.sum()
-    variance = weights @ (samples.covariance @ weights)
-    return float(column[inside].mean()), float(weights @ samples.values), float(variance**0.5)

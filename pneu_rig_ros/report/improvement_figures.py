@@ -273,7 +273,7 @@ def _draw_bars(axes: Axes, name: str, gaps: Sequence[Gaps]) -> None:
     values = [scale * gap[name].rmse for gap in gaps]
     noise = scale * (gaps[0][name].noise or 0.0)
     axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
-    higher = axes.bar(['before', 'after'], np.maximum(values, noise), fill=False, linewidth=0.0)
+    higher = axes.bar(['before', 'after'], np.maximum(values, noise), width=0.6, fill=False, lw=0)
     texts = [f'{value:.3g} {unit}' for value in values]
     axes.bar_label(higher, texts, padding=2.5, fontsize=8.0)
     if noise:

@@ -57,20 +57,15 @@ def tracks_of(
     :param improved: the hypothesis with the explanation, None without one
     """
     windows = _by_key(dataset, hypothesis)
-    explained = {}
-    if improved is not None:
-        others = _by_key(dataset, improved)
-        explained = {key: one.residual - others[key].residual for key, one in windows.items()}
+    others = {} if improved is None else _by_key(dataset, improved)
+    explained = {key: windows[key].residual - one.residual for key, one in others.items()}
     tracks: dict[str, list[Track]] = {balance: [] for balance, _, _ in windows}
     for balance, rows in tracks.items():
-        for comparison in dataset.comparisons:
-            run = comparison.run
-            key = balance, run.name, False
+        for run in (comparison.run for comparison in dataset.comparisons):
+            key, duration = (balance, run.name, False), run.size * run.interval
             breakaways = windows.get((balance, run.name, True))
-            duration = run.size * run.interval
-            rows.append(
-                Track(windows.get(key), explained.get(key), breakaways, run.name, duration)
-            )
+            shown = windows.get(key), explained.get(key), breakaways
+            rows.append(Track(*shown, run.name, duration))
     return tracks
 
 
@@ -249,8 +244,9 @@ def _add_legend(figure: Figure) -> None:
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             marks.setdefault(label, {}).setdefault(type(handle), handle)
+    handles: list[Any] = [tuple(kinds.values()) for kinds in marks.values()]
     figure.legend(
-        [tuple(handles.values()) for handles in marks.values()],
+        handles,
         list(marks),
         loc='outside lower center',
         ncols=4,

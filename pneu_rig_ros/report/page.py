@@ -57,7 +57,7 @@ def data_address(figure: Figure) -> str:
         **STYLE,
         'svg.hashsalt': 'pneu_rig_ros',
         'svg.fonttype': 'path',
-        'path.simplify_threshold': 0.25,
+        'path.simplify_threshold': 0.5,
     }
     nothing = dict.fromkeys(('Date', 'Creator', 'Format', 'Type'))
     with matplotlib.rc_context(settings):

@@ -68,7 +68,7 @@ def test_long_curve_is_short_on_a_page_and_keeps_its_extremes() -> None:
     (line,) = axes.plot(values)
     line.set_gid('curve')
     address = data_address(figure)
-    assert len(address) < 400_000
+    assert len(address) < 250_000
     svg = base64.b64decode(address.partition(',')[2]).decode()
     curve = re.search(r'<g id="curve">\s*<path d="([^"]*)"', svg)
     assert curve is not None
