@@ -134,7 +134,7 @@ def draw_differences(comparison: Comparison) -> Figure:
     figure, panels = time_panels(size, labels, 0.0, recording.duration)
     for axes, (name, (_, scale)) in zip(panels, units.items(), strict=True):
         difference = comparison.simulated.signals[name] - comparison.measured.signals[name]
-        axes.plot(recording.time, scale * difference, color=BLUE, linewidth=0.8)
+        axes.plot(recording.time, scale * difference, linewidth=0.8)
         noise = 2.0 * scale * (comparison.gaps[name].noise or 0.0)
         axes.axhspan(-noise, noise, color=GREY, alpha=0.35, linewidth=0.0)
     return figure
@@ -150,12 +150,11 @@ def draw_cycles(comparison: Comparison) -> Figure | None:
     columns = ('dwell', 'slip', 'peak_friction')
     for axes, name in zip(figure.subplots(1, 3), columns, strict=True):
         unit, scale = display(CYCLE_UNITS[name])
-        for run, colour, marker in zip(runs, COLOURS, 'ov', strict=True):
+        for run, marker in zip(runs, 'ov', strict=True):
             times = [cycle.breakaway_time for cycle in run.cycles]
             values = [scale * getattr(cycle, name) for cycle in run.cycles]
-            axes.plot(times, values, marker, color=colour, markersize=4.5, alpha=0.85)
-        axes.set_ylabel(f'{plain_name(name)} [{unit}]')
-        axes.set_xlabel('breakaway [s]')
+            axes.plot(times, values, marker, markersize=4.5, alpha=0.85)
+        axes.set(xlabel='breakaway [s]', ylabel=f'{plain_name(name)} [{unit}]')
         axes.set_ylim(bottom=0.0)
     handles = axes.get_lines()
     figure.legend(handles, ('measured', comparison.second), loc='outside upper right', ncols=2)

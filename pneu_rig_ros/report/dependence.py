@@ -124,8 +124,12 @@ def dependence(
 
     :param significant: residuals of the balance
     """
-    moving = [samples for one in tracks if (samples := _moving(one)) is not None]
-    breaks = [samples for one in tracks if (samples := _breaking(one)) is not None]
+    moving = [
+        _moving(one.windows, one.latent)
+        for one in tracks
+        if one.windows is not None and one.latent is not None
+    ]
+    breaks = [_breaking(one.breakaways) for one in tracks if one.breakaways is not None]
     sides = []
     for recordings, title, bins in (moving, 'all recordings', BINS), (breaks, 'breakaways', 0):
         if recordings:
@@ -146,19 +150,14 @@ def most_significant_signal(significant: Sequence[SignificantResidual], breaks: 
     return next((name for name, _, _ in parts), '')
 
 
-def _moving(track: Track) -> Samples | None:
-    if track.windows is None or track.latent is None:
-        return None
-    latent, windows = track.latent, track.windows
+def _moving(windows: Windows, latent: Latent) -> Samples:
     variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
     variables['time'] = latent.time
     direction = windows.direction[latent.members]
     return Samples(latent.cleared, latent.covariance, variables, direction)
 
 
-def _breaking(track: Track) -> Samples | None:
-    if (breaks := track.breakaways) is None:
-        return None
+def _breaking(breaks: Windows) -> Samples:
     variables = {name: breaks.variables[name] for name in VARIABLES if name != 'velocity'}
     variables['time'] = breaks.middle
     covariance = np.diag(breaks.deviation**2)

@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import cycles_of
@@ -25,6 +26,7 @@ STYLE: Any = {
     'axes.spines.top': False,
     'axes.spines.right': False,
     'axes.grid': True,
+    'axes.prop_cycle': cycler(color=(BLUE, ORANGE, GREEN)),
     'axes.edgecolor': GREY,
     'axes.formatter.useoffset': False,
     'grid.color': '#e4e6ea',
@@ -165,16 +167,14 @@ def draw_stroke(recording: Recording, path: Path | str) -> Path:
     figure, panels = time_panels((8.0, 7.6), QUANTITIES, 0.0, end, dpi=120)
     position, velocity, pressures, force = panels
     figure.suptitle(title_of(recording), fontsize=10.5, x=0.01, ha='left')
-    position.plot(time, 1e3 * recording.position, color=BLUE)
-    smoothed_velocity = velocity_of(recording.position, recording.interval)
-    velocity.plot(time, 1e3 * smoothed_velocity, color=BLUE)
-    pressures.plot(time, recording.pressure_1 / BAR, color=BLUE, label='$p_1$')
-    pressures.plot(time, recording.pressure_2 / BAR, color=ORANGE, label='$p_2$')
-    force.plot(time, friction, color=BLUE, linewidth=0.8)
+    position.plot(time, 1e3 * recording.position)
+    velocity.plot(time, 1e3 * velocity_of(recording.position, recording.interval))
+    pressures.plot(time, recording.pressure_1 / BAR, label='$p_1$')
+    pressures.plot(time, recording.pressure_2 / BAR, label='$p_2$')
+    force.plot(time, friction, linewidth=0.8)
     if cycles:
-        breakaways = [cycle.breakaway_time for cycle in cycles]
-        peaks = [cycle.peak_friction for cycle in cycles]
-        force.plot(breakaways, peaks, 'v', color=ORANGE, markersize=4.5, label='breakaway')
+        breakaways = [(cycle.breakaway_time, cycle.peak_friction) for cycle in cycles]
+        force.plot(*zip(*breakaways, strict=True), 'v', markersize=4.5, label='breakaway')
         add_legend(force)
     add_legend(pressures)
     return save_png(figure, Path(path))

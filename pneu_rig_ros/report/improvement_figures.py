@@ -45,7 +45,6 @@ STYLES: dict[str, dict[str, Any]] = {
     GIVEN: {'color': ORANGE, 'linewidth': 1.1},
     IMPROVED: {'color': GREEN, 'linewidth': 1.1},
 }
-RIVAL_COLOURS = (BLUE, ORANGE, GREEN)
 DETAIL = 0.15
 """Share of the run that the detail shows [-]."""
 MOVING = 0.1
@@ -158,16 +157,15 @@ def draw_next(
     load, start = plan.load_mass or 0.0, plan.initial_position or 0.0
     figure = Figure(figsize=(8.6, 2.7))
     panels = figure.subplots(1, 3)
-    for (name, rival), colour in zip(rivals.items(), RIVAL_COLOURS, strict=False):
+    for name, rival in rivals.items():
         table = simulated_readings(rival, run, plan.u, plan.supply_pressure, load, start)
         if table is None:
             continue
         time = INTERVAL * np.arange(len(table))
         for axes, signal, values in zip(panels, SIGNALS, table.T, strict=True):
-            axes.plot(time, SHOWN[signal].scale * values, color=colour, label=name)
+            axes.plot(time, SHOWN[signal].scale * values, label=name)
     for axes, signal in zip(panels, SIGNALS, strict=True):
-        axes.set_ylabel(SHOWN[signal].axis)
-        axes.set_xlabel('time [s]')
+        axes.set(xlabel='time [s]', ylabel=SHOWN[signal].axis)
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc='outside upper center', ncols=3)
     return figure
@@ -185,7 +183,7 @@ def draw_shape(effect: Mapping[str, Any]) -> Figure | None:
     unit, scale = display(shape['unit'])
     figure = Figure(figsize=(8.6, 2.7))
     axes = figure.subplots()
-    axes.plot(scale * np.array(shape['x']), shape['y'], 'o-', color=BLUE)
+    axes.plot(scale * np.array(shape['x']), shape['y'], 'o-')
     factor = shape['y_unit'] == '-'
     axes.axhline(1.0 if factor else 0.0, color=GREY, linestyle='--')
     if factor:

@@ -106,15 +106,16 @@ def indistinguishable(search: Search, best: ScoredFit | None) -> list[list[str]]
     """Return the explanations of equal size that are as good as the best, that one first."""
     if best is None or not search.causes(best.explanation):
         return []
-    size, own = len(best.explanation.parts), search.causes(best.explanation)
-    equivalent = {frozenset(own): own}
-    best = as_compared(search, best)
-    for fit in search.ranking:
-        causes = search.causes(fit.explanation)
-        same = len(fit.explanation.parts) == size and fit.losses.size == best.losses.size
-        if same and causes and as_good_as(fit, best):
-            equivalent.setdefault(frozenset(causes), causes)
-    return [['+'.join(causes) for causes in equivalent.values()]] if len(equivalent) > 1 else []
+    size, compared = len(best.explanation.parts), as_compared(search, best)
+    alike = (
+        fit
+        for fit in search.ranking
+        if len(fit.explanation.parts) == size and fit.losses.size == compared.losses.size
+        if as_good_as(fit, compared)
+    )
+    fits = first_of_each(search, [best, *alike]).values()
+    names = ['+'.join(search.causes(fit.explanation)) for fit in fits]
+    return [names] if len(names) > 1 else []
 
 
 def rivals(search: Search) -> dict[str, Hypothesis]:
