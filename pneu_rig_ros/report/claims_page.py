@@ -176,9 +176,8 @@ def _enlarge(axes: Axes, strokes: Sequence[Stroke]) -> None:
         inset.plot(stroke.run.time, 1e3 * stroke.run.position, color=color)
     run = strokes[-1].run
     first, last = round(0.48 * run.time.size), round(0.52 * run.time.size)
-    inset.set_xlim(run.time[first], run.time[last])
     low, high = 1e3 * run.position[[first, last]]
-    inset.set_ylim(low, max(high, low + 1.0))
+    inset.set(xlim=run.time[[first, last]], ylim=(low, max(high, low + 1.0)))
     inset.tick_params(labelsize=7, length=2)
     inset.locator_params(nbins=4)
     axes.indicate_inset_zoom(inset, edgecolor=GREY)
@@ -198,14 +197,12 @@ def _draw_sweep(
         strokes = laboratory.perform_all(experiments(name))
         colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(strokes)))
         for stroke, color in zip(strokes, colors, strict=True):
-            run = stroke.run
-            text = label.format(stroke.experiment)
+            text, run = label.format(stroke.experiment), stroke.run
             axes.plot(run.time, 1e3 * run.position, color=color, label=text)
         add_letter(axes, index, plain_name(name))
-        axes.set_xlabel('time [s]')
+        length = 1e3 * strokes[0].plant.model.cylinder.stroke
+        axes.set(xlabel='time [s]', ylim=(-0.02 * length, 1.03 * length))
         axes.set_xlim(left=0.0)
-        length = strokes[0].plant.model.cylinder.stroke
-        axes.set_ylim(-0.02 * 1e3 * length, 1.03 * 1e3 * length)
         axes.legend(loc='lower right', frameon=True, framealpha=0.85, edgecolor='none')
     panels[0].set_ylabel('position [mm]')
     return figure
@@ -225,8 +222,7 @@ def _draw_static_friction(laboratory: Laboratory) -> Figure:
         after = pauses(laboratory, name)
         axes.plot(*after, 's', color=ORANGE, markersize=5, label='after pauses')
         add_letter(axes, index, plain_name(name))
-        axes.set_xscale('log')
-        axes.set_xlabel('dwell time [s]')
+        axes.set(xlabel='dwell time [s]', xscale='log')
         axes.set_ylim(bottom=0.0)
     panels[0].set_ylabel('friction peak [N]')
     panels[0].legend(loc='lower right')

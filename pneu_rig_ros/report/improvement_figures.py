@@ -112,10 +112,8 @@ def draw_improvement(runs: Traces) -> Figure:
                 axes.plot(runs.time[inside], values, **STYLES[label])
         whole.axvspan(*span, color='#f0ead9', linewidth=0, zorder=0)
         whole.set_ylabel(f'{signal.label}\n[{signal.unit}]')
-    whole.set_xlim(0.0, runs.time[-1])
-    part.set_xlim(*span)
-    whole.set_xlabel('time [s]')
-    part.set_xlabel('time [s], shaded interval')
+    whole.set(xlabel='time [s]', xlim=(0.0, runs.time[-1]))
+    part.set(xlabel='time [s], shaded interval', xlim=span)
     figure.legend(grid[0, 0].get_lines(), list(runs.signals), loc='outside upper center', ncols=3)
     figure.align_ylabels()
     return figure

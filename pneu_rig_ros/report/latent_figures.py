@@ -103,8 +103,7 @@ def draw_latent(
     for axes, track in zip(panels, shown, strict=True):
         _draw_track(axes, track, scale, spans.get(track.name, ()))
         shade(axes, stretches_of(track, significant))
-    panels[-1].set_xlim(0.0, max(track.duration for track in shown))
-    panels[-1].set_xlabel('time [s]')
+    panels[-1].set(xlabel='time [s]', xlim=(0.0, max(track.duration for track in shown)))
     left.supylabel(f'latent input [{unit}]', fontsize=9)
     if sides:
         panels = right[0].subplots(len(sides), 1, squeeze=False)[:, 0]
