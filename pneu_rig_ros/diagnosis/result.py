@@ -6,7 +6,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.answer import probability
 from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable, ranking_rows
 from pneu_rig_ros.diagnosis.answer.improvement import signal_tables
 from pneu_rig_ros.diagnosis.answer.intervals import (
@@ -16,8 +15,8 @@ from pneu_rig_ros.diagnosis.answer.intervals import (
     value_intervals,
 )
 from pneu_rig_ros.diagnosis.answer.repeatability import nuisance_rows
-from pneu_rig_ros.diagnosis.answer.varying_quantities import key_of
-from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT, UNKNOWN, of_balances
+from pneu_rig_ros.diagnosis.answer.run_differences import key_of
+from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT, UNKNOWN, of_balances, probability_of
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
 from pneu_rig_ros.diagnosis.causes.families import Family
 from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
@@ -79,7 +78,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         row = {'name': other.name, 'stated': other.stated, 'true': other.true}
         conditions.insert(0, {**row, 'value': None, 'interval': None, 'unit': ''})
     search, best, unknown = diagnosis.search, diagnosis.best, diagnosis.unknown
-    likely = probability.of_verdict(diagnosis.verdict, diagnosis.system.uncalibrated)
+    likely = probability_of(diagnosis.verdict, diagnosis.system.uncalibrated)
     return {
         'version': VERSION,
         'model': diagnosis.system.name,

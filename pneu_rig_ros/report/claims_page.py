@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.batch import END_SHARE
+from pneu_rig_ros.claims import trends
 from pneu_rig_ros.claims.captions import DWELL, RLG, stroke_texts
 from pneu_rig_ros.claims.experiments import (
     CAPTIONS,
@@ -32,15 +33,6 @@ from pneu_rig_ros.claims.readings import (
     printed_values_changed,
     short_text,
 )
-from pneu_rig_ros.claims.trends import (
-    LOAD_COMMAND,
-    LOADS,
-    SUPPLIES,
-    commands,
-    loads,
-    starts,
-    supplies,
-)
 from pneu_rig_ros.report import page
 from pneu_rig_ros.report.figure import (
     BAR,
@@ -54,7 +46,7 @@ from pneu_rig_ros.report.figure import (
     plain_name,
     time_panels,
 )
-from pneu_rig_ros.report.page import Drawing
+from pneu_rig_ros.report.page import Draw
 
 WIDTH = 9.6
 """Width of every figure [inch]."""
@@ -97,7 +89,7 @@ def write_page(
     return page.write(
         path,
         'claims_page.html',
-        _drawings(laboratory),
+        _figures(laboratory),
         progress,
         rows=rows,
         shares=shares,
@@ -106,7 +98,9 @@ def write_page(
         reading=laboratory.reading,
         values=_reading_table(laboratory),
         changed=printed_values_changed(laboratory.reading),
-        cylinders=[plain_name(name) for name in CYLINDERS],
+        captions=CAPTIONS,
+        pauses=PAUSES,
+        trends=trends,
         end_share=END_SHARE,
         longest_stroke=LONGEST_STROKE,
     )
@@ -128,72 +122,20 @@ def _reading_table(laboratory: Laboratory) -> Iterator[tuple[str, str, list[str]
         yield key, specification.description, texts, name in changed
 
 
-def _drawings(laboratory: Laboratory) -> Iterator[Drawing]:
-    """Yield all figures in the order of the page."""
-    for number, (name, point) in enumerate(CAPTIONS.items(), start=4):
-        yield Drawing(
-            f'Fig. {number}: stick-slip of {plain_name(name)}',
-            '(a) position, (b) velocity, (c) absolute chamber pressures, (d) friction force with '
-            f'the breakaways marked. {_operating_point(point)}.',
-            partial(_draw_strokes, laboratory, [point]),
-            f'fig-{number}',
-        )
-    yield Drawing(
-        'Fig. 3b: static friction against dwell time',
-        'Each friction peak at a breakaway against the dwell before it: in the strokes of '
-        'Fig. 4-6, and when the piston is pushed, shut in for '
-        f'{min(PAUSES):g} to {max(PAUSES):g} s and pushed again. The line is Eq. 16 with '
-        'the values of Table 2. (Fig. 3a is panel (d) of Fig. 5.)',
-        partial(_draw_static_friction, laboratory),
-        'fig-3',
-    )
-    yield from _trends(laboratory)
-    for number, (name, point) in enumerate(CAPTIONS.items(), start=11):
-        yield Drawing(
-            f'Fig. {number}: constant against dwell-dependent static friction, {plain_name(name)}',
-            'The revised LuGre law (RLG) with constant static friction, and the same with Eq. 16. '
-            f'{_operating_point(point)}. The paper also shows its measurement here; its data are '
-            'not published, so only the two simulations are shown.',
-            partial(_draw_strokes, laboratory, [replace(point, law=law) for law in LAW_STYLES]),
-            f'fig-{number}',
-        )
-
-
-def _operating_point(point: Experiment) -> str:
-    return f'u = {point.u:.2f} V, supply {point.supply:g} bar, load {point.load_mass:g} kg'
-
-
-def _trends(laboratory: Laboratory) -> Iterator[Drawing]:
-    """Yield the figures of what changes with the conditions."""
-    draw = partial(_draw_sweep, laboratory)
-    yield Drawing(
-        'Fig. 7: effect of the airflow rate',
-        'Position against time at 4 bar and 0.2 kg, with the airflow of Fig. 4-6 and multiples '
-        'of it, the same for all cylinders. The text prints only 0.28-0.29 V for cylinder 1.',
-        partial(draw, commands, lambda one: f'{one.u:.3g} V'),
-        'fig-7',
-    )
-    yield Drawing(
-        'Fig. 8: effect of the supply pressure',
-        f'Position against time from {min(SUPPLIES):g} to {max(SUPPLIES):g} bar, at the u of '
-        'Fig. 4-6 and 0.2 kg.',
-        partial(draw, supplies, lambda one: f'{one.supply:g} bar'),
-        'fig-8',
-    )
-    yield Drawing(
-        'Fig. 9: effect of the external load',
-        f'Position of cylinder 1 against time for loads of {min(LOADS):g} to {max(LOADS):g} kg, '
-        f'at {LOAD_COMMAND:.2f} V and 4 bar.',
-        partial(draw, loads, lambda one: f'{one.load_mass:g} kg', CYLINDERS[:1]),
-        'fig-9',
-    )
-    yield Drawing(
-        'Fig. 10: effect of the initial position',
-        'Position against time from several initial positions, at the operating points of '
-        'Fig. 4-6. The captions print no positions; these are shares of the stroke.',
-        partial(draw, starts, lambda one: f'{one.start or 0.0:.0%} of the stroke'),
-        'fig-10',
-    )
+def _figures(laboratory: Laboratory) -> dict[str, Draw]:
+    """Return the number of each figure of the paper -> draws it."""
+    single, sweep = partial(_draw_strokes, laboratory), partial(_draw_sweep, laboratory)
+    figures: dict[int, Draw] = {
+        3: partial(_draw_static_friction, laboratory),
+        7: partial(sweep, trends.commands, '{0.u:.3g} V'),
+        8: partial(sweep, trends.supplies, '{0.supply:g} bar'),
+        9: partial(sweep, trends.loads, '{0.load_mass:g} kg', CYLINDERS[:1]),
+        10: partial(sweep, trends.starts, '{0.start:.0%} of the stroke'),
+    }
+    for index, point in enumerate(CAPTIONS.values()):
+        figures[4 + index] = partial(single, [point])
+        figures[11 + index] = partial(single, [replace(point, law=law) for law in LAW_STYLES])
+    return {str(number): draw for number, draw in figures.items()}
 
 
 @matplotlib.rc_context(STYLE)
@@ -234,9 +176,8 @@ def _enlarge(axes: Axes, strokes: Sequence[Stroke]) -> None:
         inset.plot(stroke.run.time, 1e3 * stroke.run.position, color=color)
     run = strokes[-1].run
     first, last = round(0.48 * run.time.size), round(0.52 * run.time.size)
-    inset.set_xlim(run.time[first], run.time[last])
     low, high = 1e3 * run.position[[first, last]]
-    inset.set_ylim(low, max(high, low + 1.0))
+    inset.set(xlim=run.time[[first, last]], ylim=(low, max(high, low + 1.0)))
     inset.tick_params(labelsize=7, length=2)
     inset.locator_params(nbins=4)
     axes.indicate_inset_zoom(inset, edgecolor=GREY)
@@ -246,24 +187,22 @@ def _enlarge(axes: Axes, strokes: Sequence[Stroke]) -> None:
 def _draw_sweep(
     laboratory: Laboratory,
     experiments: Callable[[str], Sequence[Experiment]],
-    label: Callable[[Experiment], str],
+    label: str,
     cylinders: Sequence[str] = CYLINDERS,
 ) -> Figure:
     """Draw position against time, a panel for each cylinder, a curve for each experiment."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    figure = Figure(figsize=(WIDTH, 3.4))
     panels = figure.subplots(1, len(cylinders), squeeze=False)[0]
     for index, (axes, name) in enumerate(zip(panels, cylinders, strict=True)):
         strokes = laboratory.perform_all(experiments(name))
         colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(strokes)))
         for stroke, color in zip(strokes, colors, strict=True):
-            run = stroke.run
-            text = label(stroke.experiment)
+            text, run = label.format(stroke.experiment), stroke.run
             axes.plot(run.time, 1e3 * run.position, color=color, label=text)
         add_letter(axes, index, plain_name(name))
-        axes.set_xlabel('time [s]')
+        length = 1e3 * strokes[0].plant.model.cylinder.stroke
+        axes.set(xlabel='time [s]', ylim=(-0.02 * length, 1.03 * length))
         axes.set_xlim(left=0.0)
-        length = strokes[0].plant.model.cylinder.stroke
-        axes.set_ylim(-0.02 * 1e3 * length, 1.03 * 1e3 * length)
         axes.legend(loc='lower right', frameon=True, framealpha=0.85, edgecolor='none')
     panels[0].set_ylabel('position [mm]')
     return figure
@@ -271,7 +210,7 @@ def _draw_sweep(
 
 @matplotlib.rc_context(STYLE)
 def _draw_static_friction(laboratory: Laboratory) -> Figure:
-    figure = Figure(figsize=(WIDTH, 3.4), layout='constrained')
+    figure = Figure(figsize=(WIDTH, 3.4))
     panels = figure.subplots(1, len(CYLINDERS))
     dwell = np.geomspace(0.02, 100.0, 200)
     for index, (axes, name) in enumerate(zip(panels, CYLINDERS, strict=True)):
@@ -283,8 +222,7 @@ def _draw_static_friction(laboratory: Laboratory) -> Figure:
         after = pauses(laboratory, name)
         axes.plot(*after, 's', color=ORANGE, markersize=5, label='after pauses')
         add_letter(axes, index, plain_name(name))
-        axes.set_xscale('log')
-        axes.set_xlabel('dwell time [s]')
+        axes.set(xlabel='dwell time [s]', xscale='log')
         axes.set_ylim(bottom=0.0)
     panels[0].set_ylabel('friction peak [N]')
     panels[0].legend(loc='lower right')

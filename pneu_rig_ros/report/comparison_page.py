@@ -22,10 +22,9 @@ from pneu_rig_ros.report.figure import (
     STYLE,
     display,
     plain_name,
-    thinned,
     time_panels,
 )
-from pneu_rig_ros.report.page import Drawing
+from pneu_rig_ros.report.page import Draw
 
 COLOURS = (BLUE, ORANGE)
 """Of measured and simulated."""
@@ -34,7 +33,7 @@ CYCLES_IN_DETAIL = 3
 CYCLE_UNITS = {'breakaway_time': 's', 'dwell': 's', 'slip': 'm', 'peak_friction': 'N'}
 """Field of a cycle -> SI unit."""
 FIGURES = 4
-"""Most figures on a page."""
+"""On a page, those without anything to be seen included."""
 SIGNAL_HEADS = ('signal', '>RMSE', '>largest', '>bias', 'unit', '>sensor noise', '>RMSE / noise')
 """Of the columns; one that begins with '>' is for numbers."""
 OF_CYCLES = (
@@ -54,14 +53,20 @@ def write_page(
     """
     Write the page.
 
-    :param progress: callback(number of figures drawn), :data:`FIGURES` at most
+    :param progress: callback(number of figures drawn), up to :data:`FIGURES`
     :raises RigError: when the file cannot be written
     """
-    runs = comparison.measured, comparison.simulated
+    runs, span = (comparison.measured, comparison.simulated), detail(comparison)
+    figures: dict[str, Draw] = {
+        'overlay': partial(draw_overlay, comparison),
+        'first_cycles': lambda: None if span is None else draw_overlay(comparison, span),
+        'differences': partial(draw_differences, comparison),
+        'cycles': partial(draw_cycles, comparison),
+    }
     return page.write(
         path,
         'comparison_page.html',
-        _drawings(comparison),
+        figures,
         progress,
         comparison=comparison,
         signal_heads=SIGNAL_HEADS,
@@ -70,35 +75,6 @@ def write_page(
         pairs=list(itertools.zip_longest(*(run.cycles for run in runs))),
         conditions=condition_texts(comparison),
         note=ratio_note(comparison),
-    )
-
-
-def _drawings(comparison: Comparison) -> Iterator[Drawing]:
-    """Yield the figures of the page."""
-    yield Drawing(
-        f'Measured and {comparison.second}',
-        'Velocity and friction are derived from position and pressures of both by the same '
-        'estimators. Triangles mark breakaways.',
-        partial(draw_overlay, comparison),
-    )
-    span = detail(comparison)
-    if span is not None:
-        yield Drawing(
-            'The first cycles',
-            'The same, over the first measured stick-slip cycles.',
-            partial(draw_overlay, comparison, span),
-        )
-    band = 'The grey band is twice the standard deviation of the sensor noise.'
-    known = any(gap.noise is not None for gap in comparison.gaps.values())
-    yield Drawing(
-        'Differences',
-        f'{comparison.second.capitalize()} minus measured. {band if known else ""}',
-        partial(draw_differences, comparison),
-    )
-    yield Drawing(
-        'Stick-slip cycles',
-        'Each cycle at its breakaway: the dwell before it, the slip length and the friction peak.',
-        partial(draw_cycles, comparison),
     )
 
 
@@ -117,8 +93,8 @@ def draw_overlay(comparison: Comparison, span: tuple[float, float] | None = None
     for axes, name, signal in zip(panels, comparison.gaps, shown, strict=True):
         for run, colour, width in zip((measured, simulated), COLOURS, (1.4, 1.0), strict=True):
             inside = slice(*np.searchsorted(run.recording.time, (start, end)))
-            time, values = thinned(run.recording.time[inside], run.signals[name][inside])
-            axes.plot(time, signal.scale * values, color=colour, linewidth=width)
+            time, values = run.recording.time[inside], signal.scale * run.signals[name][inside]
+            axes.plot(time, values, color=colour, linewidth=width)
     curves = panels[0].get_lines()
     figure.legend(curves, ('measured', comparison.second), loc='outside upper right', ncols=2)
     for run, colour, height in zip((measured, simulated), COLOURS, (1.0, 0.93), strict=True):
@@ -158,8 +134,7 @@ def draw_differences(comparison: Comparison) -> Figure:
     figure, panels = time_panels(size, labels, 0.0, recording.duration)
     for axes, (name, (_, scale)) in zip(panels, units.items(), strict=True):
         difference = comparison.simulated.signals[name] - comparison.measured.signals[name]
-        time, values = thinned(recording.time, difference)
-        axes.plot(time, scale * values, color=BLUE, linewidth=0.8)
+        axes.plot(recording.time, scale * difference, linewidth=0.8)
         noise = 2.0 * scale * (comparison.gaps[name].noise or 0.0)
         axes.axhspan(-noise, noise, color=GREY, alpha=0.35, linewidth=0.0)
     return figure
@@ -171,16 +146,15 @@ def draw_cycles(comparison: Comparison) -> Figure | None:
     runs = comparison.measured, comparison.simulated
     if not any(run.cycles for run in runs):
         return None
-    figure = Figure(figsize=(8.6, 2.9), layout='constrained')
+    figure = Figure(figsize=(8.6, 2.9))
     columns = ('dwell', 'slip', 'peak_friction')
     for axes, name in zip(figure.subplots(1, 3), columns, strict=True):
         unit, scale = display(CYCLE_UNITS[name])
-        for run, colour, marker in zip(runs, COLOURS, 'ov', strict=True):
+        for run, marker in zip(runs, 'ov', strict=True):
             times = [cycle.breakaway_time for cycle in run.cycles]
             values = [scale * getattr(cycle, name) for cycle in run.cycles]
-            axes.plot(times, values, marker, color=colour, markersize=4.5, alpha=0.85)
-        axes.set_ylabel(f'{plain_name(name)} [{unit}]')
-        axes.set_xlabel('breakaway [s]')
+            axes.plot(times, values, marker, markersize=4.5, alpha=0.85)
+        axes.set(xlabel='breakaway [s]', ylabel=f'{plain_name(name)} [{unit}]')
         axes.set_ylim(bottom=0.0)
     handles = axes.get_lines()
     figure.legend(handles, ('measured', comparison.second), loc='outside upper right', ncols=2)

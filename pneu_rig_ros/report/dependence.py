@@ -124,8 +124,12 @@ def dependence(
 
     :param significant: residuals of the balance
     """
-    moving = [samples for one in tracks if (samples := _moving(one)) is not None]
-    breaks = [samples for one in tracks if (samples := _breaking(one)) is not None]
+    moving = [
+        _moving(one.windows, one.latent)
+        for one in tracks
+        if one.windows is not None and one.latent is not None
+    ]
+    breaks = [_breaking(one.breakaways) for one in tracks if one.breakaways is not None]
     sides = []
     for recordings, title, bins in (moving, 'all recordings', BINS), (breaks, 'breakaways', 0):
         if recordings:
@@ -146,19 +150,14 @@ def most_significant_signal(significant: Sequence[SignificantResidual], breaks: 
     return next((name for name, _, _ in parts), '')
 
 
-def _moving(track: Track) -> Samples | None:
-    if track.windows is None or track.latent is None:
-        return None
-    latent, windows = track.latent, track.windows
+def _moving(windows: Windows, latent: Latent) -> Samples:
     variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
     variables['time'] = latent.time
     direction = windows.direction[latent.members]
     return Samples(latent.cleared, latent.covariance, variables, direction)
 
 
-def _breaking(track: Track) -> Samples | None:
-    if (breaks := track.breakaways) is None:
-        return None
+def _breaking(breaks: Windows) -> Samples:
     variables = {name: breaks.variables[name] for name in VARIABLES if name != 'velocity'}
     variables['time'] = breaks.middle
     covariance = np.diag(breaks.deviation**2)
@@ -239,20 +238,15 @@ def cuts_of(values: Floats, name: str, bins: int) -> Floats:
 def binned(samples: Samples, name: str, direction: str, bins: int) -> Bins:
     """Return the means over bins of a signal in one direction; the values themselves for 0."""
     column, here = samples.variables[name], samples.direction == direction
+    variances = samples.covariance.diagonal()
     if not bins:
-        deviation = np.sqrt(samples.covariance.diagonal()[here])
-        return Bins(column[here], samples.values[here], deviation)
-    numbers = part_numbers(samples, name, bins)
-    parts = [numbers == number for number in np.unique(numbers[here])]
-    rows = [_mean(samples, column, part) for part in parts if part.sum() >= FEWEST]
+        return Bins(column[here], samples.values[here], np.sqrt(variances[here]))
+    numbers, rows = part_numbers(samples, name, bins), []
+    for number in np.unique(numbers[here]):
+        inside = numbers == number
+        if inside.sum() >= FEWEST:
+            weights = inside / variances
+            weights /= weights.sum()
+            variance = weights @ (samples.covariance @ weights)
+            rows.append((column[inside].mean(), weights @ samples.values, variance**0.5))
     return Bins(*np.array(rows).reshape(-1, 3).T)
-
-
-def _mean(
-    samples: Samples, column: Floats, inside: NDArray[np.bool_]
-) -> tuple[float, float, float]:
-    """Return the mean of a signal, of the values inside, and its standard deviation."""
-    weights = inside / samples.covariance.diagonal()
-    weights /= weights.sum()
-    variance = weights @ (samples.covariance @ weights)
-    return float(column[inside].mean()), float(weights @ samples.values), float(variance**0.5)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
 from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT, Comparison
+from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.whole_files import atomic_write
@@ -24,7 +24,7 @@ from pneu_rig_ros.report.improvement_figures import (
     runs_of,
 )
 from pneu_rig_ros.report.latent_figures import draw_latent, tracks_of
-from pneu_rig_ros.report.page import Drawing
+from pneu_rig_ros.report.page import Draw
 from pneu_rig_ros.rig import configuration_from_yaml
 
 MOST_RANKED = 12
@@ -34,14 +34,6 @@ TITLES = {
     'gas_2': 'Gas in chamber 2',
     'force': 'Forces on the piston',
 }
-LATENT = {
-    'gas': 'Missing mass flow into the chamber for the measured pressure, or the flow of heat '
-    'that raises the pressure as much.',
-    'force': 'Missing force along the outstroke for the measured motion; at each breakaway, the '
-    'force by which the seal held more than in the model. Readings at an end stop that are not at '
-    'its place are listed above, not drawn.',
-}
-"""Captions of the latent inputs."""
 HEADS = ('>supply, absolute', '>load', '>rest before')
 """Conditions of a rig's recordings."""
 
@@ -61,14 +53,15 @@ def write_files(
     :raises RigError: when a file cannot be written, or a rig does not accept a fitted value
     """
     atomic_write(out / 'diagnosis.json', json.dumps(answer, indent=2, allow_nan=False) + '\n')
-    drawings = list(_drawings(diagnosis, answer))
+    figures = _figures(diagnosis, answer)
     page.write(
         out / 'report.html',
         'diagnosis_page.html',
-        drawings,
-        lambda number: progress(number / len(drawings)),
+        figures,
+        lambda number: progress(number / len(figures)),
         answer=answer,
         rows=rows,
+        titles=TITLES,
         balances=[(name, TITLES[name], *rest) for name, *rest in rows.balance_rows(answer)],
         runs=list(recorded(diagnosis)),
         heads=HEADS if diagnosis.system.rig is not None else (),
@@ -100,59 +93,52 @@ def improved_of(diagnosis: Diagnosis) -> Hypothesis | None:
     return None if unchanged else diagnosis.improved
 
 
-def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
-    """Yield the figures in the order of the page."""
-    improved = improved_of(diagnosis)
-    yield from _latent_drawings(diagnosis, answer, improved)
-    for effect in answer['effects']:
-        if effect['shape'] is not None:
-            yield Drawing(
-                f'Form of {effect["name"]}',
-                'Factor on the formula of the effect, linear between the points.'
-                if effect['shape']['y_unit'] == '-'
-                else 'What the effect adds, linear between the points.',
-                partial(draw_shape, effect['name'], effect['shape']),
-                'added',
-            )
-    for comparison in diagnosis.held_out.comparisons:
-        yield from _validation_drawings(diagnosis, comparison, improved)
-    if (plan := diagnosis.next_experiment) is not None:
-        run = diagnosis.training.comparisons[0].run
-        yield Drawing(
-            'Prediction of each explanation',
-            'Simulated: u constant for two thirds of the time, then the valves shut.',
-            partial(draw_next, plan, rivals(diagnosis.search), run),
-            'next',
-        )
+def _figures(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Draw]:
+    """Return what each figure shows, and of what -> draws it."""
+    improved, first = improved_of(diagnosis), diagnosis.training.comparisons[0].run
+    figures = _latent_figures(diagnosis, answer, improved)
+    figures |= {f'form {one["name"]}': partial(draw_shape, one) for one in answer['effects']}
+    for index, comparison in enumerate(diagnosis.held_out.comparisons):
+        draw = partial(_draw_held_out, diagnosis, improved, comparison)
+        figures[f'validation {index}'] = draw
+        figures[f'free {index}'] = partial(draw, free=True)
+    plan, explanations = diagnosis.next_experiment, rivals(diagnosis.search)
+    return {**figures, 'next': partial(draw_next, plan, explanations, first)}
 
 
-def _latent_drawings(
+def _latent_figures(
     diagnosis: Diagnosis, answer: rows.Answer, improved: Hypothesis | None
-) -> Iterator[Drawing]:
-    hypotheses = {'where': (diagnosis.given, improved), 'left': (diagnosis.improved, None)}
+) -> dict[str, Draw]:
+    """Return the same of what the given and the improved model leave open in each balance."""
 
     @cache
-    def tracks(place: str) -> dict[str, list[Track]]:
-        return tracks_of(diagnosis.training, *hypotheses[place])
+    def tracks(left: bool) -> dict[str, list[Track]]:
+        if not left:
+            return tracks_of(diagnosis.training, diagnosis.given, improved)
+        return {} if improved is None else tracks_of(diagnosis.training, improved, None)
 
-    def draw(balance: str, place: str) -> Figure | None:
-        found = tracks(place).get(balance)
-        if found is None:
+    def draw(balance: str, left: bool) -> Figure | None:
+        if (found := tracks(left).get(balance)) is None:
             return None
-        if place == 'left':
+        if left:
             return draw_latent(balance, found, {})
-        drawn = [one for one in diagnosis.significant if one.unit != STOP_UNIT]
-        marked = [one for one in drawn if one.balance == balance]
-        return draw_latent(balance, found, spans_of(answer, balance), marked)
+        return draw_latent(balance, found, spans_of(answer, balance), diagnosis.significant)
 
-    for one in answer['balances']:
-        if one['open']:
-            name = one['name']
-            title, caption = f'{TITLES[name]} ({name})', LATENT[name.split('_')[0]]
-            yield Drawing(title, caption, partial(draw, name, 'where'), 'where')
-            if improved is not None:
-                caption = 'The same with the improved model.'
-                yield Drawing(title, caption, partial(draw, name, 'left'), 'left')
+    return {
+        f'{what} {one["name"]}': partial(draw, one['name'], what == 'left')
+        for one in answer['balances']
+        if one['open']
+        for what in ('latent', 'left')
+    }
+
+
+def _draw_held_out(
+    diagnosis: Diagnosis, improved: Hypothesis | None, comparison: Comparison, free: bool = False
+) -> Figure | None:
+    if free and not comparison.free:
+        return None
+    aligned = diagnosis.held_out.aligned(diagnosis.improved, comparison)
+    return draw_improvement(runs_of(aligned, diagnosis.given, improved, free))
 
 
 def spans_of(answer: rows.Answer, balance: str) -> dict[str, list[tuple[float, float]]]:
@@ -162,35 +148,3 @@ def spans_of(answer: rows.Answer, balance: str) -> dict[str, list[tuple[float, f
         if one['balance'] == balance:
             spans.setdefault(one['recording'], []).append((one['from'], one['to']))
     return spans
-
-
-def _validation_drawings(
-    diagnosis: Diagnosis, comparison: Comparison, improved: Hypothesis | None
-) -> Iterator[Drawing]:
-    def draw(free: bool = False) -> Figure:
-        aligned = diagnosis.held_out.aligned(diagnosis.improved, comparison)
-        return draw_improvement(runs_of(aligned, diagnosis.given, improved, free))
-
-    name = comparison.run.name
-    if not comparison.free:
-        yield Drawing(
-            f'{name}, along the measured motion',
-            'The motion is the measured one; the simulation has only the first readings of the '
-            'pressures.',
-            draw,
-            'validation',
-        )
-        return
-    yield Drawing(
-        f'{name}, from rest to rest',
-        'The simulation starts again from the readings at every rest.',
-        draw,
-        'validation',
-    )
-    yield Drawing(
-        f'{name}, free run',
-        'The simulation has only the first readings and the valve voltages. A slip at another '
-        'time displaces it for the rest of the run.',
-        partial(draw, True),
-        'free',
-    )

@@ -8,13 +8,14 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from pneu_rig_ros.analysis.friction import friction_of
 from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.errors import RigError, printable
+from pneu_rig_ros.errors import printable
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.whole_files import writing
 
 BLUE, ORANGE, GREEN, GREY = '#1f5a94', '#d1660b', '#2c8a5a', '#8a8f98'
 BAR = 1e5
@@ -25,7 +26,9 @@ STYLE: Any = {
     'axes.spines.top': False,
     'axes.spines.right': False,
     'axes.grid': True,
+    'axes.prop_cycle': cycler(color=(BLUE, ORANGE, GREEN)),
     'axes.edgecolor': GREY,
+    'axes.formatter.useoffset': False,
     'grid.color': '#e4e6ea',
     'grid.linewidth': 0.6,
     'lines.linewidth': 1.0,
@@ -35,9 +38,8 @@ STYLE: Any = {
     'xtick.major.size': 3.0,
     'ytick.major.size': 3.0,
     'path.simplify': True,
+    'figure.constrained_layout.use': True,
 }
-MOST_POINTS = 3000
-"""Longer curves are drawn by their smallest and largest values, which looks the same."""
 
 
 class Signal(NamedTuple):
@@ -52,6 +54,11 @@ class Signal(NamedTuple):
     label: str
     unit: str
     scale: float
+
+    @property
+    def axis(self) -> str:
+        """Label of an axis."""
+        return f'{self.label} [{self.unit}]'
 
 
 SIGNALS = {
@@ -86,21 +93,6 @@ def literal(text: str) -> str:
     return printable(text).replace('$', r'\$')
 
 
-def thinned(time: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """
-    Return a curve with at most :data:`MOST_POINTS` points: extremes of equal stretches.
-
-    :param time, values: shape (n,)
-    :return: both of shape (m,)
-    """
-    if values.size <= MOST_POINTS:
-        return time, values
-    stretches = np.array_split(np.arange(values.size), MOST_POINTS // 2)
-    extremes = [(part[values[part].argmin()], part[values[part].argmax()]) for part in stretches]
-    kept = np.unique(extremes)
-    return time[kept], values[kept]
-
-
 def add_letter(axes: Axes, index: int, name: str = '') -> None:
     """Write (a), (b), ... and a name above a panel, where no curve is."""
     title = f'({"abcdefgh"[index]}) {name}'.strip()
@@ -128,10 +120,8 @@ def save_png(figure: Figure, path: Path) -> Path:
 
     :raises RigError: when the file cannot be written
     """
-    try:
+    with writing(f'the picture {path}'):
         figure.savefig(path, format='png')
-    except OSError as error:
-        raise RigError(f'cannot write the picture {path}: {error.strerror}') from error
     return path
 
 
@@ -146,7 +136,7 @@ def time_panels(
     dpi: float | None = None,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure of a size [inch] with a panel for each label, from start to end [s]."""
-    figure = Figure(figsize=size, dpi=dpi, layout='constrained')
+    figure = Figure(figsize=size, dpi=dpi)
     panels = list(figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0])
     for index, (axes, label) in enumerate(zip(panels, labels, strict=True)):
         axes.set_ylabel(label)
@@ -177,16 +167,14 @@ def draw_stroke(recording: Recording, path: Path | str) -> Path:
     figure, panels = time_panels((8.0, 7.6), QUANTITIES, 0.0, end, dpi=120)
     position, velocity, pressures, force = panels
     figure.suptitle(title_of(recording), fontsize=10.5, x=0.01, ha='left')
-    position.plot(time, 1e3 * recording.position, color=BLUE)
-    smoothed_velocity = velocity_of(recording.position, recording.interval)
-    velocity.plot(time, 1e3 * smoothed_velocity, color=BLUE)
-    pressures.plot(time, recording.pressure_1 / BAR, color=BLUE, label='$p_1$')
-    pressures.plot(time, recording.pressure_2 / BAR, color=ORANGE, label='$p_2$')
-    force.plot(time, friction, color=BLUE, linewidth=0.8)
+    position.plot(time, 1e3 * recording.position)
+    velocity.plot(time, 1e3 * velocity_of(recording.position, recording.interval))
+    pressures.plot(time, recording.pressure_1 / BAR, label='$p_1$')
+    pressures.plot(time, recording.pressure_2 / BAR, label='$p_2$')
+    force.plot(time, friction, linewidth=0.8)
     if cycles:
-        breakaways = [cycle.breakaway_time for cycle in cycles]
-        peaks = [cycle.peak_friction for cycle in cycles]
-        force.plot(breakaways, peaks, 'v', color=ORANGE, markersize=4.5, label='breakaway')
+        breakaways = [(cycle.breakaway_time, cycle.peak_friction) for cycle in cycles]
+        force.plot(*zip(*breakaways, strict=True), 'v', markersize=4.5, label='breakaway')
         add_legend(force)
     add_legend(pressures)
     return save_png(figure, Path(path))

@@ -35,7 +35,6 @@ from pneu_rig_ros.report.figure import (
     display,
     plain_name,
     save_png,
-    thinned,
 )
 from pneu_rig_ros.report.figure import SIGNALS as SHOWN
 
@@ -46,7 +45,6 @@ STYLES: dict[str, dict[str, Any]] = {
     GIVEN: {'color': ORANGE, 'linewidth': 1.1},
     IMPROVED: {'color': GREEN, 'linewidth': 1.1},
 }
-RIVAL_COLOURS = (BLUE, ORANGE, GREEN)
 DETAIL = 0.15
 """Share of the run that the detail shows [-]."""
 MOVING = 0.1
@@ -104,21 +102,18 @@ def draw_improvement(runs: Traces) -> Figure:
     span = detail(runs)
     worst = slice(*np.searchsorted(runs.time, span))
     names = list(runs.signals[MEASURED])
-    figure = Figure(figsize=(8.6, 1.65 * len(names) + 0.9), layout='constrained')
+    figure = Figure(figsize=(8.6, 1.65 * len(names) + 0.9))
     grid = figure.subplots(len(names), 2, sharex='col', width_ratios=(2.2, 1.0), squeeze=False)
     for (whole, part), name in zip(grid, names, strict=True):
         signal = SHOWN[name]
         for label, signals in runs.signals.items():
             for axes, inside in ((whole, slice(None)), (part, worst)):
-                time, values = thinned(runs.time[inside], signal.scale * signals[name][inside])
-                axes.plot(time, values, **STYLES[label])
-                axes.ticklabel_format(useOffset=False)
+                values = signal.scale * signals[name][inside]
+                axes.plot(runs.time[inside], values, **STYLES[label])
         whole.axvspan(*span, color='#f0ead9', linewidth=0, zorder=0)
         whole.set_ylabel(f'{signal.label}\n[{signal.unit}]')
-    whole.set_xlim(0.0, runs.time[-1])
-    part.set_xlim(*span)
-    whole.set_xlabel('time [s]')
-    part.set_xlabel('time [s], shaded interval')
+    whole.set(xlabel='time [s]', xlim=(0.0, runs.time[-1]))
+    part.set(xlabel='time [s], shaded interval', xlim=span)
     figure.legend(grid[0, 0].get_lines(), list(runs.signals), loc='outside upper center', ncols=3)
     figure.align_ylabels()
     return figure
@@ -147,51 +142,53 @@ def detail(runs: Traces) -> tuple[float, float]:
 
 
 @matplotlib.rc_context(STYLE)
-def draw_next(plan: NextExperiment, rivals: Mapping[str, Hypothesis], run: Run) -> Figure | None:
+def draw_next(
+    plan: NextExperiment | None, rivals: Mapping[str, Hypothesis], run: Run
+) -> Figure | None:
     """
     Return the predictions of the rivals for the experiment that separates them best.
 
-    None if that is a recording like an existing one.
+    None if that is a recording like an existing one, or there are no rivals.
     """
-    if plan.u is None or plan.supply_pressure is None:
+    if plan is None or plan.u is None or plan.supply_pressure is None:
         return None
     load, start = plan.load_mass or 0.0, plan.initial_position or 0.0
-    figure = Figure(figsize=(8.6, 2.7), layout='constrained')
+    figure = Figure(figsize=(8.6, 2.7))
     panels = figure.subplots(1, 3)
-    for (name, rival), colour in zip(rivals.items(), RIVAL_COLOURS, strict=False):
+    for name, rival in rivals.items():
         table = simulated_readings(rival, run, plan.u, plan.supply_pressure, load, start)
         if table is None:
             continue
         time = INTERVAL * np.arange(len(table))
         for axes, signal, values in zip(panels, SIGNALS, table.T, strict=True):
-            axes.plot(time, SHOWN[signal].scale * values, color=colour, label=name)
+            axes.plot(time, SHOWN[signal].scale * values, label=name)
     for axes, signal in zip(panels, SIGNALS, strict=True):
-        axes.set_ylabel(f'{SHOWN[signal].label} [{SHOWN[signal].unit}]')
-        axes.set_xlabel('time [s]')
+        axes.set(xlabel='time [s]', ylabel=SHOWN[signal].axis)
     handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc='outside upper center', ncols=3)
     return figure
 
 
 @matplotlib.rc_context(STYLE)
-def draw_shape(name: str, shape: Mapping[str, Any]) -> Figure:
+def draw_shape(effect: Mapping[str, Any]) -> Figure | None:
     """
     Return the factor by which an effect differs from its formula, or what it adds without one.
 
-    :param name: of the effect
-    :param shape: ``shape`` of an effect in diagnosis.json
+    :param effect: of diagnosis.json; None is returned of one without a ``shape``
     """
+    if (shape := effect['shape']) is None:
+        return None
     unit, scale = display(shape['unit'])
-    figure = Figure(figsize=(8.6, 2.7), layout='constrained')
+    figure = Figure(figsize=(8.6, 2.7))
     axes = figure.subplots()
-    axes.plot(scale * np.array(shape['x']), shape['y'], 'o-', color=BLUE)
+    axes.plot(scale * np.array(shape['x']), shape['y'], 'o-')
     factor = shape['y_unit'] == '-'
     axes.axhline(1.0 if factor else 0.0, color=GREY, linestyle='--')
     if factor:
         axes.set_ylim(bottom=0.0)
     axes.set_xlabel(f'{plain_name(shape["variable"])} [{unit}]')
     what = 'factor on\n' if factor else ''
-    axes.set_ylabel(f'{what}{plain_name(name)}\n[{shape["y_unit"]}]')
+    axes.set_ylabel(f'{what}{plain_name(effect["name"])}\n[{shape["y_unit"]}]')
     return figure
 
 
@@ -218,7 +215,7 @@ def draw_gap(
     :param gaps: of both, name of signal -> gap
     :raises RigError: when the file cannot be written
     """
-    figure = Figure(figsize=(8.6, 6.4), dpi=110, layout='constrained')
+    figure = Figure(figsize=(8.6, 6.4), dpi=110)
     title = 'A held-out run: the rig, its model before and after the diagnosis'
     figure.suptitle(title, fontsize=10.5, x=0.01, ha='left')
     grid = figure.subplots(3, 2, width_ratios=(3.6, 1.0))
@@ -270,19 +267,11 @@ def _draw_bars(axes: Axes, name: str, gaps: Sequence[Gaps]) -> None:
     """Draw the RMSE before and after, and the noise as a line that crosses no number."""
     unit, scale = display(gaps[0][name].unit)
     values = [scale * gap[name].rmse for gap in gaps]
-    axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
     noise = scale * (gaps[0][name].noise or 0.0)
-    for place, value in enumerate(values):
-        axes.annotate(
-            f'{value:.3g} {unit}',
-            (place, max(value, noise)),
-            (0.0, 2.5),
-            textcoords='offset points',
-            ha='center',
-            va='bottom',
-            fontsize=8.0,
-            zorder=3,
-        )
+    axes.bar(['before', 'after'], values, color=(ORANGE, GREEN), width=0.6)
+    higher = axes.bar(['before', 'after'], np.maximum(values, noise), width=0.6, fill=False, lw=0)
+    texts = [f'{value:.3g} {unit}' for value in values]
+    axes.bar_label(higher, texts, padding=2.5, fontsize=8.0)
     if noise:
         axes.axhline(noise, color=GREY, linewidth=0.8, linestyle='--')
     axes.margins(y=0.2)

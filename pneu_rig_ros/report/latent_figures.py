@@ -1,18 +1,16 @@
 """Figures of the latent input of a balance: over time, and against what it depends on."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, Windows, windows_of
@@ -30,13 +28,13 @@ from pneu_rig_ros.report.figure import BLUE, GREEN, GREY, STYLE, display, litera
 
 Spans = Sequence[tuple[float, float]]
 
-SIGNIFICANT, BAND = '#dfe9d3', 0.25
+LATENT = 'latent input, ±2 standard deviations'
+SIGNIFICANT: dict[str, Any] = {'color': '#dfe9d3', 'linewidth': 0, 'label': 'significant'}
 BAR: dict[str, Any] = {'color': '#e0a83c', 'linewidth': 0}
 BAR_FROM = 0.95
 """The bar above a panel begins at this share of its height [-]."""
 EXPLAINED: dict[str, Any] = {'color': GREEN, 'linewidth': 1.2, 'linestyle': (0, (4, 2))}
-MARKER: dict[str, Any] = {'color': BLUE, 'markersize': 3.2, 'markerfacecolor': 'white'}
-BREAK: dict[str, Any] = {'fmt': 'o', 'zorder': 3, **MARKER}
+BREAK: dict[str, Any] = {'color': BLUE, 'markersize': 3.2, 'markerfacecolor': 'white', 'zorder': 3}
 """Styles of the explanation and of breakaways."""
 MOST_RECORDINGS = 6
 """Recordings that are drawn: those that disagree most."""
@@ -59,20 +57,15 @@ def tracks_of(
     :param improved: the hypothesis with the explanation, None without one
     """
     windows = _by_key(dataset, hypothesis)
-    explained = {}
-    if improved is not None:
-        others = _by_key(dataset, improved)
-        explained = {key: one.residual - others[key].residual for key, one in windows.items()}
+    others = {} if improved is None else _by_key(dataset, improved)
+    explained = {key: windows[key].residual - one.residual for key, one in others.items()}
     tracks: dict[str, list[Track]] = {balance: [] for balance, _, _ in windows}
     for balance, rows in tracks.items():
-        for comparison in dataset.comparisons:
-            run = comparison.run
-            key = balance, run.name, False
+        for run in (comparison.run for comparison in dataset.comparisons):
+            key, duration = (balance, run.name, False), run.size * run.interval
             breakaways = windows.get((balance, run.name, True))
-            duration = run.size * run.interval
-            rows.append(
-                Track(windows.get(key), explained.get(key), breakaways, run.name, duration)
-            )
+            shown = windows.get(key), explained.get(key), breakaways
+            rows.append(Track(*shown, run.name, duration))
     return tracks
 
 
@@ -96,30 +89,29 @@ def draw_latent(
     Return the latent input over the time of each recording, and beside it what it depends on.
 
     :param spans: recording -> from, to [s] that have a bar: above the noise of a window
-    :param significant: residuals of the balance, whose stretches of time and parts are shaded
+    :param significant: residuals; stretches of time and parts of those of the balance are shaded
     """
+    significant = [one for one in significant if one.balance == balance and one.unit != STOP_UNIT]
     shown = most_significant(tracks)
     unit, scale = unit_of(balance, shown)
     sides = dependence(tracks, significant)
-    parts = [parts_of(side, significant) for side in sides]
-    stretches = [stretches_of(track, significant) for track in shown]
     height = max(1.15 * len(shown), 1.7 * len(sides), 2.4) + 0.9
-    figure = Figure(figsize=(8.8, height), layout='constrained')
+    figure = Figure(figsize=(8.8, height))
     widths = (2.3, 1.0) if sides else (1.0,)
     left, *right = figure.subfigures(1, len(widths), squeeze=False, width_ratios=widths)[0]
     panels = left.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, track, stretch in zip(panels, shown, stretches, strict=True):
-        shade(axes, stretch)
+    for axes, track in zip(panels, shown, strict=True):
         _draw_track(axes, track, scale, spans.get(track.name, ()))
-    panels[-1].set_xlim(0.0, max(track.duration for track in shown))
-    panels[-1].set_xlabel('time [s]')
+        shade(axes, stretches_of(track, significant))
+    panels[-1].set(xlabel='time [s]', xlim=(0.0, max(track.duration for track in shown)))
     left.supylabel(f'latent input [{unit}]', fontsize=9)
     if sides:
         panels = right[0].subplots(len(sides), 1, squeeze=False)[:, 0]
-        for axes, side, part in zip(panels, sides, parts, strict=True):
-            _draw_dependence(axes, side, part, unit, scale)
-    directions = {name for side in sides for name in side.bins}
-    _add_legend(figure, shown, spans, any((*stretches, *parts)), directions)
+        for axes, side in zip(panels, sides, strict=True):
+            _draw_dependence(axes, side, unit, scale)
+            own_scale = display(VARIABLE_UNITS[side.variable])[1]
+            shade(axes, parts_of(side, significant), own_scale)
+    _add_legend(figure)
     return figure
 
 
@@ -147,7 +139,7 @@ def stretches_of(track: Track, significant: Sequence[SignificantResidual]) -> Sp
 def shade(axes: Axes, spans: Spans, scale: float = 1.0) -> None:
     """Shade what is significant, in units of which many make one of the axis."""
     for begin, end in spans:
-        axes.axvspan(scale * begin, scale * end, color=SIGNIFICANT, linewidth=0, zorder=0)
+        axes.axvspan(scale * begin, scale * end, zorder=0, **SIGNIFICANT)
 
 
 def most_significant(tracks: Sequence[Track]) -> list[Track]:
@@ -184,41 +176,37 @@ def half_height(track: Track) -> float:
 
 def _draw_track(axes: Axes, track: Track, scale: float, spans: Spans) -> None:
     """Draw the latent input of a recording over time, its band broken where no window is."""
-    for begin, end in spans:
-        axes.axvspan(begin, end, BAR_FROM, **BAR)
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     if (latent := track.latent) is not None:
         mean, half = scale * latent.mean, 2.0 * scale * latent.deviation
-        explained = None
+        time, middle, low, high = broken(latent.time, mean, mean - half, mean + half)
+        axes.fill_between(time, low, high, color=BLUE, alpha=0.25, linewidth=0, label=LATENT)
+        axes.plot(time, middle, color=BLUE, label=LATENT)
         if track.explained is not None:
             explained = scale * latent.levelled(latent.average @ track.explained)
-        for part in connected(latent.time):
-            time, low, high = latent.time[part], (mean - half)[part], (mean + half)[part]
-            axes.fill_between(time, low, high, color=BLUE, alpha=BAND, linewidth=0)
-            axes.plot(time, mean[part], color=BLUE)
-            if explained is not None:
-                axes.plot(time, explained[part], **EXPLAINED)
+            axes.plot(*broken(latent.time, explained), label='explanation', **EXPLAINED)
+    above = 'above the noise' if track.explained is None else 'explanation above the noise'
+    for begin, end in spans:
+        axes.axvspan(begin, end, BAR_FROM, label=above, **BAR)
     if (breaks := track.breakaways) is not None:
-        deviation = 2.0 * scale * breaks.deviation
-        axes.errorbar(breaks.middle, scale * breaks.residual, deviation, elinewidth=0.8, **BREAK)
+        places = breaks.middle, scale * breaks.residual, 2.0 * scale * breaks.deviation
+        axes.errorbar(*places, fmt='o', elinewidth=0.8, label='breakaway', **BREAK)
     height = scale * half_height(track)
     axes.set_ylim(-height, height)
     axes.set_title(literal(track.name), fontsize=8, loc='left', pad=2)
     axes.tick_params(labelsize=8)
 
 
-def connected(time: Floats) -> Iterator[slice]:
-    """Yield the stretches between longer pauses."""
-    pauses = np.flatnonzero(np.diff(time) > max(PAUSE, 3.0 * float(np.median(np.diff(time)))))
-    edges = [0, *(pauses + 1), time.size] if time.size > 1 else [0, time.size]
-    for begin, end in pairwise(edges):
-        yield slice(int(begin), int(end))
+def broken(time: Floats, *curves: Floats) -> list[Floats]:
+    """Return times and curves over them, shape (n,) each, with NaN in longer pauses."""
+    steps = np.diff(time)
+    pauses = np.flatnonzero(steps > max(PAUSE, 3.0 * float(np.median(steps)))) + 1
+    return [np.insert(values, pauses, np.nan) for values in (time, *curves)]
 
 
-def _draw_dependence(axes: Axes, side: Dependence, parts: Spans, unit: str, scale: float) -> None:
+def _draw_dependence(axes: Axes, side: Dependence, unit: str, scale: float) -> None:
     own_unit, own_scale = display(VARIABLE_UNITS[side.variable])
     axes.axhline(0.0, color=GREY, linewidth=0.7)
-    shade(axes, parts, own_scale)
     for direction, bins in side.bins.items():
         axes.errorbar(
             own_scale * bins.middle,
@@ -226,6 +214,7 @@ def _draw_dependence(axes: Axes, side: Dependence, parts: Spans, unit: str, scal
             2.0 * scale * bins.deviation,
             fmt='o-' if side.joined else 'o',
             color=COLOURS[direction],
+            label=NAMES[direction],
             markersize=3.2,
             linewidth=0.9,
             elinewidth=0.8,
@@ -248,30 +237,15 @@ def shown_range(side: Dependence) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _add_legend(
-    figure: Figure,
-    tracks: Sequence[Track],
-    spans: Mapping[str, Spans],
-    shaded: bool,
-    directions: set[str],
-) -> None:
-    """Add a legend of what is drawn anywhere in the figure."""
-    line = Patch(color=BLUE, alpha=BAND), Line2D([], [], color=BLUE)
-    marks: dict[str, Any] = {'latent input, ±2 standard deviations': line}
-    if any(track.explained is not None for track in tracks):
-        marks['explanation'] = Line2D([], [], **EXPLAINED)
-    if any(spans.values()):
-        what = 'explanation ' * ('explanation' in marks)
-        marks[f'{what}above the noise'] = Patch(**BAR)
-    if shaded:
-        marks['significant'] = Patch(color=SIGNIFICANT)
-    if any(track.breakaways is not None for track in tracks):
-        marks['breakaway'] = Line2D([], [], linestyle='', marker='o', **MARKER)
-    for direction in sorted(directions, reverse=True):
-        colour = COLOURS[direction]
-        marks[NAMES[direction]] = Line2D([], [], color=colour, marker='o', markersize=4)
+def _add_legend(figure: Figure) -> None:
+    """Add a legend of what is drawn anywhere in the figure; a curve and its band are one mark."""
+    marks: dict[str, dict[type, Any]] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            marks.setdefault(label, {}).setdefault(type(handle), handle)
+    handles: list[Any] = [tuple(kinds.values()) for kinds in marks.values()]
     figure.legend(
-        list(marks.values()),
+        handles,
         list(marks),
         loc='outside lower center',
         ncols=4,

@@ -2,10 +2,10 @@
 
 import base64
 import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import jinja2
 import matplotlib
@@ -19,24 +19,14 @@ from pneu_rig_ros.web import environment
 _TEMPLATES = environment(jinja2.PackageLoader('pneu_rig_ros', 'report'))
 
 
-class Drawing(NamedTuple):
-    """
-    A figure of a page, to be drawn.
-
-    :param draw: returns the figure, None where there is nothing to be seen
-    :param key: what the template knows it by: its part of the page, or the target of links
-    """
-
-    title: str
-    caption: str
-    draw: Callable[[], Figure | None]
-    key: str = ''
+Draw = Callable[[], Figure | None]
+"""Returns a figure, None where there is nothing to be seen."""
 
 
 def write(
     path: Path,
     template: str,
-    drawings: Iterable[Drawing],
+    figures: Mapping[str, Draw],
     progress: Callable[[int], None],
     **content: Any,
 ) -> Path:
@@ -44,16 +34,16 @@ def write(
     Write a page.
 
     :param template: file in the folder of this module, which extends ``page.html``
-    :param drawings: the template gets those in which there is something to be seen as
-        ``pictures``, with the data URI of each as its ``address``
+    :param figures: name -> draws it; the template gets the data URI of each by its name as
+        ``pictures``, None where there is nothing to be seen
     :param progress: callback(number of figures drawn)
     :param content: what else the template gets, beside version and revision
     :raises RigError: when the file cannot be written
     """
-    pictures = []
-    for number, one in enumerate(drawings, start=1):
-        if (figure := one.draw()) is not None:
-            pictures.append({**one._asdict(), 'address': data_address(figure)})
+    pictures = {}
+    for number, (name, draw) in enumerate(figures.items(), start=1):
+        figure = draw()
+        pictures[name] = None if figure is None else data_address(figure)
         progress(number)
     content |= {'version': version('pneu_rig_ros'), 'revision': git_revision()}
     text = _TEMPLATES.get_template(template).render(pictures=pictures, **content)
@@ -67,7 +57,7 @@ def data_address(figure: Figure) -> str:
         **STYLE,
         'svg.hashsalt': 'pneu_rig_ros',
         'svg.fonttype': 'path',
-        'path.simplify_threshold': 0.25,
+        'path.simplify_threshold': 0.5,
     }
     nothing = dict.fromkeys(('Date', 'Creator', 'Format', 'Type'))
     with matplotlib.rc_context(settings):

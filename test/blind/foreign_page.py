@@ -93,7 +93,7 @@ COUNTED = range(77, 87)
 """Seeds that gave the stated probabilities; on later ones these are judged."""
 RELIABILITY = """Each answer says how probable it is: the share of its verdict of seeds {first} to
 {last}, of systems with exact sensors or of those known to their class only, and of a name its
-weight among what was fitted beside it (`diagnosis/answer/probability.py`). Of {count} answers to
+weight among what was fitted beside it (`diagnosis/answer/alternatives.py`). Of {count} answers to
 later seeds, which had no part in that, the expected calibration error is {error:.2f}:
 
 {table}

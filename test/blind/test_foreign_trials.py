@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.answer.probability import TRUE_ANSWERS
+from pneu_rig_ros.diagnosis.answer.verdict import TRUE_ANSWERS
 from pneu_rig_ros.scenarios.hidden import CYLINDERS, EFFECTS
 
 from . import foreign_page, foreign_scores

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.answer.probability import TRUE_ANSWERS, of_verdict, weights
+from pneu_rig_ros.diagnosis.answer.alternatives import weights
+from pneu_rig_ros.diagnosis.answer.verdict import TRUE_ANSWERS, probability_of
 
 
 def test_weights_are_odds_where_all_stretches_agree_and_even_out_where_they_do_not() -> None:
@@ -21,10 +22,10 @@ def test_weights_are_odds_where_all_stretches_agree_and_even_out_where_they_do_n
 def test_share_of_a_verdict_is_that_of_its_trials_and_never_certain() -> None:
     """(k + 1)/(n + 2): with no answers even, with 11 of 11 no more than 12 of 13."""
     for (verdict, uncalibrated), (right, count) in TRUE_ANSWERS.items():
-        assert of_verdict(verdict, uncalibrated) == (right + 1) / (count + 2)
-        assert 0.0 < of_verdict(verdict, uncalibrated) < 1.0
+        assert probability_of(verdict, uncalibrated) == (right + 1) / (count + 2)
+        assert 0.0 < probability_of(verdict, uncalibrated) < 1.0
 
 
 def test_a_verdict_without_trials_of_such_a_system_counts_those_of_the_others() -> None:
     assert ('conditions', True) not in TRUE_ANSWERS
-    assert of_verdict('conditions', True) == of_verdict('conditions', False)
+    assert probability_of('conditions', True) == probability_of('conditions', False)

@@ -1,4 +1,4 @@
-"""The page of two runs: self-contained, with every metric and cycle; its figures thin honestly."""
+"""The page of two runs: self-contained, with every metric and cycle."""
 
 import re
 from dataclasses import replace
@@ -23,7 +23,6 @@ from pneu_rig_ros.report.comparison_page import (
     signal_rows,
     write_page,
 )
-from pneu_rig_ros.report.figure import MOST_POINTS, thinned
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -107,18 +106,6 @@ def test_bag_without_voltages_drives_no_model(bag: Path, tmp_path: Path) -> None
         compare_with_model(tmp_path / 'undriven', load_configuration('cylinder_2'))
     gaps = compare_with_bag(tmp_path / 'undriven', bag).gaps
     assert gaps['pressure_1'].largest == 0.0
-
-
-def test_thinned_curve_keeps_every_extreme() -> None:
-    time = np.arange(20_000.0)
-    values = np.random.default_rng(0).standard_normal(20_000)
-    values[12_345] = 50.0
-    t, v = thinned(time, values)
-    assert t.size <= MOST_POINTS
-    assert (v.max(), v.min()) == (50.0, values.min())
-    assert (np.diff(t) > 0).all()
-    np.testing.assert_array_equal(values[t.astype(int)], v)
-    assert thinned(time[:10], values[:10])[0].size == 10
 
 
 def test_detail_holds_the_first_cycles(comparison: Comparison) -> None:

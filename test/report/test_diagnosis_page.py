@@ -24,7 +24,7 @@ from pneu_rig_ros.errors import printable
 from pneu_rig_ros.report.dependence import dependence
 from pneu_rig_ros.report.diagnosis_page import spans_of
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
-from pneu_rig_ros.report.latent_figures import Track, connected, draw_latent, tracks_of
+from pneu_rig_ros.report.latent_figures import Track, broken, draw_latent, tracks_of
 
 """The module: in its package the name is that of the command."""
 HOSTILE = (
@@ -160,7 +160,8 @@ def test_nothing_stands_beside_what_depends_on_nothing(tracks: list[Track]) -> N
 
 def test_curve_breaks_where_no_window_says_anything() -> None:
     time = np.concatenate([np.arange(0.0, 1.0, 0.05), np.arange(3.0, 4.0, 0.05)])
-    assert [(part.start, part.stop) for part in connected(time)] == [(0, 20), (20, 40)]
+    expected = np.insert(time, 20, np.nan)
+    np.testing.assert_array_equal(broken(time, 2.0 * time), [expected, 2.0 * expected])
 
 
 def test_improved_model_is_nearer_along_the_measured_motion(bench: Diagnosis) -> None:

@@ -1,5 +1,7 @@
-"""The picture is a small PNG with four panels, drawn without a display."""
+"""The picture is a small PNG with four panels, drawn without a display; long curves are short."""
 
+import base64
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from matplotlib.image import imread
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import Recording, read_recording
 from pneu_rig_ros.report.figure import draw_stroke, title_of
+from pneu_rig_ros.report.page import data_address
 from pneu_rig_ros.rig import load_configuration
 from pneu_rig_ros.simulate import simulate
 
@@ -55,3 +58,20 @@ def test_title_names_the_operating_point(record: Recording) -> None:
 def test_unwritable_path_is_told_in_one_line(record: Recording, tmp_path: Path) -> None:
     with pytest.raises(RigError, match=r'cannot write the picture .*: No such file'):
         draw_stroke(record, tmp_path / 'nowhere' / 'stroke.png')
+
+
+def test_long_curve_is_short_on_a_page_and_keeps_its_extremes() -> None:
+    values = np.random.default_rng(0).standard_normal(600_000)
+    values[123_456], values[345_678] = 50.0, -50.0
+    figure = Figure(layout='none')
+    axes = figure.subplots()
+    (line,) = axes.plot(values)
+    line.set_gid('curve')
+    address = data_address(figure)
+    assert len(address) < 250_000
+    svg = base64.b64decode(address.partition(',')[2]).decode()
+    curve = re.search(r'<g id="curve">\s*<path d="([^"]*)"', svg)
+    assert curve is not None
+    heights = [float(pair.split()[2]) for pair in curve[1].strip().split('\n')]
+    height = 72.0 * figure.get_figheight() * axes.get_position().height
+    assert np.ptp(heights) == pytest.approx(height / 1.1, abs=0.5)  # with margins of 5 %

@@ -25,7 +25,6 @@ from pneu_rig_ros.errors import RigError
 
 NO_EVENTS = {'unit': '-', 'measured': None, 'before': None, 'after': None}
 
-
 Gaps = dict[str, SignalGap]
 
 
@@ -45,11 +44,13 @@ def signal_tables(given: Hypothesis, improved: Hypothesis, held_out: Dataset) ->
     restarted, free = (
         [[simulated(h, run, freely) for run in runs] for h in pair] for freely in (False, True)
     )
-    return {
-        'signals': _rmse(*_rig_gaps(pair, runs, restarted)),
-        'free_run': _rmse(*_rig_gaps(pair, runs, free)),
-        **_events(runs, restarted),
-    }
+
+    def table(simulations: Sequence[Sequence[Floats]]) -> dict[str, dict[str, Any]]:
+        rows = zip(pair, simulations, strict=True)
+        gaps = [[rig_gaps(h, *each) for each in zip(runs, row, strict=True)] for h, row in rows]
+        return _rmse(*gaps)
+
+    return {'signals': table(restarted), 'free_run': table(free), **_events(runs, restarted)}
 
 
 def simulated(hypothesis: Hypothesis, comparison: Comparison, free: bool) -> Floats:
@@ -60,25 +61,13 @@ def simulated(hypothesis: Hypothesis, comparison: Comparison, free: bool) -> Flo
         return np.full((comparison.run.size - 1, 3), np.nan)
 
 
-def _rig_gaps(
-    hypotheses: Sequence[Hypothesis],
-    runs: Sequence[Comparison],
-    simulations: Sequence[Sequence[Floats]],
-) -> list[list[Gaps]]:
-    """Return the gaps of each simulation of runs under hypotheses."""
-    return [
-        [rig_gaps(hypothesis, run.run, states) for run, states in zip(runs, row, strict=True)]
-        for hypothesis, row in zip(hypotheses, simulations, strict=True)
-    ]
-
-
-def rig_gaps(hypothesis: Hypothesis, run: Run, states: Floats) -> Gaps:
+def rig_gaps(hypothesis: Hypothesis, comparison: Comparison, states: Floats) -> Gaps:
     """
     Return the gaps of the measured and the derived signals of a rig.
 
     :param states: simulated x [m], p1, p2 [Pa], shape (n - 1, 3)
     """
-    cylinder = hypothesis.model.cylinder
+    run, cylinder = comparison.run, hypothesis.model.cylinder
     load = hypothesis.conditions.get('load_mass', 1.0) * run.operation.load_mass
     mass = cylinder.moving_mass + load
     balance = ForceBalance(cylinder.cap_area, cylinder.rod_area, mass, run.atmospheric_pressure)
@@ -87,8 +76,8 @@ def rig_gaps(hypothesis: Hypothesis, run: Run, states: Floats) -> Gaps:
         derived_signals(x, p1, p2, run.interval, balance, run.name)
         for x, p1, p2 in (readings.T, states.T)
     )
-    pressure = max(run.noise.pressures)
-    noise = signal_noise(run.noise.position, pressure, run.interval, balance)
+    read = run.noise
+    noise = signal_noise(read.position, max(read.pressures), run.interval, balance)
     return compare_signals(measured, modelled, noise)
 
 

@@ -71,17 +71,17 @@ def next_experiment(
     supplies = ends(run.operation.supply_pressure for run in runs)
     loads = ends(run.operation.load_mass for run in runs)
     experiments = []
-    nearest, farthest = recorded_positions(runs)
+    x = np.concatenate([run.smooth[:, 0] for run in runs])
+    # without the noise at an end stop
+    nearest, farthest = np.clip([x.min(), x.max()], 0.0, runs[0].stroke).tolist()
     for u, supply, load, share in product(commands(runs), supplies, loads, STARTS):
         position = nearest + (share if u > 0 else 1.0 - share) * (farthest - nearest)
-        readings = []
-        for rival in rivals.values():
-            table = simulated_readings(rival, runs[0], u, supply, load, position)
-            if table is not None:
-                readings.append(table / noise)
+        set_up = u, supply, load, position
+        tables = [simulated_readings(rival, runs[0], *set_up) for rival in rivals.values()]
+        readings = [table / noise for table in tables if table is not None]
         if len(readings) == len(rivals):
             by = rms_separation(readings)
-            experiments.append(NextExperiment(u, supply, load, position, '', names, by))
+            experiments.append(NextExperiment(*set_up, '', names, by))
     return max(experiments, key=lambda experiment: experiment.by, default=None)
 
 
@@ -99,12 +99,6 @@ def commands(runs: Sequence[Run]) -> list[float]:
     levels = np.percentile(sizes, COMMAND_PERCENTILES)
     tried = [float(sign * level) for level in levels for sign in (-1.0, 1.0)]
     return list(dict.fromkeys(round(each, 3) for each in tried if u.min() <= each <= u.max()))
-
-
-def recorded_positions(runs: Sequence[Run]) -> tuple[float, float]:
-    """Return the ends of the positions that were measured [m], less their noise at an end stop."""
-    x = np.clip(np.concatenate([run.smooth[:, 0] for run in runs]), 0.0, runs[0].stroke)
-    return float(x.min()), float(x.max())
 
 
 def ends(values: Iterable[float]) -> list[float]:

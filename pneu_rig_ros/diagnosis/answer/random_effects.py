@@ -127,7 +127,7 @@ class Marginal(NamedTuple):
 
 def random_effects(data: Information) -> RandomEffects:
     """
-    Return by how much quantities differ, those that do not with a spread of zero.
+    Return by how much quantities differ; those that do not are as in the model, without a spread.
 
     Quantities that act alike compete: the one whose spread gains least is dropped first.
     """
@@ -141,17 +141,10 @@ def random_effects(data: Information) -> RandomEffects:
         if gains[least] >= LEAST_GAIN:
             break
         variances, active = smaller[least], [q for i, q in enumerate(active) if i != least]
-    return _of_those_that_differ(data, variances > 0.0)
-
-
-def _of_those_that_differ(data: Information, differs: Flags) -> RandomEffects:
-    """
-    Return the effects of some quantities, and zeros for the others, which are as in the model.
-
-    If common values of the others were estimated, too, they would bias those that differ.
-    """
-    own, shape = data.only(differs), data.gradients.shape
+    differs, shape = variances > 0.0, data.gradients.shape
     effects = RandomEffects(np.zeros(shape[1]), np.zeros(shape), np.zeros(shape), np.ones(shape))
+    # common values of the others, if estimated too, would bias those that differ
+    own = data.only(differs)
     found = _shrunk(own, _likeliest(own, range(int(differs.sum()))))
     for whole, part in zip(effects, found, strict=True):
         whole[..., differs] = part

@@ -13,11 +13,11 @@ from pneu_rig_ros.diagnosis.answer.random_effects import (
     random_effects,
     two_sided,
 )
-from pneu_rig_ros.diagnosis.answer.run_differences import FEWEST_OTHERS
-from pneu_rig_ros.diagnosis.answer.varying_quantities import (
+from pneu_rig_ros.diagnosis.answer.run_differences import (
+    FEWEST_OTHERS,
     changes,
     key_of,
-    unit_of,
+    scale_at,
     varying_quantities,
 )
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate
@@ -51,7 +51,7 @@ class Variation(NamedTuple):
     def spreads(self) -> dict[str, float]:
         """Name of each quantity -> its standard deviation between the recordings [SI]."""
         pairs = zip(self.quantities, self.effects.spreads.tolist(), strict=True)
-        return {key_of(quantity): unit_of(quantity) * spread for quantity, spread in pairs}
+        return {key_of(quantity): scale_at(quantity) * spread for quantity, spread in pairs}
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Yield the quantities of each recording, as in diagnosis.json."""

@@ -16,15 +16,15 @@ from scipy.stats import false_discovery_control, t
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.answer.intervals import CONFIDENCE
-from pneu_rig_ros.diagnosis.answer.varying_quantities import (
-    changes,
-    key_of,
-    scale_at,
-    unit_of,
-    value_in,
-    varying_quantities,
+from pneu_rig_ros.diagnosis.causes.candidates import (
+    CONDITIONS,
+    FORCE,
+    PARAMETER_RATIO,
+    Candidate,
+    Coordinate,
+    Explanation,
 )
-from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
+from pneu_rig_ros.diagnosis.inputs.system import value_of
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import (
@@ -34,13 +34,39 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
 )
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.empirical import robust_weights
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, STEP, fit
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, MOST_LEFT, remaining_share
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import Executor, map_tasks
+from pneu_rig_ros.model.quantity import Quantity
 
 FEWEST_OTHERS = 3
 """Recordings with which one is compared: the spread of fewer is hardly known."""
+
+
+@dataclass(frozen=True)
+class FrictionLevel(Candidate):
+    """The level of friction, Coulomb and breakaway force, relative to the model's."""
+
+    def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
+        """Return the hypothesis with both forces multiplied."""
+        friction = hypothesis.model.friction
+        for name in ('coulomb_force', 'breakaway_force'):
+            value = values[0] * getattr(friction, name)
+            hypothesis = hypothesis.with_parameter('friction', name, value)
+        return hypothesis
+
+
+CHANGING = 'friction.coulomb_force', 'friction.breakaway_force', 'friction.viscous_coefficient'
+"""Parameters that may change from recording to recording, as conditions do."""
+RATIO = Quantity('-', 1.0 / PARAMETER_RATIO, PARAMETER_RATIO, "times the model's")
+LEVEL = FrictionLevel(
+    CONDITIONS + 'friction_level',
+    FORCE,
+    (Coordinate('times', RATIO, RATIO.low, RATIO.high, 1.0, True, 1.0),),
+    ((1.0,),),
+)
+"""What wear, lubrication and warmth change."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +217,7 @@ def _tests(
             expected, uncertain = weights @ values[others] / weights.sum(), 1.0 / weights.sum()
             freedom = float(others.sum() - 1)
         elif (known := earlier.get(key_of(quantity))) is not None:
-            spread, expected, uncertain, freedom = known / unit_of(quantity), 0.0, 0.0, np.inf
+            spread, expected, uncertain, freedom = known / scale_at(quantity), 0.0, 0.0, np.inf
         else:
             continue
         difference = float(values[i] - expected)
@@ -218,3 +244,43 @@ def spread_between(values: Floats, variances: Floats) -> float:
         return 0.0
     best = float(minimize_scalar(negative_log, bounds=(0.0, widest), method='bounded').x)
     return best if negative_log(best) < negative_log(0.0) else 0.0
+
+
+def varying_quantities(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the quantities among candidates that may change from recording to recording."""
+    quantities = {c.name: c for c in candidates if c.is_condition or c.name in CHANGING}
+    if any(quantity.group == FORCE for quantity in quantities.values()):
+        quantities[LEVEL.name] = LEVEL
+    return list(quantities.values())
+
+
+def key_of(quantity: Candidate) -> str:
+    """Return the name of a quantity without its section."""
+    return quantity.name.split('.')[-1]
+
+
+def changes(quantity: Candidate, hypothesis: Hypothesis, run: Dataset, residual: Floats) -> Floats:
+    """
+    Return the derivative of the whitened residuals of a run by a quantity, shape (n,).
+
+    :param residual: they themselves
+    """
+    value = value_in(quantity, hypothesis)
+    moved = quantity.apply(hypothesis, (value + STEP * scale_at(quantity, value),))
+    derivative: Floats = (run.whitened(moved) - residual) / STEP
+    return derivative
+
+
+def value_in(quantity: Candidate, hypothesis: Hypothesis) -> float:
+    """Return the value of a quantity in a hypothesis [unit]."""
+    if quantity.is_condition:
+        return hypothesis.conditions.get(
+            quantity.name.removeprefix(CONDITIONS), quantity.coordinates[0].null
+        )
+    return value_of(hypothesis.model, quantity.name)
+
+
+def scale_at(quantity: Candidate, value: float = 1.0) -> float:
+    """Return by how much a quantity changes with its internal value, at some value [unit]."""
+    (c,) = quantity.coordinates
+    return value if c.logarithmic else c.scale
