@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from terminal import Outcome, Terminal
 
-from pneu_rig_ros.claims import experiments
+from pneu_rig_ros.claims import experiments, statements
 from pneu_rig_ros.claims.experiments import Laboratory, Reading
-from pneu_rig_ros.claims.findings import Row
+from pneu_rig_ros.claims.findings import Row, Statement
 from pneu_rig_ros.claims.statements import STATEMENTS, measure
 
 
@@ -35,12 +35,22 @@ Run = Callable[..., Outcome]
 
 
 @pytest.fixture
-def run(laboratory: Laboratory, terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Return what runs `pneu-rig claims` here, in the one laboratory if the reading is its own."""
+def run(
+    laboratory: Laboratory,
+    rows: list[Row],
+    terminal: Terminal,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Run:
+    """Return what runs `pneu-rig claims` here, which finds the default reading measured."""
     own = experiments.Laboratory
+    measured = {row.statement: row for row in rows}
 
     def found(reading: Reading) -> Laboratory:
         return laboratory if reading == laboratory.reading else own(reading)
 
+    def row(where: Laboratory, statement: Statement) -> Row:
+        return measured[statement] if where is laboratory else measure(where, statement)
+
     monkeypatch.setattr(experiments, 'Laboratory', found)
+    monkeypatch.setattr(statements, 'measure', row)
     return partial(terminal.run, 'claims')

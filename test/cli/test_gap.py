@@ -47,12 +47,9 @@ sys.exit(main(sys.argv[3:]))
 
 
 @pytest.mark.live
+@pytest.mark.long
 @pytest.mark.timeout(900)  # a diagnosis, on a machine that may be busy
-@pytest.mark.parametrize(
-    ('fit', 'verify'),
-    [(2, 1), pytest.param(len(FIT), len(VERIFY), marks=pytest.mark.long)],
-    ids=['some', 'all'],
-)
+@pytest.mark.parametrize(('fit', 'verify'), [(2, 1), (len(FIT), len(VERIFY))], ids=['some', 'all'])
 def test_hidden_effect_comes_out_and_the_gap_closes(
     terminal: Terminal, fit: int, verify: int
 ) -> None:
