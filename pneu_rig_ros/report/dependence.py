@@ -152,8 +152,7 @@ def _moving(track: Track) -> Samples | None:
     latent, windows = track.latent, track.windows
     variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
     variables['time'] = latent.time
-    direction = windows.direction[latent.members]
-    return Samples(latent.cleared, latent.covariance, variables, direction)
+    return Samples(latent.cleared, latent.covariance, variables, latent.direction)
 
 
 def _breaking(track: Track) -> Samples | None:

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
 from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT, Comparison
+from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT
+from pneu_rig_ros.diagnosis.residuals.dataset import RunData
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.whole_files import atomic_write
@@ -114,8 +115,8 @@ def _drawings(diagnosis: Diagnosis, answer: rows.Answer) -> Iterator[Drawing]:
                 partial(draw_shape, effect['name'], effect['shape']),
                 'added',
             )
-    for comparison in diagnosis.held_out.comparisons:
-        yield from _validation_drawings(diagnosis, comparison, improved)
+    for data in diagnosis.held_out.runs:
+        yield from _validation_drawings(diagnosis, data, improved)
     if (plan := diagnosis.next_experiment) is not None:
         run = diagnosis.training.comparisons[0].run
         yield Drawing(
@@ -165,14 +166,14 @@ def spans_of(answer: rows.Answer, balance: str) -> dict[str, list[tuple[float, f
 
 
 def _validation_drawings(
-    diagnosis: Diagnosis, comparison: Comparison, improved: Hypothesis | None
+    diagnosis: Diagnosis, data: RunData, improved: Hypothesis | None
 ) -> Iterator[Drawing]:
     def draw(free: bool = False) -> Figure:
-        aligned = diagnosis.held_out.aligned(diagnosis.improved, comparison)
+        aligned = data.aligned(diagnosis.improved)
         return draw_improvement(runs_of(aligned, diagnosis.given, improved, free))
 
-    name = comparison.run.name
-    if not comparison.free:
+    name = data.comparison.run.name
+    if not data.comparison.free:
         yield Drawing(
             f'{name}, along the measured motion',
             'The motion is the measured one; the simulation has only the first readings of the '

@@ -72,15 +72,14 @@ class Variation(NamedTuple):
 def nuisance_rows(hypothesis: Hypothesis, dataset: Dataset) -> Iterator[dict[str, Any]]:
     """Yield the nuisance parameters of each run, as in diagnosis.json."""
     names = CLOCK_OFFSET, f'{INITIAL_TEMPERATURE}_1', f'{INITIAL_TEMPERATURE}_2'
-    for comparison in dataset.comparisons:
-        run, estimate = comparison.run, dataset.nuisances(hypothesis, comparison)
+    for data in dataset.runs:
+        run, estimate = data.comparison.run, data.nuisances(hypothesis)
         if estimate is None:
             continue
         warm = run.temperature_offset > 0.0
         used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
         shown = np.flatnonzero(used).tolist()
-        values = np.array([estimate.delay, *estimate.temperatures])[shown]
-        deviations = estimate.deviations[shown]
+        values, deviations = estimate.values[shown], estimate.deviations[shown]
         p_values = two_sided(values - Ranges.of(hypothesis, run).prior[shown], deviations)
         half = HALF_WIDTH * deviations
         columns = (each.tolist() for each in (values, values - half, values + half, p_values))

@@ -143,18 +143,11 @@ def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
 
 def cell_tests(cells: Sequence[Cell]) -> list[CellTest]:
     """Return the tests of all cells; the indicators of a group are whitened in one go."""
-    flags: dict[int, list[Flags]] = {}
-    groups: dict[int, Windows] = {}
+    flags: dict[Windows, list[Flags]] = {}
     for group, members in (member for cell in cells for member in cell.members):
-        groups[id(group)] = group
-        flags.setdefault(id(group), []).append(members)
-    columns = {
-        key: iter(np.ascontiguousarray(groups[key].indicators(each).T))
-        for key, each in flags.items()
-    }
-    return [
-        cell_test(cell, [next(columns[id(group)]) for group, _ in cell.members]) for cell in cells
-    ]
+        flags.setdefault(group, []).append(members)
+    rows = {group: iter(group.indicators(each)) for group, each in flags.items()}
+    return [cell_test(cell, [next(rows[group]) for group, _ in cell.members]) for cell in cells]
 
 
 def cells(groups: Sequence[Windows]) -> Iterator[Cell]:

@@ -24,7 +24,12 @@ from scipy.optimize import least_squares
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.balances import (
+    Comparison,
+    Residuals,
+    changes,
+    side_by_side,
+)
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
 from pneu_rig_ros.errors import RigError
@@ -97,20 +102,20 @@ class RunNuisances:
     """
     Estimated nuisance parameters of one run.
 
-    :param delay: of the pressures [s]
-    :param temperatures: of the gas in both chambers at the start [K]
-    :param deviations: standard deviations of the delay [s] and the temperatures [K], shape (3,)
+    :param values: delay of the pressures [s], and temperatures of the gas in both chambers at the
+        start [K], shape (3,)
+    :param deviations: their standard deviations, shape (3,)
     """
 
-    delay: float
-    temperatures: tuple[float, float]
+    values: Floats
     deviations: Floats
 
     def correct(self, run: Run) -> Run:
         """Return a run without these errors."""
+        delay, first, second = self.values.tolist()
         if run.clock_offset > 0.0:
-            run = run.with_delay(self.delay)
-        return replace(run, temperatures=self.temperatures) if run.temperature_offset > 0 else run
+            run = run.with_delay(delay)
+        return replace(run, temperatures=(first, second)) if run.temperature_offset > 0 else run
 
 
 def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
@@ -118,11 +123,12 @@ def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
     run = comparison.run
     step = HALF_STEP * run.clock_offset
     if step <= 0.0:
-        return Residuals(*(np.zeros((size, 1)) for size in comparison.sizes))
-    early = Comparison(run.with_delay(run.delay - step)).residuals(hypothesis)
-    late = Comparison(run.with_delay(run.delay + step)).residuals(hypothesis)
-    changes = [(b - a) / (2.0 * HALF_STEP) for a, b in zip(early, late, strict=True)]
-    return Residuals(*(np.nan_to_num(change)[:, np.newaxis] for change in changes))
+        return comparison.zeros(1)
+    early, late = (
+        Comparison(run.with_delay(delay)).residuals(hypothesis)
+        for delay in (run.delay - step, run.delay + step)
+    )
+    return changes(early, late)
 
 
 def temperature_columns(
@@ -135,27 +141,25 @@ def temperature_columns(
     effect no residual depends on them.
     """
     step = comparison.run.temperature_offset
-    columns = Residuals(*(np.zeros((size, 2)) for size in comparison.sizes))
+    columns = comparison.zeros(2)
     if step > 0.0 and hypothesis.effects:
         first, second = initial_temperatures(hypothesis, comparison.run)
         warmer = replace(comparison.run, temperatures=(first + step, second + step))
-        changed = Comparison(warmer).residuals(hypothesis)
-        columns.gas_1[:, 0] = np.nan_to_num(changed.gas_1 - residuals.gas_1)
-        columns.gas_2[:, 1] = np.nan_to_num(changed.gas_2 - residuals.gas_2)
+        change = changes(residuals, Comparison(warmer).residuals(hypothesis))
+        columns.gas_1[:, :1], columns.gas_2[:, 1:] = change.gas_1, change.gas_2
     return columns
 
 
 def varying_columns(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
     """Return the change of each residual by one standard deviation of what may vary, (m, k)."""
     spreads = between_recordings(comparison.run.repeatability)
-    columns = [Residuals(*(np.zeros((size, 0)) for size in comparison.sizes))]
-    if spreads:
-        residuals = comparison.residuals(hypothesis)
-        for name, spread in spreads.items():
-            moved = comparison.residuals(hypothesis.varied(name, spread))
-            pairs = zip(residuals, moved, strict=True)
-            columns.append(Residuals(*(np.nan_to_num(b - a)[:, np.newaxis] for a, b in pairs)))
-    return Residuals(*(np.hstack(each) for each in zip(*columns, strict=True)))
+    if not spreads:
+        return comparison.zeros(0)
+    residuals = comparison.residuals(hypothesis)
+    moved = (
+        comparison.residuals(hypothesis.varied(name, spread)) for name, spread in spreads.items()
+    )
+    return side_by_side(*(changes(residuals, each) for each in moved))
 
 
 def initial_temperatures(hypothesis: Hypothesis, run: Run) -> tuple[float, float]:
@@ -164,8 +168,7 @@ def initial_temperatures(hypothesis: Hypothesis, run: Run) -> tuple[float, float
     return run.temperatures or (supply, supply)
 
 
-@dataclass(frozen=True)
-class Ranges:
+class Ranges(NamedTuple):
     """
     What delay [s] and initial temperatures [K] may be, shape (3,) each.
 
@@ -186,16 +189,13 @@ class Ranges:
         limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
         return cls(np.array([0.0, supply, supply]), scale, limit)
 
-    def scaled(self, estimate: RunNuisances) -> Floats:
+    def scaled(self, values: Floats) -> Floats:
         """Return values as differences from the prior [standard deviations], shape (3,)."""
-        difference = np.array([estimate.delay, *estimate.temperatures]) - self.prior
-        return np.divide(difference, self.scale, out=np.zeros(3), where=self.scale > 0.0)
+        return np.divide(values - self.prior, self.scale, out=np.zeros(3), where=self.scale > 0.0)
 
-    def estimate(self, scaled: Floats, deviations: Floats) -> RunNuisances:
-        """Return the values within their limits."""
-        inside = np.clip(self.scale * scaled, -self.limit, self.limit)
-        delay, first, second = (self.prior + inside).tolist()
-        return RunNuisances(delay, (first, second), deviations)
+    def values(self, scaled: Floats) -> Floats:
+        """Return the values within their limits, shape (3,)."""
+        return self.prior + np.clip(self.scale * scaled, -self.limit, self.limit)
 
 
 def estimate_nuisances(
@@ -209,15 +209,14 @@ def estimate_nuisances(
     :param noise: without them
     """
     run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
-    start = initial_temperatures(hypothesis, run)
-    estimate = RunNuisances(run.delay, start, ranges.scale)
+    start = np.array([run.delay, *initial_temperatures(hypothesis, run)])
+    estimate = RunNuisances(start, ranges.scale)
     for _ in range(GAUSS_NEWTON_STEPS):
-        scaled = ranges.scaled(estimate)
+        scaled = ranges.scaled(estimate.values)
         corrected = Comparison(estimate.correct(run))
         residuals = corrected.residuals(hypothesis)
-        clock = clock_column(hypothesis, corrected)
         temperatures = temperature_columns(hypothesis, corrected, residuals)
-        slopes = [np.hstack(pair) for pair in zip(clock, temperatures, strict=True)]
+        slopes = side_by_side(clock_column(hypothesis, corrected), temperatures)
         columns = [Residuals(*(slope[:, index] for slope in slopes)) for index in range(3)]
         residual = np.concatenate(noise.whiten(residuals))
         matrix = np.column_stack([np.concatenate(noise.whiten(column)) for column in columns])
@@ -227,7 +226,7 @@ def estimate_nuisances(
         left = residual + matrix @ step
         excess = max(float(left @ left) / max(left.size, 1), 1.0)
         deviations = np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * ranges.scale
-        estimate = ranges.estimate(scaled + step, deviations)
+        estimate = RunNuisances(ranges.values(scaled + step), deviations)
         if np.all(np.abs(step) <= CONVERGED):
             break
     return estimate
@@ -248,30 +247,28 @@ def fitted_to_pressures(
     chambers = run.chambers
     if comparison.free or not chambers or run.temperature_offset <= 0.0:
         return start
-    noise, delay = np.array(run.noise.pressures)[chambers], ranges.scaled(start)[0]
+    noise, (delay, *temperatures) = np.array(run.noise.pressures), ranges.scaled(start.values)
 
     def estimate(scaled: Floats) -> RunNuisances:
-        return ranges.estimate(np.append(delay, scaled), start.deviations)
+        return replace(start, values=ranges.values(np.append(delay, scaled)))
 
     def residual(scaled: Floats) -> Floats:
         corrected = Comparison(estimate(scaled).correct(run))
         gap = chamber_pressures(hypothesis, corrected) - corrected.run.pressures[1:]
-        return np.append((gap[:, chambers] / noise).ravel(), scaled)
+        return np.append((gap[:, chambers] / noise[chambers]).ravel(), scaled)
 
     def jacobian(scaled: Floats) -> Floats:
         base, steps = residual(scaled), PRESSURE_STEP * np.eye(2)
         return np.column_stack([residual(scaled + step) - base for step in steps]) / PRESSURE_STEP
 
-    solution = least_squares(
-        residual, ranges.scaled(start)[1:], jac=jacobian, max_nfev=GAUSS_NEWTON_STEPS
-    )
+    solution = least_squares(residual, temperatures, jac=jacobian, max_nfev=GAUSS_NEWTON_STEPS)
     # without the two rows of the prior
     misfit, slopes = np.reshape(solution.fun[:-2], (-1, len(chambers))), solution.jac[:-2]
     excess = max(float(np.mean(misfit**2)), 1.0) * correlated_samples(misfit)
     covariance = np.linalg.inv(slopes.T @ slopes / excess + np.eye(2))
     found = estimate(solution.x)
     # the mass follows from the first pressure: its noise counts as an error of the temperature
-    first = np.array(found.temperatures) * run.noise.pressures / run.pressures[0]
+    first = found.values[1:] * noise / run.pressures[0]
     deviations = np.hypot(np.sqrt(np.diag(covariance)) * ranges.scale[1:], first)
     return replace(found, deviations=np.append(start.deviations[0], deviations))
 
