@@ -28,7 +28,6 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     CLOCK_OFFSET,
     FORCE_OFFSET,
     INITIAL_TEMPERATURE,
-    Ranges,
 )
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
 from pneu_rig_ros.rig.configuration import REPEATABILITY
@@ -80,7 +79,7 @@ def nuisance_rows(hypothesis: Hypothesis, dataset: Dataset) -> Iterator[dict[str
         used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
         shown = np.flatnonzero(used).tolist()
         values, deviations = estimate.values[shown], estimate.deviations[shown]
-        p_values = two_sided(values - Ranges.of(hypothesis, run).prior[shown], deviations)
+        p_values = two_sided(values - estimate.prior[shown], deviations)
         half = HALF_WIDTH * deviations
         columns = (each.tolist() for each in (values, values - half, values + half, p_values))
         for i, value, low, high, p_value in zip(shown, *columns, strict=True):

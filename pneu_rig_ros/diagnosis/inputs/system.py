@@ -24,7 +24,7 @@ from typing import Any, cast
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     INITIAL_TEMPERATURE,
-    NUISANCES,
+    USUAL,
     read_nuisances,
     written_nuisances,
 )
@@ -35,7 +35,6 @@ from pneu_rig_ros.model.quantity import (
     mapping_of,
     read_section,
     specifications,
-    unknown,
     write_section,
 )
 from pneu_rig_ros.model.shape import write_effect
@@ -202,9 +201,8 @@ def _read(data: dict[str, Any], origin: str) -> System:
             defaults['exhaust_zero_voltage'] = values['exhaust_voltage']
         changed = getattr(model, name)._replace(**{**defaults, **values})
         model = model._replace(**{name: changed})
-    sensors = data.get('sensors')
-    if sensors is not None:
-        sensors = cast(Sensors, read_section(Sensors, sensors, f'{origin}: sensors'))
+    if (sensors := data.get('sensors')) is not None:
+        sensors = read_section(Sensors, sensors, f'{origin}: sensors')
     fixed = _parsed({} if data.get('fixed') is None else data['fixed'], FIXED, f'{origin}: fixed')
     vessel = shut and 'position' in fixed
     refit = _refit(data.get('refit'), model, origin)
@@ -217,8 +215,7 @@ def _read(data: dict[str, Any], origin: str) -> System:
     hypothesis = Hypothesis(model, read_effects(data.get('effects'), origin))
     each_recording = read_nuisances(data.get('each_recording'), f'{origin}: each_recording')
     if vessel:  # which has just been filled, and its gas warmed by an unmeasured amount
-        usual = NUISANCES[INITIAL_TEMPERATURE].default
-        each_recording = {INITIAL_TEMPERATURE: usual, **each_recording}
+        each_recording = {INITIAL_TEMPERATURE: USUAL[INITIAL_TEMPERATURE], **each_recording}
     return System(
         str(data.get('name', Path(origin).stem)),
         hypothesis,
@@ -249,10 +246,8 @@ def _refit(data: object, model: Model, origin: str) -> dict[str, tuple[float, fl
         if isinstance(getattr(spec, 'item', spec), Quantity)
     ]
     ranges = {}
-    for full, limits in (data or {}).items():
+    for full, limits in mapping_of(data or {}, allowed, f'{origin}: refit').items():
         where = f'{origin}: refit.{full}'
-        if full not in allowed:
-            raise RigError(f'{origin}: refit: {unknown(str(full), allowed)}')
         if not isinstance(limits, list) or len(limits) != 2:
             raise RigError(f'{where}: expected [low, high]')
         low, high = (quantity_of(full).parse(limit, where) for limit in limits)

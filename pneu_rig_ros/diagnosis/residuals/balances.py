@@ -35,19 +35,20 @@ UNITS = {'gas_1': 'kg/s', 'gas_2': 'kg/s', 'force': 'N'}
 STOP_UNIT = 'm'
 """Of what the balance of forces has at an end stop, which holds the piston at its place."""
 
-GAS_WINDOW, FORCE_WINDOW = 0.1, 0.07
-"""Length of the test functions [s]: as long as the duration of a slip permits."""
-STOP_WINDOW = 0.5
+GAS_OVERLAP, FORCE_OVERLAP = 2, 3
+"""Windows that overlap at any instant."""
+GAS, FORCE = (2, 0.1, GAS_OVERLAP), (4, 0.07, FORCE_OVERLAP)
 """
-Length of the windows at an end stop [s]: a contact of a few seconds has several, so that they
-make a cell, and few beside those of the sliding piston.
+Test functions: power of the sine, so that the first or the second derivative vanishes at the ends,
+length [s], as long as the duration of a slip permits, and overlap.
+"""
+STOP = 2, 0.5, 1
+"""
+The same at an end stop: a contact of a few seconds has several, so that they make a cell, and few
+beside those of the sliding piston.
 """
 LEAST_SAMPLES = 20
 """A test function has at least so many intervals."""
-GAS_POWER, FORCE_POWER = 2, 4
-"""Of the sine: the first and the second derivative of the test functions vanish at their ends."""
-GAS_OVERLAP, FORCE_OVERLAP = 2, 3
-"""Windows that overlap at any instant."""
 LOAD_WINDOW = 0.012
 """Length of the mean of the load at the end of a rest [s]."""
 LEAST_LOAD = 0.2
@@ -96,17 +97,17 @@ class Comparison:
     @cached_property
     def gas(self) -> TestFunctions:
         """Windows of the gas balances."""
-        return self._windows(GAS_POWER, GAS_WINDOW, GAS_OVERLAP)
+        return self._windows(*GAS)
 
     @cached_property
     def motion(self) -> TestFunctions:
         """Windows of the balance of forces."""
-        return self._windows(FORCE_POWER, FORCE_WINDOW, FORCE_OVERLAP)
+        return self._windows(*FORCE)
 
     @cached_property
     def stops(self) -> TestFunctions:
         """Windows of the readings at an end stop."""
-        return self._windows(GAS_POWER, STOP_WINDOW, 1)
+        return self._windows(*STOP)
 
     def _windows(self, power: int, length: float, overlap: int) -> TestFunctions:
         size = max(round(length / self.run.interval), LEAST_SAMPLES)

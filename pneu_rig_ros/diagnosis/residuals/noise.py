@@ -64,8 +64,7 @@ class NoiseModel(NamedTuple):
 
     def whiten(self, residuals: Residuals) -> Residuals:
         """Return the whitened residuals of the kept windows."""
-        pairs = zip(self, residuals, strict=True)
-        return Residuals(*(whiten(residual) for whiten, residual in pairs))
+        return Residuals(*(whiten(each) for whiten, each in zip(self, residuals, strict=True)))
 
     def with_shared(self, columns: Residuals) -> NoiseModel:
         """Return the noise with more nuisance parameters, see ``Whitener.with_shared``."""

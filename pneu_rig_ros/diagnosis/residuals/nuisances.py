@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -33,7 +32,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import (
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.quantity import Quantity, unknown
+from pneu_rig_ros.model.quantity import Quantity, mapping_of
 from pneu_rig_ros.rig.configuration import between_recordings
 
 FORCE_OFFSET = 'force_offset'
@@ -49,28 +48,21 @@ CONVERGED = 0.01
 """Largest last step of a converged estimate [standard deviations]."""
 
 
-class Nuisance(NamedTuple):
-    """
-    An error that is constant in a recording.
-
-    :param quantity: its standard deviation
-    :param default: that where the file gives none [SI]
-    """
-
-    quantity: Quantity
-    default: float
-
-
 NUISANCES = {
-    # more than any force of a bench: its zero is unknown
-    FORCE_OFFSET: Nuisance(Quantity('N', 1e-3, 1e6, 'zero of the force of a bench'), 1e4),
-    # recorders that are started by hand or exchange packets are some 0.1 s apart
-    CLOCK_OFFSET: Nuisance(Quantity('s', 1e-4, 10.0, 'delay of the pressures'), 0.3),
-    # filling a chamber, or a stroke in a second, warms or cools its gas by tens of kelvin
-    INITIAL_TEMPERATURE: Nuisance(
-        Quantity('K', 0.1, 100.0, 'of the gas at the start less that of the walls'), 30.0
-    ),
+    FORCE_OFFSET: Quantity('N', 1e-3, 1e6, 'zero of the force of a bench'),
+    CLOCK_OFFSET: Quantity('s', 1e-4, 10.0, 'delay of the pressures'),
+    INITIAL_TEMPERATURE: Quantity('K', 0.1, 100.0, 'of the gas at the start less the walls'),
 }
+"""Errors that are constant in a recording, by their standard deviations."""
+USUAL = {
+    # more than any force of a bench: its zero is unknown
+    FORCE_OFFSET: 1e4,
+    # recorders that are started by hand or exchange packets are some 0.1 s apart
+    CLOCK_OFFSET: 0.3,
+    # filling a chamber, or a stroke in a second, warms or cools its gas by tens of kelvin
+    INITIAL_TEMPERATURE: 30.0,
+}
+"""The same where the file gives none [SI]."""
 
 
 def read_nuisances(data: object, where: str) -> dict[str, float]:
@@ -81,34 +73,54 @@ def read_nuisances(data: object, where: str) -> dict[str, float]:
     """
     if not isinstance(data, list | dict | None):
         raise RigError(f'{where}: expected a list of names, or a mapping to standard deviations')
-    for name in data or ():
-        if name not in NUISANCES:
-            raise RigError(f'{where}: {unknown(str(name), NUISANCES)}')
+    names = mapping_of({str(name): None for name in data or ()}, NUISANCES, where)
     if not isinstance(data, dict):
-        return {str(name): NUISANCES[name].default for name in data or ()}
-    return {
-        str(name): NUISANCES[name].quantity.parse(text, f'{where}.{name}')
-        for name, text in data.items()
-    }
+        return {name: USUAL[name] for name in names}
+    return {name: NUISANCES[name].parse(data[name], f'{where}.{name}') for name in names}
 
 
 def written_nuisances(deviations: Mapping[str, float]) -> dict[str, str]:
     """Return the mapping that :func:`read_nuisances` reads back."""
-    return {name: NUISANCES[name].quantity.format(value) for name, value in deviations.items()}
+    return {name: NUISANCES[name].format(value) for name, value in deviations.items()}
 
 
 @dataclass(frozen=True)
 class RunNuisances:
     """
-    Estimated nuisance parameters of one run.
+    Delay of the pressures [s], and temperatures of the gas in both chambers at the start [K].
 
-    :param values: delay of the pressures [s], and temperatures of the gas in both chambers at the
-        start [K], shape (3,)
-    :param deviations: their standard deviations, shape (3,)
+    :param values: those of one run, shape (3,) as all of these
+    :param deviations: standard deviations of the values
+    :param prior: the likeliest values of any run
+    :param scale: standard deviations of the prior
+    :param limit: largest difference from it
     """
 
     values: Floats
     deviations: Floats
+    prior: Floats
+    scale: Floats
+    limit: Floats
+
+    @classmethod
+    def before(cls, hypothesis: Hypothesis, run: Run) -> RunNuisances:
+        """Return the values for which a run is corrected so far, known as well as any."""
+        supply = hypothesis.model.gas.supply_temperature
+        values = np.array([run.delay, *initial_temperatures(hypothesis, run)])
+        scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
+        limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
+        return cls(values, scale, np.array([0.0, supply, supply]), scale, limit)
+
+    @property
+    def scaled(self) -> Floats:
+        """The values as differences from the prior [standard deviations], shape (3,)."""
+        difference = self.values - self.prior
+        return np.divide(difference, self.scale, out=np.zeros(3), where=self.scale > 0.0)
+
+    def at(self, scaled: Floats) -> RunNuisances:
+        """Return the same with other values, within the limits."""
+        inside = np.clip(self.scale * scaled, -self.limit, self.limit)
+        return replace(self, values=self.prior + inside)
 
     def correct(self, run: Run) -> Run:
         """Return a run without these errors."""
@@ -168,36 +180,6 @@ def initial_temperatures(hypothesis: Hypothesis, run: Run) -> tuple[float, float
     return run.temperatures or (supply, supply)
 
 
-class Ranges(NamedTuple):
-    """
-    What delay [s] and initial temperatures [K] may be, shape (3,) each.
-
-    :param prior: the likeliest
-    :param scale: standard deviations
-    :param limit: largest difference from the prior
-    """
-
-    prior: Floats
-    scale: Floats
-    limit: Floats
-
-    @classmethod
-    def of(cls, hypothesis: Hypothesis, run: Run) -> Ranges:
-        """Return the ranges for a run."""
-        supply = hypothesis.model.gas.supply_temperature
-        scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
-        limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
-        return cls(np.array([0.0, supply, supply]), scale, limit)
-
-    def scaled(self, values: Floats) -> Floats:
-        """Return values as differences from the prior [standard deviations], shape (3,)."""
-        return np.divide(values - self.prior, self.scale, out=np.zeros(3), where=self.scale > 0.0)
-
-    def values(self, scaled: Floats) -> Floats:
-        """Return the values within their limits, shape (3,)."""
-        return self.prior + np.clip(self.scale * scaled, -self.limit, self.limit)
-
-
 def estimate_nuisances(
     hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel
 ) -> RunNuisances:
@@ -208,12 +190,10 @@ def estimate_nuisances(
 
     :param noise: without them
     """
-    run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
-    start = np.array([run.delay, *initial_temperatures(hypothesis, run)])
-    estimate = RunNuisances(start, ranges.scale)
+    estimate = RunNuisances.before(hypothesis, comparison.run)
     for _ in range(GAUSS_NEWTON_STEPS):
-        scaled = ranges.scaled(estimate.values)
-        corrected = Comparison(estimate.correct(run))
+        scaled = estimate.scaled
+        corrected = Comparison(estimate.correct(comparison.run))
         residuals = corrected.residuals(hypothesis)
         temperatures = temperature_columns(hypothesis, corrected, residuals)
         slopes = side_by_side(clock_column(hypothesis, corrected), temperatures)
@@ -225,8 +205,8 @@ def estimate_nuisances(
         step = -covariance @ (matrix.T @ residual + scaled)
         left = residual + matrix @ step
         excess = max(float(left @ left) / max(left.size, 1), 1.0)
-        deviations = np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * ranges.scale
-        estimate = RunNuisances(ranges.values(scaled + step), deviations)
+        deviations = np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * estimate.scale
+        estimate = replace(estimate.at(scaled + step), deviations=deviations)
         if np.all(np.abs(step) <= CONVERGED):
             break
     return estimate
@@ -243,14 +223,13 @@ def fitted_to_pressures(
 
     :param start: by the rates
     """
-    run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
-    chambers = run.chambers
+    run, chambers = comparison.run, comparison.run.chambers
     if comparison.free or not chambers or run.temperature_offset <= 0.0:
         return start
-    noise, (delay, *temperatures) = np.array(run.noise.pressures), ranges.scaled(start.values)
+    noise, (delay, *temperatures) = np.array(run.noise.pressures), start.scaled
 
     def estimate(scaled: Floats) -> RunNuisances:
-        return replace(start, values=ranges.values(np.append(delay, scaled)))
+        return start.at(np.append(delay, scaled))
 
     def residual(scaled: Floats) -> Floats:
         corrected = Comparison(estimate(scaled).correct(run))
@@ -269,7 +248,7 @@ def fitted_to_pressures(
     found = estimate(solution.x)
     # the mass follows from the first pressure: its noise counts as an error of the temperature
     first = found.values[1:] * noise / run.pressures[0]
-    deviations = np.hypot(np.sqrt(np.diag(covariance)) * ranges.scale[1:], first)
+    deviations = np.hypot(np.sqrt(np.diag(covariance)) * start.scale[1:], first)
     return replace(found, deviations=np.append(start.deviations[0], deviations))
 
 
