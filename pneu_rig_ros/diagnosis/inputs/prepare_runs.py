@@ -143,11 +143,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
 
 
 def _noise(recording: Recording, sensors: Sensors | None, zero: float) -> Noise:
-    """
-    Return the noise that the signals show, at least that of the data sheet.
-
-    :param zero: of the pressure sensors [Pa]
-    """
+    """Return the noise that the signals show, at least that of the data sheet."""
     least: dict[str, float] = {}
     if sensors is not None:
         position, pressure = sensor_noise(sensors)

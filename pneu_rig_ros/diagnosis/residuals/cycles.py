@@ -9,7 +9,7 @@ until the next restart. In a free run of a true model nothing but the noise is l
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -75,11 +75,6 @@ class Cycles:
         spreads = map_runs(partial(spread_of_gap, hypothesis), runs, rng.spawn(len(runs)))
         return cls(runs, tuple(spreads))
 
-    def with_runs(self, comparisons: Sequence[Comparison]) -> Cycles:
-        """Return other readings of the same runs, whose spread is the same."""
-        runs = tuple(MultipleShooting(comparison, self.free) for comparison in comparisons)
-        return Cycles(runs, self.spreads)
-
     @property
     def free(self) -> bool:
         """Whether the runs are restarted in their first rests alone."""
@@ -127,9 +122,7 @@ class Cycles:
     def _block_losses(self, hypothesis: Hypothesis) -> list[Floats]:
         """Return the losses of the readings of each block, shape (blocks,) each."""
         pairs = zip(self.runs, self._scaled(hypothesis), strict=True)
-        return [
-            0.5 * run.weights * np.mean(np.arcsinh(scaled) ** 2, axis=1) for run, scaled in pairs
-        ]
+        return [0.5 * run.weights * np.mean(np.arcsinh(gap) ** 2, axis=1) for run, gap in pairs]
 
     def _scaled(self, hypothesis: Hypothesis) -> list[Floats]:
         """Return the scaled gap of each run, shape (blocks, 3) each."""
@@ -233,8 +226,9 @@ def compare_free_runs(
     measured = Cycles.of(hypothesis, comparisons, rng, free=True)
     losses, rows = measured.losses_by_run(hypothesis), list[Floats]()
     for _ in range(FREE_REPLICATES):
-        replicates = measured.with_runs(replicates_of(hypothesis, comparisons, rng))
-        rows.append(replicates.losses_by_run(hypothesis))
+        replicates = replicates_of(hypothesis, comparisons, rng)
+        runs = tuple(MultipleShooting(each, free=True) for each in replicates)
+        rows.append(replace(measured, runs=runs).losses_by_run(hypothesis))
     expected, logarithms = np.array(rows), np.log(rows)
     deviation = logarithms.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / FREE_REPLICATES)
     distance = (np.log(losses) - logarithms.mean(axis=0)) / deviation

@@ -181,11 +181,7 @@ class Dataset:
         return self.runs[0].inflation
 
     def with_cycles(self, hypothesis: Hypothesis, rng: Generator, free: bool = False) -> Dataset:
-        """
-        Return the dataset with simulated cycles, spread as if the hypothesis were true.
-
-        :param free: whether they are those of free runs
-        """
+        """Return the dataset with cycles, or free runs, spread as if the hypothesis were true."""
         return replace(self, cycles=Cycles.of(hypothesis, self.comparisons, rng, free))
 
     @property

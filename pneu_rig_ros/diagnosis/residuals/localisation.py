@@ -114,11 +114,7 @@ class CellTest(NamedTuple):
 
 
 def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
-    """
-    Return the test of a cell.
-
-    :param indicators: of each member, whitened, see ``Windows.indicators``
-    """
+    """Return the test of a cell with the indicators of each member, see ``Windows``."""
     top = bottom = clipped_squares = squares = mean = 0.0
     count, differs = 0, 0.0
     for (group, flags), weights in zip(cell.members, indicators, strict=True):

@@ -75,12 +75,7 @@ class NoiseModel(NamedTuple):
 def noise_model(
     hypothesis: Hypothesis, comparison: Comparison, rng: Generator, copies: int = COPIES
 ) -> NoiseModel:
-    """
-    Return the noise of the residuals of a run if the hypothesis is true.
-
-    :param rng: of the simulated readings
-    :param copies: how many of these
-    """
+    """Return the noise of the residuals of a run if the hypothesis is true, see ``COPIES``."""
     errors = reading_errors(hypothesis, comparison, rng, copies)
     residuals, inertia = comparison.evaluate(hypothesis)
     gas_1, gas_2 = (
@@ -98,10 +93,9 @@ def gas_noise(
     run, gas, name = comparison.run, comparison.gas, f'gas_{chamber}'
     kept = gas.inside(run.pressure_valid(chamber) & run.position_valid)
     kept &= np.isfinite(residual) & (name in run.balances)
-    variance = gas_variance(hypothesis, comparison, chamber)
-    excess = np.where(kept, excess_variance(errors, variance), 0.0)
+    source = Source(gas_variance(hypothesis, comparison, chamber), gas.correlation(gas.slope))
     differs = run.repeatability.get(name, 0.0)
-    noise = whitener(kept, [Source(variance, gas.correlation(gas.slope))], excess + differs**2)
+    noise = whitener(kept, [source], excess_variance(errors, source.variance) + differs**2)
     return noise.with_shared(np.full((residual.size, 1), differs))
 
 
@@ -122,15 +116,15 @@ def force_noise(
         kept &= motion.inside(bristle_is_known(hypothesis, comparison))
     sources = force_sources(hypothesis, comparison, inertia)
     variance = sources[0].variance + sources[1].variance
-    excess = np.where(kept, excess_variance(errors, variance), 0.0)
     offset = np.full((residual.size, 1), run.force_offset)
     differs = run.repeatability.get('force', 0.0)
+    excess = excess_variance(errors, variance) + differs**2
     outward = comparison.window_velocity >= 0.0
     levels = np.hypot(differs, run.level_error) * np.column_stack([outward, ~outward])
     # what smoothing does to a slip, and noise to the bristle of a slow motion, is alike in all
     smeared = np.nan_to_num(errors.mean(axis=0))[:, np.newaxis]
     columns = [clipped_thrust(hypothesis, comparison), offset, levels, smeared]
-    return whitener(kept, sources, excess + differs**2).with_shared(np.hstack(columns))
+    return whitener(kept, sources, excess).with_shared(np.hstack(columns))
 
 
 def excess_variance(errors: Floats, variance: Floats) -> Floats:

@@ -7,7 +7,6 @@ model spread where the piston creeps, or breaks away at another time than its ve
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -149,8 +148,13 @@ def estimate_inflation(
     hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
 ) -> Inflation:
     """Return the inflation of the noise over one replicate of each run."""
-    seeds = rng.spawn(len(comparisons))
-    triples = map_runs(partial(_replicate, hypothesis), comparisons, seeds)
+
+    def noisy(run: Comparison, rng: Generator) -> tuple[Comparison, NoiseModel, Residuals]:
+        simulated = replicate(hypothesis, run, rng)
+        noise = noise_model(hypothesis, simulated, rng)
+        return simulated, noise, simulated.residuals(hypothesis)
+
+    triples = map_runs(noisy, comparisons, rng.spawn(len(comparisons)))
     classes = np.concatenate([speed_and_direction(run)[n.force.kept] for run, n, _ in triples])
     force = np.concatenate([residuals.force[n.force.kept] for _, n, residuals in triples])
     bias, shift = np.zeros((2, 2 * SPEED_CLASSES))
@@ -164,15 +168,6 @@ def estimate_inflation(
     by_speed = [inflation(force[speeds == number]) for number in range(SPEED_CLASSES)]
     kinds = [inflation(gas_1)], [inflation(gas_2)], by_speed, [inflation(breakaway)], [1.0]
     return known._replace(factors=Residuals(*map(np.array, kinds)))
-
-
-def _replicate(
-    hypothesis: Hypothesis, comparison: Comparison, rng: Generator
-) -> tuple[Comparison, NoiseModel, Residuals]:
-    """Return a replicate of a run with its noise and its residuals."""
-    simulated = replicate(hypothesis, comparison, rng)
-    noise = noise_model(hypothesis, simulated, rng)
-    return simulated, noise, simulated.residuals(hypothesis)
 
 
 def inflation(whitened: Floats) -> float:
