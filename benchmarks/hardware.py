@@ -122,7 +122,7 @@ def draw(bench: Bench, diagnosis: Diagnosis, data: dict[str, Any]) -> None:
     improved = improved_of(diagnosis)
     tracks = tracks_of(diagnosis.training, diagnosis.given, improved)[bench.balance]
     latent = draw_latent(bench.balance, tracks, spans_of(data, bench.balance))
-    comparison = diagnosis.held_out.aligned(diagnosis.improved, diagnosis.held_out.comparisons[-1])
+    comparison = diagnosis.held_out.runs[-1].aligned(diagnosis.improved)
     held_out = draw_improvement(runs_of(comparison, diagnosis.given, improved))
     for kind, figure in zip(CAPTIONS, (latent, held_out), strict=True):
         save_png(figure, picture(bench.name, kind))

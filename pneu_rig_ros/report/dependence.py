@@ -153,8 +153,7 @@ def most_significant_signal(significant: Sequence[SignificantResidual], breaks: 
 def _moving(windows: Windows, latent: Latent) -> Samples:
     variables = {name: latent.average @ windows.variables[name] for name in VARIABLES}
     variables['time'] = latent.time
-    direction = windows.direction[latent.members]
-    return Samples(latent.cleared, latent.covariance, variables, direction)
+    return Samples(latent.cleared, latent.covariance, variables, latent.direction)
 
 
 def _breaking(breaks: Windows) -> Samples:

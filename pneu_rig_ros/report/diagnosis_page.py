@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from pneu_rig_ros.diagnosis.answer.alternatives import rivals
 from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.residuals.dataset import RunData
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.whole_files import atomic_write
@@ -98,8 +98,8 @@ def _figures(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Draw]:
     improved, first = improved_of(diagnosis), diagnosis.training.comparisons[0].run
     figures = _latent_figures(diagnosis, answer, improved)
     figures |= {f'form {one["name"]}': partial(draw_shape, one) for one in answer['effects']}
-    for index, comparison in enumerate(diagnosis.held_out.comparisons):
-        draw = partial(_draw_held_out, diagnosis, improved, comparison)
+    for index, data in enumerate(diagnosis.held_out.runs):
+        draw = partial(_draw_held_out, diagnosis, improved, data)
         figures[f'validation {index}'] = draw
         figures[f'free {index}'] = partial(draw, free=True)
     plan, explanations = diagnosis.next_experiment, rivals(diagnosis.search)
@@ -133,11 +133,11 @@ def _latent_figures(
 
 
 def _draw_held_out(
-    diagnosis: Diagnosis, improved: Hypothesis | None, comparison: Comparison, free: bool = False
+    diagnosis: Diagnosis, improved: Hypothesis | None, data: RunData, free: bool = False
 ) -> Figure | None:
-    if free and not comparison.free:
+    if free and not data.comparison.free:
         return None
-    aligned = diagnosis.held_out.aligned(diagnosis.improved, comparison)
+    aligned = data.aligned(diagnosis.improved)
     return draw_improvement(runs_of(aligned, diagnosis.given, improved, free))
 
 

@@ -10,8 +10,7 @@ from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.diagnosis.residuals.cycle_test import compare_cycles, compare_free_runs
-from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
+from pneu_rig_ros.diagnosis.residuals.cycles import Cycles, compare_cycles, compare_free_runs
 from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
 from pneu_rig_ros.diagnosis.search import selection
 from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN

@@ -38,14 +38,13 @@ def white(balance: str, recording: str, size: int, rng: np.random.Generator) -> 
         recording,
         start,
         start + 0.1,
-        noise,
-        np.ones(size),
-        noise,
-        whitener(kept, [], np.ones(size)),
-        np.ones(size),
         regimes,
         directions,
         variables,
+        noise,
+        noise,
+        whitener(kept, [], np.ones(size)),
+        np.ones(size),
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneu_rig_ros.diagnosis.residuals.whitening import Whitener
+from pneu_rig_ros.diagnosis.residuals.whitening import whitener
 from pneu_rig_ros.diagnosis.residuals.windows import SLIDING, Windows
 from pneu_rig_ros.diagnosis.search.periodogram import SHORTEST, dominant_wavelengths
 
@@ -25,14 +25,13 @@ def windows(span: float, length: float, seed: int) -> Windows:
         'run',
         zeros,
         ones,
-        wave + rng.normal(0.0, 1.0, 400),
-        ones,
-        wave,
-        Whitener.__new__(Whitener),
-        ones,
         names,
         names,
         {'position': position},
+        wave + rng.normal(0.0, 1.0, 400),
+        wave,
+        whitener(np.ones(400, dtype=np.bool_), [], ones),
+        ones,
     )
 
 

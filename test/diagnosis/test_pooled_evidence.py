@@ -82,7 +82,9 @@ def test_what_a_cause_gains_counts_beyond_what_it_gains_by_chance(heavier: Searc
 
 
 def test_recordings_that_differ_are_not_pooled(heavier: Search) -> None:
-    comparisons = heavier.training.comparisons
-    runs = [replace(comparison.run, repeatability={'force': 0.5}) for comparison in comparisons]
-    training = replace(heavier.training, comparisons=tuple(map(Comparison, runs)))
+    runs = []
+    for data in heavier.training.runs:
+        run = replace(data.comparison.run, repeatability={'force': 0.5})
+        runs.append(replace(data, comparison=Comparison(run)))
+    training = replace(heavier.training, runs=tuple(runs))
     assert replace(heavier, training=training).pooled() == []

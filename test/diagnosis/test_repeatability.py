@@ -9,7 +9,7 @@ import pytest
 
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.residuals.cycle_test import simulate_worn
+from pneu_rig_ros.diagnosis.residuals.cycles import simulate_worn
 from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.result import answer
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose

@@ -8,8 +8,7 @@ import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
-from pneu_rig_ros.diagnosis.inputs.open_balances import lacks
-from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import lacks, prepare_run
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.errors import RigError

@@ -39,7 +39,7 @@ def signal_tables(given: Hypothesis, improved: Hypothesis, held_out: Dataset) ->
     runs, pair = held_out.comparisons, (given, improved)
     if not all(comparison.free for comparison in runs):
         events = dict.fromkeys(('cycles', 'dwell', 'stroke_time'), NO_EVENTS)
-        gaps = [[imposed_gaps(h, held_out.aligned(h, run)) for run in runs] for h in pair]
+        gaps = [[imposed_gaps(h, run.aligned(h)) for run in held_out.runs] for h in pair]
         return {'signals': _rmse(*gaps), 'free_run': {}, **events}
     restarted, free = (
         [[simulated(h, run, freely) for run in runs] for h in pair] for freely in (False, True)

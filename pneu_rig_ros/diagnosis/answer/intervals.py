@@ -86,8 +86,8 @@ def contribution_intervals(given: Hypothesis, improved: Hypothesis, dataset: Dat
     that are no evidence, as close to a breakaway.
     """
     spans: Spans = []
-    for comparison, noise in zip(dataset.comparisons, dataset.noises, strict=True):
-        run = comparison.run
+    for data in dataset.runs:
+        comparison, noise, run = data.comparison, data.noise, data.comparison.run
         after, inertia = comparison.evaluate(improved)
         pair = comparison.residuals(given), after
         *changes, at_breakaway, at_stop = (np.abs(b - a) for a, b in zip(*pair, strict=True))

@@ -17,7 +17,7 @@ from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
-from pneu_rig_ros.diagnosis.residuals.shooting import readings_of
+from pneu_rig_ros.diagnosis.residuals.replicates import readings_of
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.rig.valve_drive import valve_voltages

@@ -28,7 +28,6 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     CLOCK_OFFSET,
     FORCE_OFFSET,
     INITIAL_TEMPERATURE,
-    Ranges,
 )
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
 from pneu_rig_ros.rig.configuration import REPEATABILITY
@@ -72,16 +71,15 @@ class Variation(NamedTuple):
 def nuisance_rows(hypothesis: Hypothesis, dataset: Dataset) -> Iterator[dict[str, Any]]:
     """Yield the nuisance parameters of each run, as in diagnosis.json."""
     names = CLOCK_OFFSET, f'{INITIAL_TEMPERATURE}_1', f'{INITIAL_TEMPERATURE}_2'
-    for comparison in dataset.comparisons:
-        run, estimate = comparison.run, dataset.nuisances(hypothesis, comparison)
+    for data in dataset.runs:
+        run, estimate = data.comparison.run, data.nuisances(hypothesis)
         if estimate is None:
             continue
         warm = run.temperature_offset > 0.0
         used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
         shown = np.flatnonzero(used).tolist()
-        values = np.array([estimate.delay, *estimate.temperatures])[shown]
-        deviations = estimate.deviations[shown]
-        p_values = two_sided(values - Ranges.of(hypothesis, run).prior[shown], deviations)
+        values, deviations = estimate.values[shown], estimate.deviations[shown]
+        p_values = two_sided(values - estimate.prior[shown], deviations)
         half = HALF_WIDTH * deviations
         columns = (each.tolist() for each in (values, values - half, values + half, p_values))
         for i, value, low, high, p_value in zip(shown, *columns, strict=True):

@@ -20,7 +20,7 @@ from pneu_rig_ros.diagnosis.causes.candidates import (
     effect_candidate,
     of_one,
 )
-from pneu_rig_ros.diagnosis.inputs.system import System, quantity_of, value_of
+from pneu_rig_ros.diagnosis.inputs.system import QUANTITIES, System, value_of
 from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import SLOW_SAMPLING
@@ -165,7 +165,7 @@ def _usual_parameters(system: System, balances: frozenset[str]) -> Iterator[Cand
 
 def _refit_parameter(model: Model, name: str, low: float, high: float) -> Candidate:
     """Return a parameter that may be wrong within a range [SI]."""
-    value, quantity = value_of(model, name), quantity_of(name)
+    value, quantity = value_of(model, name), QUANTITIES[name]
     logarithmic = low > 0.0 and quantity.unit != 'V'
     scale = 1.0 if logarithmic else 0.2 * (high - low)
     coordinate = Coordinate(name.split('.')[1], quantity, low, high, scale, logarithmic, value)
@@ -176,7 +176,7 @@ def _refit_parameter(model: Model, name: str, low: float, high: float) -> Candid
 
 def _parameter(model: Model, name: str, group: str) -> Candidate:
     """Return a parameter that may be wrong within the usual range."""
-    value, quantity, key = value_of(model, name), quantity_of(name), name.split('.')[1]
+    value, quantity, key = value_of(model, name), QUANTITIES[name], name.split('.')[1]
     if quantity.unit == 'V':
         low, high = value - VOLTAGE_ERROR, value + VOLTAGE_ERROR
         starts = [value + shift for shift in START_SHIFTS]

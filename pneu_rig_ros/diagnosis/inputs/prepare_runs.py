@@ -1,13 +1,17 @@
-"""Recordings as runs of a system: checked, with their noise, spans and conditions."""
+"""
+Recordings as runs of a system: checked, with their noise, spans, conditions and open balances.
 
-from collections.abc import Sequence
+A balance needs values of the system's file, 'section.key', and signals, 'signal name', that are
+recorded or constant.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.reading import Noise, Span, without_clipped, without_outliers
 from pneu_rig_ros.diagnosis.measured.run import LARGEST_DELAY, Run
@@ -16,7 +20,7 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     CLOCK_OFFSET,
     FORCE_OFFSET,
     INITIAL_TEMPERATURE,
-    NUISANCES,
+    USUAL,
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Operation
@@ -67,8 +71,7 @@ def prepare_runs(
 
 def with_unknown_temperature(run: Run) -> Run:
     """Return a run that begins while the gas is not at the temperature of the supply."""
-    usual = NUISANCES[INITIAL_TEMPERATURE].default
-    return replace(run, temperature_offset=run.temperature_offset or usual)
+    return replace(run, temperature_offset=run.temperature_offset or USUAL[INITIAL_TEMPERATURE])
 
 
 def with_drift(run: Run, system: System, duration: float) -> Run:
@@ -89,10 +92,11 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     if not balances:
         reasons = '; '.join(f'{name} needs {names}' for name, names in missing.items())
         raise RigError(f'{path}: no balance can be compared: {reasons}')
-    _check_signals(recording, system, balances, path)
-    model = system.hypothesis.model
-    conditions = recording.conditions
-    zero = _atmosphere(recording, system)
+    model, conditions, sensors = system.hypothesis.model, recording.conditions, system.sensors
+    zero, span = conditions.get('atmospheric_pressure', model.gas.atmospheric_pressure), Span()
+    if sensors is not None:
+        span = Span(sensors.position_span, zero, zero + sensors.pressure_span)
+    _check_signals(recording, system, balances, span, path)
     stated = {name: value for name, value in conditions.items() if name in Operation._fields}
 
     def signal(name: str, default: float) -> Floats:
@@ -104,12 +108,16 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         voltages = np.full((recording.size - 1, 2), CENTRE_VOLTAGE)
     else:
         voltages = np.column_stack([recording.voltage_1, recording.voltage_2])[:-1]
-    deviations, noise = system.each_recording, _noise(recording, system.sensors, zero)
+    deviations, noise = system.each_recording, _noise(recording, sensors, zero)
     worn = system.rig is not None and system.uncalibrated  # no such rig is kept like new
     differs = dict(system.repeatability)
     level_error = max(FRICTION_ERROR if worn else 0.0, differs.pop(FRICTION_LEVEL, 0.0))
-    recorded = signal('position', 0.0)
-    position = without_outliers(recorded, noise.position) if on_bench(recording) else recorded
+    position, notes, force = signal('position', 0.0), recording.notes, None
+    if on_bench(recording):
+        force, recorded = np.array(recording['force']), position
+        position = without_outliers(recorded, noise.position)
+        if count := int(np.count_nonzero(recorded != position)):
+            notes = *notes, f'{count} wrong position reading{"s" * (count > 1)} replaced'
     run = Run(
         recording.name,
         recording.interval,
@@ -121,37 +129,21 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         model.cylinder.stroke,
         (model.cylinder.cap_area, model.cylinder.rod_area),
         noise,
-        _span(system.sensors, zero),
+        span,
         missing,
-        np.array(recording['force']) if on_bench(recording) else None,
+        force,
         deviations.get(FORCE_OFFSET, 0.0),
         deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
         differs,
         level_error * model.friction.coulomb_force,
-        notes=(*recording.notes, *_replacement(recorded, position)),
+        notes=notes,
     )
     return run.with_delay(0.0) if run.clock_offset > 0.0 else run
 
 
-def _replacement(recorded: Floats, used: Floats) -> tuple[str, ...]:
-    """Return a note with the number of positions that were replaced, none if none were."""
-    count = int(np.count_nonzero(recorded != used))
-    return (f'{count} wrong position reading{"s" * (count > 1)} replaced',) if count else ()
-
-
-def _atmosphere(recording: Recording, system: System) -> float:
-    """Return the atmospheric pressure of a recording, that of the model where none is stated."""
-    usual = system.hypothesis.model.gas.atmospheric_pressure
-    return recording.conditions.get('atmospheric_pressure', usual)
-
-
 def _noise(recording: Recording, sensors: Sensors | None, zero: float) -> Noise:
-    """
-    Return the noise that the signals show, at least that of the data sheet.
-
-    :param zero: of the pressure sensors [Pa]
-    """
+    """Return the noise that the signals show, at least that of the data sheet."""
     least: dict[str, float] = {}
     if sensors is not None:
         position, pressure = sensor_noise(sensors)
@@ -168,14 +160,8 @@ def _noise(recording: Recording, sensors: Sensors | None, zero: float) -> Noise:
     return Noise(*map(noise, ('position', *PRESSURES, 'force')))
 
 
-def _span(sensors: Sensors | None, zero: float) -> Span:
-    if sensors is None:
-        return Span()
-    return Span(sensors.position_span, zero, zero + sensors.pressure_span)
-
-
 def _check_signals(
-    recording: Recording, system: System, balances: frozenset[str], path: Path
+    recording: Recording, system: System, balances: frozenset[str], span: Span, path: Path
 ) -> None:
     """Raise RigError for signals without information, or that cannot be of the system."""
     needed = LEAST_DURATION + 2.0 * LARGEST_DELAY * system.each_recording.get(CLOCK_OFFSET, 0.0)
@@ -196,7 +182,7 @@ def _check_signals(
     if system.rig is not None:
         conditioned = apply_conditions(system.rig, dict(recording.conditions))
         check_plausible(path, recording.signals, conditioned)
-    _check_span(recording, _span(system.sensors, _atmosphere(recording, system)), path)
+    _check_span(recording, span, path)
 
 
 def _check_span(recording: Recording, span: Span, path: Path) -> None:
@@ -234,3 +220,56 @@ def _check_gaps(recording: Recording, path: Path) -> None:
                 f'{path}: {longest.size} samples of {name} are missing in succession, from '
                 f'{first:.2f} to {last:.2f} s, at most {allowed} allowed; cut the recording there'
             )
+
+
+def on_bench(recording: Recording) -> bool:
+    """Return whether a bench moves the piston and records its force."""
+    return 'force' in recording
+
+
+def lacks(system: System, recording: Recording) -> dict[str, str]:
+    """Return balance -> what a file or recording lacks for it, '' where it is open."""
+    needs = {
+        'gas_1': _of_gas(system, 'cap', 1),
+        'gas_2': _of_gas(system, 'rod', 2),
+        'force': _of_force(on_bench(recording)),
+    }
+    return {
+        balance: ', '.join(need for need in each if not _known(need, system, recording))
+        for balance, each in needs.items()
+    }
+
+
+def _of_gas(system: System, side: str, chamber: int) -> Iterator[str]:
+    yield f'cylinder.{side}_dead_volume'
+    if 'position' not in system.fixed:
+        yield f'cylinder.{side}_area'
+        if chamber == 2:
+            yield 'cylinder.stroke'
+    yield from ('gas.supply_temperature', 'gas.heat_capacity_ratio', 'gas.gas_constant')
+    if not system.shut:
+        yield from ('valve.intake_coefficient', 'valve.exhaust_coefficient')
+        yield from ('valve.intake_voltage', 'valve.exhaust_voltage')
+        yield from ('operation.supply_pressure', 'signal u')
+    yield from ('signal position', f'signal pressure_{chamber}')
+
+
+def _of_force(bench: bool) -> Iterator[str]:
+    yield from ('cylinder.cap_area', 'cylinder.rod_area', 'cylinder.stroke')
+    yield from ('friction.model', 'friction.coulomb_force', 'friction.element_stiffness')
+    if bench:
+        yield from ('signal pressure_1 or pressure_2', 'signal position')
+    else:
+        yield 'cylinder.moving_mass'
+        yield from ('signal position', 'signal pressure_1', 'signal pressure_2')
+
+
+def _known(need: str, system: System, recording: Recording) -> bool:
+    if need == 'signal u':
+        return recording.driven
+    if need.startswith('signal '):
+        names = need.removeprefix('signal ').split(' or ')
+        return any(name in recording or name in system.fixed for name in names)
+    section, key = need.split('.')
+    stated = section == 'operation' and key in recording.conditions
+    return stated or key in system.given.get(section, ())

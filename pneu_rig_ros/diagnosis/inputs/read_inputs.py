@@ -7,8 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pneu_rig_ros.diagnosis.inputs.open_balances import lacks, on_bench
-from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_runs, with_unknown_temperature
+from pneu_rig_ros.diagnosis.inputs.prepare_runs import (
+    lacks,
+    on_bench,
+    prepare_runs,
+    with_unknown_temperature,
+)
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.inputs.vessels import changes_until, from_shutting, is_empty, with_note
 from pneu_rig_ros.diagnosis.measured.run import Run

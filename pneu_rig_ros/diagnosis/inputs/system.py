@@ -19,12 +19,12 @@ A balance is open when its signals are recorded and the file has the sections it
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     INITIAL_TEMPERATURE,
-    NUISANCES,
+    USUAL,
     read_nuisances,
     written_nuisances,
 )
@@ -35,7 +35,6 @@ from pneu_rig_ros.model.quantity import (
     mapping_of,
     read_section,
     specifications,
-    unknown,
     write_section,
 )
 from pneu_rig_ros.model.shape import write_effect
@@ -59,6 +58,13 @@ FIXED = {
     'pressure_2': Quantity('Pa', 5e4, 1.1e6, 'of a chamber at constant pressure'),
 }
 """Signals that may be constant and not recorded."""
+QUANTITIES = {
+    f'{name}.{key}': quantity
+    for name, section in SECTIONS.items()
+    for key, specification in specifications(section).items()
+    if isinstance(quantity := getattr(specification, 'item', specification), Quantity)
+}
+"""Parameter 'section.name' -> its unit and range, of an element where it is a list."""
 PLACEHOLDERS: dict[str, dict[str, Any]] = {
     'cylinder': {
         'cap_area': 1e-3,
@@ -156,7 +162,7 @@ class System:
         data['fixed'] = {name: FIXED[name].format(value) for name, value in self.fixed.items()}
         data['each_recording'] = written_nuisances(self.each_recording)
         data['refit'] = {
-            full: [quantity_of(full).format(limit) for limit in limits]
+            full: [QUANTITIES[full].format(limit) for limit in limits]
             for full, limits in self.refit.items()
         }
         data['repeatability'] = write_repeatability(self.repeatability)
@@ -202,9 +208,8 @@ def _read(data: dict[str, Any], origin: str) -> System:
             defaults['exhaust_zero_voltage'] = values['exhaust_voltage']
         changed = getattr(model, name)._replace(**{**defaults, **values})
         model = model._replace(**{name: changed})
-    sensors = data.get('sensors')
-    if sensors is not None:
-        sensors = cast(Sensors, read_section(Sensors, sensors, f'{origin}: sensors'))
+    if (sensors := data.get('sensors')) is not None:
+        sensors = read_section(Sensors, sensors, f'{origin}: sensors')
     fixed = _parsed({} if data.get('fixed') is None else data['fixed'], FIXED, f'{origin}: fixed')
     vessel = shut and 'position' in fixed
     refit = _refit(data.get('refit'), model, origin)
@@ -217,8 +222,7 @@ def _read(data: dict[str, Any], origin: str) -> System:
     hypothesis = Hypothesis(model, read_effects(data.get('effects'), origin))
     each_recording = read_nuisances(data.get('each_recording'), f'{origin}: each_recording')
     if vessel:  # which has just been filled, and its gas warmed by an unmeasured amount
-        usual = NUISANCES[INITIAL_TEMPERATURE].default
-        each_recording = {INITIAL_TEMPERATURE: usual, **each_recording}
+        each_recording = {INITIAL_TEMPERATURE: USUAL[INITIAL_TEMPERATURE], **each_recording}
     return System(
         str(data.get('name', Path(origin).stem)),
         hypothesis,
@@ -242,20 +246,12 @@ def _refit(data: object, model: Model, origin: str) -> dict[str, tuple[float, fl
     """Return parameter -> range; RigError for an unknown one or a range without the value."""
     if not isinstance(data, dict | None):
         raise RigError(f'{origin}: refit: expected a mapping of section.name: [low, high]')
-    allowed = [
-        f'{name}.{key}'
-        for name, section in SECTIONS.items()
-        for key, spec in specifications(section).items()
-        if isinstance(getattr(spec, 'item', spec), Quantity)
-    ]
     ranges = {}
-    for full, limits in (data or {}).items():
+    for full, limits in mapping_of(data or {}, QUANTITIES, f'{origin}: refit').items():
         where = f'{origin}: refit.{full}'
-        if full not in allowed:
-            raise RigError(f'{origin}: refit: {unknown(str(full), allowed)}')
         if not isinstance(limits, list) or len(limits) != 2:
             raise RigError(f'{where}: expected [low, high]')
-        low, high = (quantity_of(full).parse(limit, where) for limit in limits)
+        low, high = (QUANTITIES[full].parse(limit, where) for limit in limits)
         value = value_of(model, full)
         if not low <= value <= high or low == high:
             raise RigError(f'{where}: {value:g} is not within {low:g} to {high:g}')
@@ -268,10 +264,3 @@ def value_of(model: Model, full: str) -> float:
     section, key = full.split('.')
     value = getattr(getattr(model, section), key)
     return float(sum(value)) if isinstance(value, tuple) else float(value)
-
-
-def quantity_of(full: str) -> Quantity:
-    """Return unit and range of a parameter; of an element where it is a list."""
-    section, key = full.split('.')
-    specification = specifications(SECTIONS[section])[key]
-    return cast(Quantity, getattr(specification, 'item', specification))

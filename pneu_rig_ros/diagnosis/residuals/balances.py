@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import CALIBRATED, Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions
+from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions, at_samples, middles
 from pneu_rig_ros.model import along, chambers
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.effect import LEAST_TIME, READING_BALANCES
@@ -35,19 +35,20 @@ UNITS = {'gas_1': 'kg/s', 'gas_2': 'kg/s', 'force': 'N'}
 STOP_UNIT = 'm'
 """Of what the balance of forces has at an end stop, which holds the piston at its place."""
 
-GAS_WINDOW, FORCE_WINDOW = 0.1, 0.07
-"""Length of the test functions [s]: as long as the duration of a slip permits."""
-STOP_WINDOW = 0.5
+GAS_OVERLAP, FORCE_OVERLAP = 2, 3
+"""Windows that overlap at any instant."""
+GAS, FORCE = (2, 0.1, GAS_OVERLAP), (4, 0.07, FORCE_OVERLAP)
 """
-Length of the windows at an end stop [s]: a contact of a few seconds has several, so that they
-make a cell, and few beside those of the sliding piston.
+Test functions: power of the sine, so that the first or the second derivative vanishes at the ends,
+length [s], as long as the duration of a slip permits, and overlap.
+"""
+STOP = 2, 0.5, 1
+"""
+The same at an end stop: a contact of a few seconds has several, so that they make a cell, and few
+beside those of the sliding piston.
 """
 LEAST_SAMPLES = 20
 """A test function has at least so many intervals."""
-GAS_POWER, FORCE_POWER = 2, 4
-"""Of the sine: the first and the second derivative of the test functions vanish at their ends."""
-GAS_OVERLAP, FORCE_OVERLAP = 2, 3
-"""Windows that overlap at any instant."""
 LOAD_WINDOW = 0.012
 """Length of the mean of the load at the end of a rest [s]."""
 LEAST_LOAD = 0.2
@@ -70,6 +71,17 @@ class Residuals(NamedTuple):
     stop: Floats
 
 
+def changes(before: Residuals, after: Residuals) -> Residuals:
+    """Return the change of each residual as a column, 0 where it is not finite, (m, 1) each."""
+    pairs = zip(before, after, strict=True)
+    return Residuals(*(np.nan_to_num(b - a)[:, np.newaxis] for a, b in pairs))
+
+
+def side_by_side(*columns: Residuals) -> Residuals:
+    """Return columns of shape (m, k), one beside the other."""
+    return Residuals(*(np.hstack(each) for each in zip(*columns, strict=True)))
+
+
 @dataclass(frozen=True)
 class Comparison:
     """
@@ -85,17 +97,17 @@ class Comparison:
     @cached_property
     def gas(self) -> TestFunctions:
         """Windows of the gas balances."""
-        return self._windows(GAS_POWER, GAS_WINDOW, GAS_OVERLAP)
+        return self._windows(*GAS)
 
     @cached_property
     def motion(self) -> TestFunctions:
         """Windows of the balance of forces."""
-        return self._windows(FORCE_POWER, FORCE_WINDOW, FORCE_OVERLAP)
+        return self._windows(*FORCE)
 
     @cached_property
     def stops(self) -> TestFunctions:
         """Windows of the readings at an end stop."""
-        return self._windows(GAS_POWER, STOP_WINDOW, 1)
+        return self._windows(*STOP)
 
     def _windows(self, power: int, length: float, overlap: int) -> TestFunctions:
         size = max(round(length / self.run.interval), LEAST_SAMPLES)
@@ -107,11 +119,11 @@ class Comparison:
         """The last interval of each rest that ends with a breakaway, shape (breakaways,)."""
         return np.array([rest.end - 2 for rest in self.run.breakaways], dtype=np.intp)
 
-    @property
-    def sizes(self) -> tuple[int, int, int, int, int]:
-        """Number of residuals of each kind."""
-        gas, motion = self.gas.starts.size, self.motion.starts.size
-        return gas, gas, motion, self.breakaways.size, self.stops.starts.size
+    def zeros(self, count: int) -> Residuals:
+        """Return so many columns of zeros, shape (m, count) each."""
+        gas, motion, stops = (each.starts.size for each in (self.gas, self.motion, self.stops))
+        sizes = gas, gas, motion, self.breakaways.size, stops
+        return Residuals(*(np.zeros((size, count)) for size in sizes))
 
     @property
     def free(self) -> bool:
@@ -132,14 +144,10 @@ class Comparison:
         run, velocity = self.corrected(hypothesis)
         rates, _ = self._along(hypothesis, run, velocity)
         inertia = self.motion.averages(rates[:, along.INERTIA])
-        residuals = Residuals(
-            self._gas(hypothesis, run, rates, 1),
-            self._gas(hypothesis, run, rates, 2),
-            self._force(run, rates, inertia),
-            self._breakaway(hypothesis, run, rates),
-            self._stop(hypothesis, run),
-        )
-        return residuals, inertia
+        gas_1, gas_2 = (self._gas(hypothesis, run, rates, chamber) for chamber in (1, 2))
+        force = self._force(run, rates, inertia)
+        breakaway = self._breakaway(hypothesis, run, rates)
+        return Residuals(gas_1, gas_2, force, breakaway, self._stop(hypothesis, run)), inertia
 
     def rates(self, hypothesis: Hypothesis) -> Floats:
         """Return the modelled rates in each interval, see ``model.along``, shape (n - 1, 5)."""
@@ -160,9 +168,8 @@ class Comparison:
             run, velocity = run.with_gains(gains, offsets), velocity / gains[0]
         if any(library.load(name).balance in READING_BALANCES for name in hypothesis.effects):
             bias = np.nan_to_num(self._along(hypothesis, run, velocity)[1])
-            at_samples = np.vstack([bias[:1], 0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
-            right = run.pressures - at_samples[:, 1:]
-            run = run.with_readings(run.position - at_samples[:, 0], right)
+            errors = at_samples(bias)
+            run = run.with_readings(run.position - errors[:, 0], run.pressures - errors[:, 1:])
             drift = np.gradient(bias[:, 0], run.interval)
             velocity = np.where(velocity != 0.0, velocity - drift, 0.0)
         return run, velocity
@@ -177,9 +184,14 @@ class Comparison:
             np.repeat(hypothesis.voltages(run), parts, axis=0),
             run.interval / parts,
         )
-        if parts > 1:
-            with np.errstate(over='ignore'):  # a trial value may let a state grow without bounds
-                rates, bias = _averaged(rates, parts), _averaged(bias, parts)
+        if parts == 1:
+            return rates, bias
+        with np.errstate(over='ignore'):  # a trial value may let a state grow without bounds
+            # five times as fast as mean(), which is slow along a short axis
+            rates, bias = (
+                np.einsum('ijk->ik', rows.reshape(-1, parts, rows.shape[1])) / parts
+                for rows in (rates, bias)
+            )
         return rates, bias
 
     def _gas(self, hypothesis: Hypothesis, run: Run, rates: Floats, chamber: int) -> Floats:
@@ -187,7 +199,7 @@ class Comparison:
         k = gas.heat_capacity_ratio
         enthalpy = k * gas.gas_constant * gas.supply_temperature
         volume = chamber_volume(hypothesis, run.position, chamber)
-        middle = 0.5 * (volume[1:] + volume[:-1])
+        middle = middles(volume)
         with np.errstate(invalid='ignore'):  # a trial error of x may put it beyond the ends
             volume_k, middle_k = volume**k, middle ** (k - 1.0)
             typical = self.gas.averages(middle) ** (k - 1.0)
@@ -200,46 +212,30 @@ class Comparison:
         with np.errstate(invalid='ignore'):  # a trial value may let a force grow without bounds
             missing = missing - self.motion.means(rates[:, along.FORCE])
         if run.force is not None:
-            missing -= self.motion.means(0.5 * (run.force[1:] + run.force[:-1]))
+            missing -= self.motion.means(middles(run.force))
         return missing
 
     def _breakaway(self, hypothesis: Hypothesis, run: Run, rates: Floats) -> Floats:
         """Return the driving force beyond that at which the model breaks away, by its load."""
         drive = driving_force(hypothesis, run)
         size = max(round(LOAD_WINDOW / run.interval), 1)
-        windows = [slice(max(end + 1 - size, 0), end + 1) for end in self.breakaways]
-        loads = [_finite_mean(rates[window, along.LOADING]) for window in windows]
-        return np.array(
-            [
-                float(drive[window].mean()) * (1.0 - 1.0 / max(load, LEAST_LOAD))
-                for window, load in zip(windows, loads, strict=True)
-            ]
-        )
+        beyond = np.full(self.breakaways.size, np.nan)
+        for index, end in enumerate(self.breakaways):
+            window = slice(max(end + 1 - size, 0), end + 1)
+            loads = rates[window, along.LOADING]
+            loads = loads[np.isfinite(loads)]
+            if loads.size:
+                load = max(loads.mean(), LEAST_LOAD)
+                beyond[index] = drive[window].mean() * (1.0 - 1.0 / load)
+        return beyond
 
     def _stop(self, hypothesis: Hypothesis, run: Run) -> Floats:
         """Return the mean reading less the place of the end stop, NaN where none holds."""
-        places = {
-            along.AT_INNER_STOP: 0.0,
-            along.AT_OUTER_STOP: hypothesis.model.cylinder.stroke,
-        }
-        off = np.full(self.stops.starts.size, np.nan)
-        for contact, place in places.items():
+        off, stroke = np.full(self.stops.starts.size, np.nan), hypothesis.model.cylinder.stroke
+        for contact, place in ((along.AT_INNER_STOP, 0.0), (along.AT_OUTER_STOP, stroke)):
             held = self.stops.inside(self.run.contacts == contact)
             off[held] = self.stops.averages(run.position[1:] - place)[held]
         return off
-
-
-def _averaged(rows: Floats, parts: int) -> Floats:
-    """Return the means of so many successive rows, shape (n / parts, k)."""
-    # five times as fast as mean(), which is slow along a short axis
-    means: Floats = np.einsum('ijk->ik', rows.reshape(-1, parts, rows.shape[1])) / parts
-    return means
-
-
-def _finite_mean(values: Floats) -> float:
-    """Return the mean of the finite values, NaN if there is none."""
-    finite = values[np.isfinite(values)]
-    return float(finite.mean()) if finite.size else np.nan
 
 
 def chamber_volume(hypothesis: Hypothesis, position: Floats, chamber: int) -> Floats:
@@ -252,7 +248,7 @@ def chamber_volume(hypothesis: Hypothesis, position: Floats, chamber: int) -> Fl
 def driving_force(hypothesis: Hypothesis, run: Run) -> Floats:
     """Return the force of the gas on the piston in each interval [N], shape (n - 1,)."""
     cylinder = hypothesis.model.cylinder
-    p1, p2 = 0.5 * (run.smooth[1:, 1:] + run.smooth[:-1, 1:]).T
+    _, p1, p2 = middles(run.smooth).T
     a1, a2 = cylinder.cap_area, cylinder.rod_area
     force: Floats = p1 * a1 - p2 * a2 - run.atmospheric_pressure * (a1 - a2)
     return force

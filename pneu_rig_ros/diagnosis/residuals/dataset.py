@@ -12,7 +12,7 @@ from numpy.random import Generator
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Comparison, Residuals, side_by_side
 from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.noise import (
     COPIES,
@@ -30,7 +30,11 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     varying_columns,
     without_nuisances,
 )
-from pneu_rig_ros.diagnosis.residuals.replicates import Inflation, estimate_inflation, with_bias
+from pneu_rig_ros.diagnosis.residuals.replicates import (
+    Inflation,
+    estimate_inflation,
+    speed_and_direction,
+)
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 
 OUTLIER = 3.0
@@ -50,24 +54,95 @@ class Evaluation(NamedTuple):
 
 
 @dataclass(frozen=True)
+class RunData:
+    """
+    A run with the noise of its residuals under one hypothesis.
+
+    :param reference: that hypothesis
+    :param comparison: the run
+    :param noise: of its residuals
+    :param inflation: of the noise, by replicates
+    :param clock: change of the residuals by one standard deviation of the delay, (m, 1) each
+    """
+
+    reference: Hypothesis
+    comparison: Comparison
+    noise: NoiseModel
+    inflation: Inflation
+    clock: Residuals
+
+    @cached_property
+    def factors(self) -> Residuals:
+        """Inflation of the noise in each kept window [-]."""
+        return self.inflation.of_windows(self.comparison, self.noise)
+
+    @cached_property
+    def bias(self) -> Floats:
+        """Mean force residual of a true model in each window [N], shape (m,)."""
+        return self.inflation.shift[speed_and_direction(self.comparison)]
+
+    @cached_property
+    def white(self) -> list[Floats]:
+        """Variances of the gas residuals by noise of the readings [kg^2/s^2]."""
+        return [gas_variance(self.reference, self.comparison, chamber) for chamber in (1, 2)]
+
+    def nuisances(self, hypothesis: Hypothesis) -> RunNuisances | None:
+        """Return the nuisance parameters under a hypothesis, None where there are none."""
+        if not self.comparison.run.has_nuisances:
+            return None
+        by_rates = estimate_nuisances(hypothesis, self.comparison, self.noise)
+        return fitted_to_pressures(hypothesis, self.comparison, by_rates)
+
+    def aligned(self, hypothesis: Hypothesis) -> Comparison:
+        """Return the run, corrected for its nuisance parameters under a hypothesis."""
+        estimate = self.nuisances(hypothesis)
+        if estimate is None:
+            return self.comparison
+        return Comparison(estimate.correct(self.comparison.run))
+
+    def evaluate(self, hypothesis: Hypothesis) -> Evaluation:
+        """Return the residuals with their noise, nuisance parameters marginalised."""
+        residuals, noise = self.comparison.residuals(hypothesis), self.noise
+        residuals = residuals._replace(force=residuals.force - self.bias)
+        if self.comparison.run.has_nuisances:
+            temperatures = temperature_columns(hypothesis, self.comparison, residuals)
+            noise = noise.with_shared(side_by_side(self.clock, temperatures))
+        pairs = zip(noise.whiten(residuals), self.factors, strict=True)
+        whitened = Residuals(*(z / factor for z, factor in pairs))
+        if _reading_side(hypothesis) != _reading_side(self.reference):  # most causes leave it
+            gas_1, gas_2 = (z / w for z, w in zip(whitened, self._wider(hypothesis), strict=False))
+            whitened = whitened._replace(gas_1=gas_1, gas_2=gas_2)
+        return Evaluation(residuals, noise, whitened)
+
+    def _wider(self, hypothesis: Hypothesis) -> list[Floats]:
+        """
+        Return by how much the noise of the gas is wider than under the reference [-].
+
+        Without it a hypothesis gains by what makes gas sources of the same readings small: a
+        sensor of larger gain, less volume, warmer gas. Forces are left as they are: a mass so
+        large that no acceleration shows would explain any of them.
+        """
+        factors = []
+        for chamber, (whiten, before) in enumerate(zip(self.noise, self.white, strict=False), 1):
+            change = gas_variance(hypothesis, self.comparison, chamber) - before
+            factors.append(np.sqrt(1.0 + change[whiten.kept] / whiten.deviation**2))
+        return factors
+
+
+def _reading_side(hypothesis: Hypothesis) -> tuple[object, ...]:
+    """Return what turns readings into gas sources."""
+    return hypothesis.model.gas, hypothesis.model.cylinder, hypothesis.gains
+
+
+@dataclass(frozen=True)
 class Dataset:
     """
     Runs with the noise of their residuals under one hypothesis.
 
-    :param reference: that hypothesis
-    :param comparisons: the runs
-    :param noises: of each
-    :param inflation: of the noise, by replicates
-    :param clocks: change of the residuals of each run by one standard deviation of its delay,
-        shape (m, 1) each
     :param cycles: the simulated cycles, None where simulation is not used
     """
 
-    reference: Hypothesis
-    comparisons: tuple[Comparison, ...]
-    noises: tuple[NoiseModel, ...]
-    inflation: Inflation
-    clocks: tuple[Residuals, ...]
+    runs: tuple[RunData, ...]
     cycles: Cycles | None = None
 
     @classmethod
@@ -85,24 +160,28 @@ class Dataset:
         """
         count = len(comparisons)
         aligned = map_runs(partial(without_nuisances, hypothesis), comparisons, rng.spawn(count))
-        runs = tuple(aligned)
         copies = COPIES if inflation is None else REPLICATE_COPIES
-        inflation = inflation or estimate_inflation(hypothesis, runs, rng)
-        noise = partial(noise_model, hypothesis, copies=copies)
-        noises = map_runs(noise, runs, rng.spawn(count))
-        varying = map_runs(partial(varying_columns, hypothesis), runs)
-        pairs = zip(noises, varying, strict=True)
-        noises = [model.with_shared(columns) for model, columns in pairs]
-        biased = tuple(with_bias(*pair, inflation.bias) for pair in zip(noises, runs, strict=True))
-        clocks = map_runs(partial(clock_column, hypothesis), runs)
-        return cls(hypothesis, runs, biased, inflation, tuple(clocks))
+        known = inflation or estimate_inflation(hypothesis, aligned, rng)
+
+        def with_noise(run: Comparison, rng: Generator) -> RunData:
+            noise = noise_model(hypothesis, run, rng, copies)
+            noise = known.with_bias(noise.with_shared(varying_columns(hypothesis, run)), run)
+            return RunData(hypothesis, run, noise, known, clock_column(hypothesis, run))
+
+        return cls(tuple(map_runs(with_noise, aligned, rng.spawn(count))))
+
+    @property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """The runs."""
+        return tuple(run.comparison for run in self.runs)
+
+    @property
+    def inflation(self) -> Inflation:
+        """Inflation of the noise, that of all runs."""
+        return self.runs[0].inflation
 
     def with_cycles(self, hypothesis: Hypothesis, rng: Generator, free: bool = False) -> Dataset:
-        """
-        Return the dataset with simulated cycles, spread as if the hypothesis were true.
-
-        :param free: whether they are those of free runs
-        """
+        """Return the dataset with cycles, or free runs, spread as if the hypothesis were true."""
         return replace(self, cycles=Cycles.of(hypothesis, self.comparisons, rng, free))
 
     @property
@@ -123,10 +202,7 @@ class Dataset:
     @property
     def single_runs(self) -> list[Dataset]:
         """A dataset of each run, without simulation."""
-        return [
-            replace(self, comparisons=(run,), noises=(noise,), clocks=(clock,), cycles=None)
-            for run, noise, clock in zip(self.comparisons, self.noises, self.clocks, strict=True)
-        ]
+        return [Dataset((run,)) for run in self.runs]
 
     def with_discrepancy(self, other: Dataset, hypothesis: Hypothesis) -> Dataset:
         """
@@ -134,57 +210,15 @@ class Dataset:
 
         :param other: whose residuals give the width, balance by balance
         """
-        rows = other.residuals_by_run(hypothesis)
-        gas_1, gas_2, force, breakaway, stop = (
-            max(rms(np.concatenate(column)), 1.0) for column in zip(*rows, strict=True)
-        )
-        old = self.inflation
-        wider = old._replace(
-            gas_1=old.gas_1 * gas_1,
-            gas_2=old.gas_2 * gas_2,
-            force=tuple(force * factor for factor in old.force),
-            breakaway=old.breakaway * breakaway,
-            stop=old.stop * stop,
-        )
-        return replace(self, inflation=wider)
-
-    def nuisances(self, hypothesis: Hypothesis, comparison: Comparison) -> RunNuisances | None:
-        """Return the nuisance parameters of one of the runs, None where it has none."""
-        if not comparison.run.has_nuisances:
-            return None
-        index = [each is comparison for each in self.comparisons].index(True)
-        by_rates = estimate_nuisances(hypothesis, comparison, self.noises[index])
-        return fitted_to_pressures(hypothesis, comparison, by_rates)
-
-    def aligned(self, hypothesis: Hypothesis, comparison: Comparison) -> Comparison:
-        """Return one of the runs, corrected for its nuisance parameters under a hypothesis."""
-        estimate = self.nuisances(hypothesis, comparison)
-        return comparison if estimate is None else Comparison(estimate.correct(comparison.run))
-
-    @cached_property
-    def factors(self) -> list[Residuals]:
-        """Inflation of the noise in each window of each run [-]."""
-        pairs = zip(self.comparisons, self.noises, strict=True)
-        return [self.inflation.factors(*pair) for pair in pairs]
-
-    @cached_property
-    def white(self) -> list[list[Floats]]:
-        """Variances of the gas residuals of each run by noise of the readings [kg^2/s^2]."""
-        return [
-            [gas_variance(self.reference, run, chamber) for chamber in (1, 2)]
-            for run in self.comparisons
-        ]
-
-    @cached_property
-    def biases(self) -> list[Floats]:
-        """Mean force residual of a true model in each window of each run [N]."""
-        return [self.inflation.force_bias(comparison) for comparison in self.comparisons]
+        columns = zip(*other.residuals_by_run(hypothesis), strict=True)
+        pairs = zip(self.inflation.factors, columns, strict=True)
+        factors = (old * max(rms(np.concatenate(column)), 1.0) for old, column in pairs)
+        wider = self.inflation._replace(factors=Residuals(*factors))
+        return replace(self, runs=tuple(replace(run, inflation=wider) for run in self.runs))
 
     def evaluate(self, hypothesis: Hypothesis) -> list[Evaluation]:
         """Return the residuals of each run with their noise, nuisance parameters marginalised."""
-        sources = self.noises, self.clocks, self.factors, self.biases, self.white
-        arguments = self.comparisons, *sources
-        return map_runs(partial(_evaluate, hypothesis, self.reference), *arguments)
+        return map_runs(lambda run: run.evaluate(hypothesis), self.runs)
 
     def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""
@@ -212,53 +246,6 @@ class Dataset:
         if self.cycles is not None:
             losses += self.cycles.losses(hypothesis).tolist()
         return np.array(losses)
-
-
-def _evaluate(
-    hypothesis: Hypothesis,
-    reference: Hypothesis,
-    comparison: Comparison,
-    noise: NoiseModel,
-    clock: Residuals,
-    factors: Residuals,
-    bias: Floats,
-    white: Sequence[Floats],
-) -> Evaluation:
-    residuals = comparison.residuals(hypothesis)
-    residuals = residuals._replace(force=residuals.force - bias)
-    if comparison.run.has_nuisances:
-        noise = noise.with_shared(clock)
-        noise = noise.with_shared(temperature_columns(hypothesis, comparison, residuals))
-    whitened = [z / f for z, f in zip(noise.whiten(residuals), factors, strict=True)]
-    if _reading_side(hypothesis) != _reading_side(reference):  # most causes leave it as it is
-        wider = _wider(hypothesis, comparison, noise, white)
-        whitened = [z / w for z, w in zip(whitened, wider, strict=True)]
-    return Evaluation(residuals, noise, Residuals(*whitened))
-
-
-def _reading_side(hypothesis: Hypothesis) -> tuple[object, ...]:
-    """Return what turns readings into gas sources."""
-    return hypothesis.model.gas, hypothesis.model.cylinder, hypothesis.gains
-
-
-def _wider(
-    hypothesis: Hypothesis, comparison: Comparison, noise: NoiseModel, white: Sequence[Floats]
-) -> Residuals:
-    """
-    Return by how much the noise is wider than under the hypothesis for which it was computed [-].
-
-    Without it a hypothesis gains by what makes gas sources of the same readings small: a sensor of
-    larger gain, less volume, warmer gas. Forces are left as they are: a mass so large that no
-    acceleration shows would explain any of them.
-
-    :param white: variances of the gas residuals by noise of the readings under that hypothesis
-    """
-    factors = []
-    for chamber, (whiten, before) in enumerate(zip(noise[:2], white, strict=True), start=1):
-        change = gas_variance(hypothesis, comparison, chamber) - before
-        factors.append(np.sqrt(1.0 + change[whiten.kept] / whiten.deviation**2))
-    ones = (np.ones(whiten.deviation.size) for whiten in noise[2:])
-    return Residuals(*factors, *ones)
 
 
 def by_balance(rows: Sequence[Residuals]) -> dict[str, Floats]:

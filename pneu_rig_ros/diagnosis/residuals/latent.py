@@ -9,7 +9,6 @@ the marginal likelihood on a grid.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +42,7 @@ class Latent:
     :param average: maps values of the windows to means of the groups
     :param level: weights of the mean that is taken to be zero where the level is unknown, as is
         the zero of a bench: the mean of the means of both directions; shape (m,)
+    :param direction: of the motion in the middle of each group, shape (m,)
     """
 
     time: Floats
@@ -52,16 +52,12 @@ class Latent:
     covariance: Floats
     average: csr_array
     level: Floats
+    direction: NDArray[np.str_]
 
     def levelled(self, values: Floats) -> Floats:
         """Return values less their level where that is unknown, shape (m,)."""
         levelled: Floats = values - self.level @ values
         return levelled
-
-    @cached_property
-    def members(self) -> NDArray[np.intp]:
-        """The window in the middle of each group, shape (m,)."""
-        return middle_windows(self.average)
 
 
 def smooth(windows: Windows) -> Latent:
@@ -75,9 +71,9 @@ def smooth(windows: Windows) -> Latent:
     posterior = process - process @ cho_solve(factor, process)
     cleared = residual - shared @ cho_solve(factor, residual)
     errors = own + shared - shared @ cho_solve(factor, shared)
-    level = np.zeros(time.size)
+    begins, level = average.indptr, np.zeros(time.size)
+    direction = windows.direction[average.indices[(begins[:-1] + begins[1:]) // 2]]
     if np.trace(shared) > LEVEL_UNKNOWN**2 * (residual @ residual):
-        direction = windows.direction[middle_windows(average)]
         names, which, counts = np.unique(direction, return_inverse=True, return_counts=True)
         level = 1.0 / (names.size * counts[which])
         cleared, errors = residual, own
@@ -85,7 +81,8 @@ def smooth(windows: Windows) -> Latent:
     variance = np.diag(centre @ posterior @ centre.T)
     deviation = np.sqrt(np.maximum(variance, 0.0))
     covariance = centre @ errors @ centre.T
-    return Latent(time, centre @ mean, deviation, centre @ cleared, covariance, average, level)
+    smoothed = time, centre @ mean, deviation, centre @ cleared, covariance
+    return Latent(*smoothed, average, level, direction)
 
 
 def averaging(count: int) -> csr_array:
@@ -93,12 +90,6 @@ def averaging(count: int) -> csr_array:
     groups = np.arange(count) * min(count, MOST_GROUPS) // max(count, 1)
     sizes = np.bincount(groups)
     return csr_array((1.0 / sizes[groups], (groups, np.arange(count))))
-
-
-def middle_windows(average: csr_array) -> NDArray[np.intp]:
-    """Return the window in the middle of each group."""
-    begins = average.indptr
-    return np.asarray(average.indices[(begins[:-1] + begins[1:]) // 2], dtype=np.intp)
 
 
 def group_noise(windows: Windows, average: csr_array) -> tuple[Floats, Floats]:

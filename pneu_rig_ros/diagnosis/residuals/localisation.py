@@ -9,7 +9,7 @@ significant (Y. Benjamini, M. Bogomolov, J. R. Stat. Soc. B 76 (2014) 297).
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby, pairwise
+from itertools import chain, groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -114,11 +114,7 @@ class CellTest(NamedTuple):
 
 
 def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
-    """
-    Return the test of a cell.
-
-    :param indicators: of each member, whitened, see ``Windows.indicators``
-    """
+    """Return the test of a cell with the indicators of each member, see ``Windows``."""
     top = bottom = clipped_squares = squares = mean = 0.0
     count, differs = 0, 0.0
     for (group, flags), weights in zip(cell.members, indicators, strict=True):
@@ -143,18 +139,11 @@ def cell_test(cell: Cell, indicators: Sequence[Floats]) -> CellTest:
 
 def cell_tests(cells: Sequence[Cell]) -> list[CellTest]:
     """Return the tests of all cells; the indicators of a group are whitened in one go."""
-    flags: dict[int, list[Flags]] = {}
-    groups: dict[int, Windows] = {}
+    flags: dict[Windows, list[Flags]] = {}
     for group, members in (member for cell in cells for member in cell.members):
-        groups[id(group)] = group
-        flags.setdefault(id(group), []).append(members)
-    columns = {
-        key: iter(np.ascontiguousarray(groups[key].indicators(each).T))
-        for key, each in flags.items()
-    }
-    return [
-        cell_test(cell, [next(columns[id(group)]) for group, _ in cell.members]) for cell in cells
-    ]
+        flags.setdefault(group, []).append(members)
+    rows = {group: iter(group.indicators(each)) for group, each in flags.items()}
+    return [cell_test(cell, [next(rows[group]) for group, _ in cell.members]) for cell in cells]
 
 
 def cells(groups: Sequence[Windows]) -> Iterator[Cell]:
@@ -215,39 +204,28 @@ def _stretches(place: tuple[str, str, str], members: Members) -> Iterator[Cell]:
 
 
 def significant_cells(groups: Sequence[Windows]) -> list[tuple[Cell, CellTest]]:
-    """Return the significant cells of significant regimes with their tests."""
+    """
+    Return the significant cells of significant regimes with their tests.
+
+    The p-value of a regime is the least one of its cells, adjusted (R. J. Simes, Biometrika 73
+    (1986) 751). The rate for the cells of each is less where few regimes are significant.
+    """
     candidates = list(cells(groups))
     tests = zip(candidates, cell_tests(candidates), strict=True)
     regimes = [list(pairs) for _, pairs in groupby(tests, key=lambda pair: pair[0].place)]
+    if not regimes:
+        return []
     rates = [false_discovery_control([test.p_value for _, test in pairs]) for pairs in regimes]
-    level = selected_level([float(each.min()) for each in rates])
-    return [
-        pair
-        for pairs, each in zip(regimes, rates, strict=True)
-        for pair, rate in zip(pairs, each, strict=True)
-        if rate < level
-    ]
-
-
-def selected_level(p_values: Sequence[float]) -> float:
-    """
-    Return the rate for the cells of each significant regime: less where few regimes are [-].
-
-    :param p_values: of the regimes (R. J. Simes, Biometrika 73 (1986) 751): the least one of their
-        cells, adjusted
-    """
-    if not p_values:
-        return 0.0
-    significant = false_discovery_control(p_values) < FALSE_DISCOVERY_RATE
-    return FALSE_DISCOVERY_RATE * float(significant.mean())
+    significant = false_discovery_control([each.min() for each in rates]) < FALSE_DISCOVERY_RATE
+    level = FALSE_DISCOVERY_RATE * float(significant.mean())
+    found = zip(chain(*regimes), np.concatenate(rates), strict=True)
+    return [pair for pair, rate in found if rate < level]
 
 
 def localise(groups: Sequence[Windows]) -> list[SignificantResidual]:
     """Return the regimes with significant residuals, the most significant first."""
-    regimes: dict[tuple[str, str, str], list[tuple[Cell, CellTest]]] = {}
-    for cell, test in significant_cells(groups):
-        regimes.setdefault(cell.place, []).append((cell, test))
-    residuals = [_described(significant) for significant in regimes.values()]
+    regimes = groupby(significant_cells(groups), key=lambda pair: pair[0].place)
+    residuals = [_described(list(significant)) for _, significant in regimes]
     return sorted(residuals, key=lambda residual: residual.p_value)
 
 

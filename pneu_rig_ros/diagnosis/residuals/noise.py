@@ -24,6 +24,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import (
     chamber_volume,
     driving_force,
 )
+from pneu_rig_ros.diagnosis.residuals.weak_form import middles
 from pneu_rig_ros.diagnosis.residuals.whitening import Source, Whitener, whitener
 from pneu_rig_ros.model import along
 
@@ -63,15 +64,10 @@ class NoiseModel(NamedTuple):
 
     def whiten(self, residuals: Residuals) -> Residuals:
         """Return the whitened residuals of the kept windows."""
-        pairs = zip(self, residuals, strict=True)
-        return Residuals(*(whiten(residual) for whiten, residual in pairs))
+        return Residuals(*(whiten(each) for whiten, each in zip(self, residuals, strict=True)))
 
     def with_shared(self, columns: Residuals) -> NoiseModel:
-        """
-        Return the noise with more nuisance parameters.
-
-        :param columns: effect of one standard deviation of each on all windows, (m, k) each
-        """
+        """Return the noise with more nuisance parameters, see ``Whitener.with_shared``."""
         pairs = zip(self, columns, strict=True)
         return NoiseModel(*(whiten.with_shared(column) for whiten, column in pairs))
 
@@ -79,46 +75,56 @@ class NoiseModel(NamedTuple):
 def noise_model(
     hypothesis: Hypothesis, comparison: Comparison, rng: Generator, copies: int = COPIES
 ) -> NoiseModel:
-    """
-    Return the noise of the residuals of a run if the hypothesis is true.
-
-    :param rng: of the simulated readings
-    :param copies: how many of these
-    """
+    """Return the noise of the residuals of a run if the hypothesis is true, see ``COPIES``."""
     errors = reading_errors(hypothesis, comparison, rng, copies)
-    run, gas, motion = comparison.run, comparison.gas, comparison.motion
     residuals, inertia = comparison.evaluate(hypothesis)
-    chambers = []
-    for chamber in (1, 2):
-        kept = gas.inside(run.pressure_valid(chamber) & run.position_valid)
-        kept &= np.isfinite(residuals[chamber - 1]) & (f'gas_{chamber}' in run.balances)
-        variance = gas_variance(hypothesis, comparison, chamber)
-        source = Source(variance, gas.correlation(gas.slope))
-        excess = np.where(kept, excess_variance(errors[chamber - 1], variance), 0.0)
-        differs = run.repeatability.get(f'gas_{chamber}', 0.0)
-        common = np.full((gas.starts.size, 1), differs)
-        chambers.append(whitener(kept, [source], excess + differs**2).with_shared(common))
-    known = run.sliding & run.position_valid & ~run.vacuum
-    kept = motion.inside(known) & np.isfinite(residuals.force)
-    kept &= 'force' in run.balances
+    gas_1, gas_2 = (
+        gas_noise(hypothesis, comparison, errors[i], residuals[i], i + 1) for i in (0, 1)
+    )
+    force = force_noise(hypothesis, comparison, errors.force, residuals.force, inertia)
+    breakaway = breakaway_noise(hypothesis, comparison, errors.breakaway, residuals.breakaway)
+    return NoiseModel(gas_1, gas_2, force, breakaway, stop_noise(comparison, residuals.stop))
+
+
+def gas_noise(
+    hypothesis: Hypothesis, comparison: Comparison, errors: Floats, residual: Floats, chamber: int
+) -> Whitener:
+    """Return the noise of the balance of a chamber."""
+    run, gas, name = comparison.run, comparison.gas, f'gas_{chamber}'
+    kept = gas.inside(run.pressure_valid(chamber) & run.position_valid)
+    kept &= np.isfinite(residual) & (name in run.balances)
+    source = Source(gas_variance(hypothesis, comparison, chamber), gas.correlation(gas.slope))
+    differs = run.repeatability.get(name, 0.0)
+    noise = whitener(kept, [source], excess_variance(errors, source.variance) + differs**2)
+    return noise.with_shared(np.full((residual.size, 1), differs))
+
+
+def force_noise(
+    hypothesis: Hypothesis,
+    comparison: Comparison,
+    errors: Floats,
+    residual: Floats,
+    inertia: Floats,
+) -> Whitener:
+    """Return the noise of the balance of forces of the sliding piston."""
+    run, motion = comparison.run, comparison.motion
+    kept = motion.inside(run.sliding & run.position_valid & ~run.vacuum)
+    kept &= np.isfinite(residual) & ('force' in run.balances)
     if run.force is None:
         kept &= np.abs(comparison.window_velocity) > SLOWEST_SLIDE
     else:
         kept &= motion.inside(bristle_is_known(hypothesis, comparison))
-    sources = force_noise(hypothesis, comparison, inertia)
+    sources = force_sources(hypothesis, comparison, inertia)
     variance = sources[0].variance + sources[1].variance
-    excess = np.where(kept, excess_variance(errors.force, variance), 0.0)
-    offset = np.full((motion.starts.size, 1), run.force_offset)
+    offset = np.full((residual.size, 1), run.force_offset)
     differs = run.repeatability.get('force', 0.0)
+    excess = excess_variance(errors, variance) + differs**2
     outward = comparison.window_velocity >= 0.0
     levels = np.hypot(differs, run.level_error) * np.column_stack([outward, ~outward])
     # what smoothing does to a slip, and noise to the bristle of a slow motion, is alike in all
-    smeared = np.nan_to_num(errors.force.mean(axis=0))[:, np.newaxis]
+    smeared = np.nan_to_num(errors.mean(axis=0))[:, np.newaxis]
     columns = [clipped_thrust(hypothesis, comparison), offset, levels, smeared]
-    force = whitener(kept, sources, excess + differs**2).with_shared(np.hstack(columns))
-    breakaway = breakaway_noise(hypothesis, comparison, errors.breakaway, residuals.breakaway)
-    stop = stop_noise(comparison, residuals.stop)
-    return NoiseModel(chambers[0], chambers[1], force, breakaway, stop)
+    return whitener(kept, sources, excess).with_shared(np.hstack(columns))
 
 
 def excess_variance(errors: Floats, variance: Floats) -> Floats:
@@ -137,18 +143,18 @@ def gas_variance(hypothesis: Hypothesis, comparison: Comparison, chamber: int) -
     run, windows, gas = comparison.run, comparison.gas, hypothesis.model.gas
     cylinder = hypothesis.model.cylinder
     area = (cylinder.cap_area, cylinder.rod_area)[chamber - 1]
-    x, pressure = (0.5 * (run.smooth[1:, i] + run.smooth[:-1, i]) for i in (0, chamber))
+    x, *pressures = middles(run.smooth).T
     volume = chamber_volume(hypothesis, x, chamber)
     k = gas.heat_capacity_ratio
     by_pressure = volume * run.noise.pressures[chamber - 1] / hypothesis.gains[chamber]
-    by_position = k * pressure * area * run.noise.position / hypothesis.gains[0]
+    by_position = k * pressures[chamber - 1] * area * run.noise.position / hypothesis.gains[0]
     energy = windows.averages(by_pressure**2 + by_position**2)
     enthalpy = k * gas.gas_constant * gas.supply_temperature
     variance: Floats = energy * float(windows.slope @ windows.slope) / enthalpy**2
     return variance
 
 
-def force_noise(
+def force_sources(
     hypothesis: Hypothesis, comparison: Comparison, inertia: Floats
 ) -> tuple[Source, Source]:
     """
@@ -173,12 +179,9 @@ def white_variances(
     hypothesis: Hypothesis, comparison: Comparison, inertia: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return the variances of gas and force residuals by noise of the readings, (m,) each."""
-    by_position, by_force = force_noise(hypothesis, comparison, inertia)
-    return (
-        gas_variance(hypothesis, comparison, 1),
-        gas_variance(hypothesis, comparison, 2),
-        by_position.variance + by_force.variance,
-    )
+    gas_1, gas_2 = (gas_variance(hypothesis, comparison, chamber) for chamber in (1, 2))
+    by_position, by_force = force_sources(hypothesis, comparison, inertia)
+    return gas_1, gas_2, by_position.variance + by_force.variance
 
 
 def bristle_is_known(hypothesis: Hypothesis, comparison: Comparison) -> Flags:
@@ -201,12 +204,13 @@ def clipped_thrust(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     The mean of noise that is cut off at zero is 0.4 of its standard deviation.
     """
     run, cylinder = comparison.run, hypothesis.model.cylinder
-    areas = cylinder.cap_area, cylinder.rod_area
-    columns = []
-    for chamber, area, noise in zip((1, 2), areas, run.noise.pressures, strict=True):
-        clipped = (~run.pressure_valid(chamber)).astype(np.float64)
-        columns.append(area * CUT_OFF * noise * comparison.motion.averages(clipped))
-    return np.column_stack(columns)
+    clipped = [
+        comparison.motion.averages((~run.pressure_valid(chamber)).astype(np.float64))
+        for chamber in (1, 2)
+    ]
+    areas = np.array([cylinder.cap_area, cylinder.rod_area])
+    columns: Floats = areas * CUT_OFF * np.array(run.noise.pressures) * np.column_stack(clipped)
+    return columns
 
 
 def breakaway_noise(
@@ -224,7 +228,7 @@ def breakaway_noise(
     kept = np.isfinite(residual) & ('force' in run.balances) & ~run.vacuum[ends]
     differs = np.hypot(run.repeatability.get('force', 0.0), run.level_error)
     variance = onset + squares + HOLDING_VARIANCE + differs**2
-    return whitener(kept, [Source(variance, np.zeros(0))], np.zeros(onset.size))
+    return whitener(kept, [Source(variance)], np.zeros(onset.size))
 
 
 def stop_noise(comparison: Comparison, residual: Floats) -> Whitener:
@@ -238,7 +242,7 @@ def stop_noise(comparison: Comparison, residual: Floats) -> Whitener:
     kept = np.isfinite(residual) & functions.inside(run.position_valid)
     kept &= 'force' in run.balances and run.noise.position > 0.0  # else nothing moves
     variance = np.full(residual.size, run.noise.position**2)
-    noise = whitener(kept, [Source(variance, np.zeros(0))], np.zeros(residual.size))
+    noise = whitener(kept, [Source(variance)], np.zeros(residual.size))
     return noise.with_shared(np.full((residual.size, 1), run.noise.position))
 
 
@@ -265,8 +269,7 @@ def reading_errors(
         for index, end in enumerate(comparison.breakaways if copy.breakaways.size else ()):
             nearest = int(np.argmin(np.abs(copy.breakaways - end)))
             if abs(copy.breakaways[nearest] - end) * base.interval < SAME_BREAKAWAY:
-                breakaway[index] = residuals.breakaway[nearest] - truth.breakaway[index]
-        gas_1, gas_2 = residuals.gas_1 - truth.gas_1, residuals.gas_2 - truth.gas_2
-        force, stop = residuals.force - truth.force, residuals.stop - truth.stop
-        copies.append(Residuals(gas_1, gas_2, force, breakaway, stop))
+                breakaway[index] = residuals.breakaway[nearest]
+        matched = residuals._replace(breakaway=breakaway)
+        copies.append([read - true for read, true in zip(matched, truth, strict=True)])
     return Residuals(*(np.array(column) for column in zip(*copies, strict=True)))

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -24,11 +23,16 @@ from scipy.optimize import least_squares
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.balances import (
+    Comparison,
+    Residuals,
+    changes,
+    side_by_side,
+)
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.quantity import Quantity, unknown
+from pneu_rig_ros.model.quantity import Quantity, mapping_of
 from pneu_rig_ros.rig.configuration import between_recordings
 
 FORCE_OFFSET = 'force_offset'
@@ -44,28 +48,21 @@ CONVERGED = 0.01
 """Largest last step of a converged estimate [standard deviations]."""
 
 
-class Nuisance(NamedTuple):
-    """
-    An error that is constant in a recording.
-
-    :param quantity: its standard deviation
-    :param default: that where the file gives none [SI]
-    """
-
-    quantity: Quantity
-    default: float
-
-
 NUISANCES = {
-    # more than any force of a bench: its zero is unknown
-    FORCE_OFFSET: Nuisance(Quantity('N', 1e-3, 1e6, 'zero of the force of a bench'), 1e4),
-    # recorders that are started by hand or exchange packets are some 0.1 s apart
-    CLOCK_OFFSET: Nuisance(Quantity('s', 1e-4, 10.0, 'delay of the pressures'), 0.3),
-    # filling a chamber, or a stroke in a second, warms or cools its gas by tens of kelvin
-    INITIAL_TEMPERATURE: Nuisance(
-        Quantity('K', 0.1, 100.0, 'of the gas at the start less that of the walls'), 30.0
-    ),
+    FORCE_OFFSET: Quantity('N', 1e-3, 1e6, 'zero of the force of a bench'),
+    CLOCK_OFFSET: Quantity('s', 1e-4, 10.0, 'delay of the pressures'),
+    INITIAL_TEMPERATURE: Quantity('K', 0.1, 100.0, 'of the gas at the start less the walls'),
 }
+"""Errors that are constant in a recording, by their standard deviations."""
+USUAL = {
+    # more than any force of a bench: its zero is unknown
+    FORCE_OFFSET: 1e4,
+    # recorders that are started by hand or exchange packets are some 0.1 s apart
+    CLOCK_OFFSET: 0.3,
+    # filling a chamber, or a stroke in a second, warms or cools its gas by tens of kelvin
+    INITIAL_TEMPERATURE: 30.0,
+}
+"""The same where the file gives none [SI]."""
 
 
 def read_nuisances(data: object, where: str) -> dict[str, float]:
@@ -76,41 +73,61 @@ def read_nuisances(data: object, where: str) -> dict[str, float]:
     """
     if not isinstance(data, list | dict | None):
         raise RigError(f'{where}: expected a list of names, or a mapping to standard deviations')
-    for name in data or ():
-        if name not in NUISANCES:
-            raise RigError(f'{where}: {unknown(str(name), NUISANCES)}')
+    names = mapping_of({str(name): None for name in data or ()}, NUISANCES, where)
     if not isinstance(data, dict):
-        return {str(name): NUISANCES[name].default for name in data or ()}
-    return {
-        str(name): NUISANCES[name].quantity.parse(text, f'{where}.{name}')
-        for name, text in data.items()
-    }
+        return {name: USUAL[name] for name in names}
+    return {name: NUISANCES[name].parse(data[name], f'{where}.{name}') for name in names}
 
 
 def written_nuisances(deviations: Mapping[str, float]) -> dict[str, str]:
     """Return the mapping that :func:`read_nuisances` reads back."""
-    return {name: NUISANCES[name].quantity.format(value) for name, value in deviations.items()}
+    return {name: NUISANCES[name].format(value) for name, value in deviations.items()}
 
 
 @dataclass(frozen=True)
 class RunNuisances:
     """
-    Estimated nuisance parameters of one run.
+    Delay of the pressures [s], and temperatures of the gas in both chambers at the start [K].
 
-    :param delay: of the pressures [s]
-    :param temperatures: of the gas in both chambers at the start [K]
-    :param deviations: standard deviations of the delay [s] and the temperatures [K], shape (3,)
+    :param values: those of one run, shape (3,) as all of these
+    :param deviations: standard deviations of the values
+    :param prior: the likeliest values of any run
+    :param scale: standard deviations of the prior
+    :param limit: largest difference from it
     """
 
-    delay: float
-    temperatures: tuple[float, float]
+    values: Floats
     deviations: Floats
+    prior: Floats
+    scale: Floats
+    limit: Floats
+
+    @classmethod
+    def before(cls, hypothesis: Hypothesis, run: Run) -> RunNuisances:
+        """Return the values for which a run is corrected so far, known as well as any."""
+        supply = hypothesis.model.gas.supply_temperature
+        values = np.array([run.delay, *initial_temperatures(hypothesis, run)])
+        scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
+        limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
+        return cls(values, scale, np.array([0.0, supply, supply]), scale, limit)
+
+    @property
+    def scaled(self) -> Floats:
+        """The values as differences from the prior [standard deviations], shape (3,)."""
+        difference = self.values - self.prior
+        return np.divide(difference, self.scale, out=np.zeros(3), where=self.scale > 0.0)
+
+    def at(self, scaled: Floats) -> RunNuisances:
+        """Return the same with other values, within the limits."""
+        inside = np.clip(self.scale * scaled, -self.limit, self.limit)
+        return replace(self, values=self.prior + inside)
 
     def correct(self, run: Run) -> Run:
         """Return a run without these errors."""
+        delay, first, second = self.values.tolist()
         if run.clock_offset > 0.0:
-            run = run.with_delay(self.delay)
-        return replace(run, temperatures=self.temperatures) if run.temperature_offset > 0 else run
+            run = run.with_delay(delay)
+        return replace(run, temperatures=(first, second)) if run.temperature_offset > 0 else run
 
 
 def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
@@ -118,11 +135,12 @@ def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
     run = comparison.run
     step = HALF_STEP * run.clock_offset
     if step <= 0.0:
-        return Residuals(*(np.zeros((size, 1)) for size in comparison.sizes))
-    early = Comparison(run.with_delay(run.delay - step)).residuals(hypothesis)
-    late = Comparison(run.with_delay(run.delay + step)).residuals(hypothesis)
-    changes = [(b - a) / (2.0 * HALF_STEP) for a, b in zip(early, late, strict=True)]
-    return Residuals(*(np.nan_to_num(change)[:, np.newaxis] for change in changes))
+        return comparison.zeros(1)
+    early, late = (
+        Comparison(run.with_delay(delay)).residuals(hypothesis)
+        for delay in (run.delay - step, run.delay + step)
+    )
+    return changes(early, late)
 
 
 def temperature_columns(
@@ -135,67 +153,31 @@ def temperature_columns(
     effect no residual depends on them.
     """
     step = comparison.run.temperature_offset
-    columns = Residuals(*(np.zeros((size, 2)) for size in comparison.sizes))
+    columns = comparison.zeros(2)
     if step > 0.0 and hypothesis.effects:
         first, second = initial_temperatures(hypothesis, comparison.run)
         warmer = replace(comparison.run, temperatures=(first + step, second + step))
-        changed = Comparison(warmer).residuals(hypothesis)
-        columns.gas_1[:, 0] = np.nan_to_num(changed.gas_1 - residuals.gas_1)
-        columns.gas_2[:, 1] = np.nan_to_num(changed.gas_2 - residuals.gas_2)
+        change = changes(residuals, Comparison(warmer).residuals(hypothesis))
+        columns.gas_1[:, :1], columns.gas_2[:, 1:] = change.gas_1, change.gas_2
     return columns
 
 
 def varying_columns(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
     """Return the change of each residual by one standard deviation of what may vary, (m, k)."""
     spreads = between_recordings(comparison.run.repeatability)
-    columns = [Residuals(*(np.zeros((size, 0)) for size in comparison.sizes))]
-    if spreads:
-        residuals = comparison.residuals(hypothesis)
-        for name, spread in spreads.items():
-            moved = comparison.residuals(hypothesis.varied(name, spread))
-            pairs = zip(residuals, moved, strict=True)
-            columns.append(Residuals(*(np.nan_to_num(b - a)[:, np.newaxis] for a, b in pairs)))
-    return Residuals(*(np.hstack(each) for each in zip(*columns, strict=True)))
+    if not spreads:
+        return comparison.zeros(0)
+    residuals = comparison.residuals(hypothesis)
+    moved = (
+        comparison.residuals(hypothesis.varied(name, spread)) for name, spread in spreads.items()
+    )
+    return side_by_side(*(changes(residuals, each) for each in moved))
 
 
 def initial_temperatures(hypothesis: Hypothesis, run: Run) -> tuple[float, float]:
     """Return the gas temperatures of both chambers when the recording began [K]."""
     supply = hypothesis.model.gas.supply_temperature
     return run.temperatures or (supply, supply)
-
-
-@dataclass(frozen=True)
-class Ranges:
-    """
-    What delay [s] and initial temperatures [K] may be, shape (3,) each.
-
-    :param prior: the likeliest
-    :param scale: standard deviations
-    :param limit: largest difference from the prior
-    """
-
-    prior: Floats
-    scale: Floats
-    limit: Floats
-
-    @classmethod
-    def of(cls, hypothesis: Hypothesis, run: Run) -> Ranges:
-        """Return the ranges for a run."""
-        supply = hypothesis.model.gas.supply_temperature
-        scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
-        limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
-        return cls(np.array([0.0, supply, supply]), scale, limit)
-
-    def scaled(self, estimate: RunNuisances) -> Floats:
-        """Return values as differences from the prior [standard deviations], shape (3,)."""
-        difference = np.array([estimate.delay, *estimate.temperatures]) - self.prior
-        return np.divide(difference, self.scale, out=np.zeros(3), where=self.scale > 0.0)
-
-    def estimate(self, scaled: Floats, deviations: Floats) -> RunNuisances:
-        """Return the values within their limits."""
-        inside = np.clip(self.scale * scaled, -self.limit, self.limit)
-        delay, first, second = (self.prior + inside).tolist()
-        return RunNuisances(delay, (first, second), deviations)
 
 
 def estimate_nuisances(
@@ -208,16 +190,13 @@ def estimate_nuisances(
 
     :param noise: without them
     """
-    run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
-    start = initial_temperatures(hypothesis, run)
-    estimate = RunNuisances(run.delay, start, ranges.scale)
+    estimate = RunNuisances.before(hypothesis, comparison.run)
     for _ in range(GAUSS_NEWTON_STEPS):
-        scaled = ranges.scaled(estimate)
-        corrected = Comparison(estimate.correct(run))
+        scaled = estimate.scaled
+        corrected = Comparison(estimate.correct(comparison.run))
         residuals = corrected.residuals(hypothesis)
-        clock = clock_column(hypothesis, corrected)
         temperatures = temperature_columns(hypothesis, corrected, residuals)
-        slopes = [np.hstack(pair) for pair in zip(clock, temperatures, strict=True)]
+        slopes = side_by_side(clock_column(hypothesis, corrected), temperatures)
         columns = [Residuals(*(slope[:, index] for slope in slopes)) for index in range(3)]
         residual = np.concatenate(noise.whiten(residuals))
         matrix = np.column_stack([np.concatenate(noise.whiten(column)) for column in columns])
@@ -226,8 +205,8 @@ def estimate_nuisances(
         step = -covariance @ (matrix.T @ residual + scaled)
         left = residual + matrix @ step
         excess = max(float(left @ left) / max(left.size, 1), 1.0)
-        deviations = np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * ranges.scale
-        estimate = ranges.estimate(scaled + step, deviations)
+        deviations = np.sqrt(np.minimum(np.diag(covariance) * excess, 1.0)) * estimate.scale
+        estimate = replace(estimate.at(scaled + step), deviations=deviations)
         if np.all(np.abs(step) <= CONVERGED):
             break
     return estimate
@@ -244,35 +223,32 @@ def fitted_to_pressures(
 
     :param start: by the rates
     """
-    run, ranges = comparison.run, Ranges.of(hypothesis, comparison.run)
-    chambers = run.chambers
+    run, chambers = comparison.run, comparison.run.chambers
     if comparison.free or not chambers or run.temperature_offset <= 0.0:
         return start
-    noise, delay = np.array(run.noise.pressures)[chambers], ranges.scaled(start)[0]
+    noise, (delay, *temperatures) = np.array(run.noise.pressures), start.scaled
 
     def estimate(scaled: Floats) -> RunNuisances:
-        return ranges.estimate(np.append(delay, scaled), start.deviations)
+        return start.at(np.append(delay, scaled))
 
     def residual(scaled: Floats) -> Floats:
         corrected = Comparison(estimate(scaled).correct(run))
         gap = chamber_pressures(hypothesis, corrected) - corrected.run.pressures[1:]
-        return np.append((gap[:, chambers] / noise).ravel(), scaled)
+        return np.append((gap[:, chambers] / noise[chambers]).ravel(), scaled)
 
     def jacobian(scaled: Floats) -> Floats:
         base, steps = residual(scaled), PRESSURE_STEP * np.eye(2)
         return np.column_stack([residual(scaled + step) - base for step in steps]) / PRESSURE_STEP
 
-    solution = least_squares(
-        residual, ranges.scaled(start)[1:], jac=jacobian, max_nfev=GAUSS_NEWTON_STEPS
-    )
+    solution = least_squares(residual, temperatures, jac=jacobian, max_nfev=GAUSS_NEWTON_STEPS)
     # without the two rows of the prior
     misfit, slopes = np.reshape(solution.fun[:-2], (-1, len(chambers))), solution.jac[:-2]
     excess = max(float(np.mean(misfit**2)), 1.0) * correlated_samples(misfit)
     covariance = np.linalg.inv(slopes.T @ slopes / excess + np.eye(2))
     found = estimate(solution.x)
     # the mass follows from the first pressure: its noise counts as an error of the temperature
-    first = np.array(found.temperatures) * run.noise.pressures / run.pressures[0]
-    deviations = np.hypot(np.sqrt(np.diag(covariance)) * ranges.scale[1:], first)
+    first = found.values[1:] * noise / run.pressures[0]
+    deviations = np.hypot(np.sqrt(np.diag(covariance)) * start.scale[1:], first)
     return replace(found, deviations=np.append(start.deviations[0], deviations))
 
 

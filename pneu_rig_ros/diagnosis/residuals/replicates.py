@@ -5,9 +5,8 @@ They show what the noise of the sensors alone does not: how much wider the resid
 model spread where the piston creeps, or breaks away at another time than its velocity says.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,9 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import FORCE_OVERLAP, Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
+from pneu_rig_ros.diagnosis.residuals.weak_form import at_samples
 from pneu_rig_ros.model import along
+from pneu_rig_ros.model.plant import PlantState, Trajectory
 from pneu_rig_ros.model.run import Impose
 
 IMPOSED_TOLERANCE = 5e-5
@@ -38,59 +39,59 @@ class Inflation(NamedTuple):
     """
     How the residuals of a true model differ from their computed noise.
 
-    :param gas_1, gas_2, breakaway, stop: factors on the standard deviation [-]
-    :param force: the same for each class of speed
-    :param bias: class of speed and direction -> mean of the force residuals [N]
+    :param factors: on the standard deviation [-], of the force for each class of speed
+    :param bias: mean of the force residuals for each class of speed and direction [N]
     :param shift: the same, shrunk by as much as it is uncertain [N]
     """
 
-    gas_1: float
-    gas_2: float
-    force: tuple[float, ...]
-    breakaway: float
-    bias: Mapping[int, float]
-    shift: Mapping[int, float]
-    stop: float = 1.0
+    factors: Residuals
+    bias: Floats
+    shift: Floats
 
-    def factors(self, comparison: Comparison, noise: NoiseModel) -> Residuals:
+    def of_windows(self, comparison: Comparison, noise: NoiseModel) -> Residuals:
         """Return the factor of each kept window of a run."""
-        by_speed = np.array(self.force)[speed_classes(comparison)[noise.force.kept]]
-        gas_1, gas_2, breakaway, stop = (
-            np.full(int(whiten.kept.sum()), factor)
-            for whiten, factor in (
-                (noise.gas_1, self.gas_1),
-                (noise.gas_2, self.gas_2),
-                (noise.breakaway, self.breakaway),
-                (noise.stop, self.stop),
-            )
-        )
-        return Residuals(gas_1, gas_2, by_speed, breakaway, stop)
+        by_speed = self.factors.force[speed_classes(comparison)[noise.force.kept]]
+        pairs = zip(noise, self.factors._replace(force=by_speed), strict=True)
+        return Residuals(*(np.full(whiten.deviation.size, factor) for whiten, factor in pairs))
 
-    def force_bias(self, comparison: Comparison) -> Floats:
-        """Return the mean force residual of a true model in each window of a run [N], (m,)."""
-        classes = speed_and_direction(comparison)
-        return np.array([self.shift.get(int(number), 0.0) for number in classes], dtype=np.float64)
+    def with_bias(self, noise: NoiseModel, comparison: Comparison) -> NoiseModel:
+        """
+        Return the noise with a force error that all windows of a class have in common.
+
+        A bias is known to about its size: it is that of another trajectory.
+        """
+        of_class = speed_and_direction(comparison)[:, np.newaxis] == np.arange(self.bias.size)
+        columns = np.where(of_class, self.bias, 0.0)
+        return noise._replace(force=noise.force.with_shared(columns))
+
+
+def readings_of(states: PlantState | Trajectory) -> Floats:
+    """Return x [m], p1, p2 [Pa] as calibrated sensors read them, shape (n, 3)."""
+    return np.column_stack(
+        [states.position_reading, states.pressure_1_reading, states.pressure_2_reading]
+    )
+
+
+def as_read(hypothesis: Hypothesis, run: Run, readings: Floats) -> Floats:
+    """Return calibrated readings as the sensors of a hypothesis show them, shape (n, 3)."""
+    zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
+    offset, gain = np.array(hypothesis.offsets), np.array(hypothesis.gains)
+    shown: Floats = zero + offset + gain * (readings - zero)
+    return shown
 
 
 def simulate_replicate(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     """Return a run with the same commands and conditions, simulated freely."""
     plant = hypothesis.plant_of(run)
-    start = plant.state
+    start = readings_of(plant.state)
     states = plant.run(hypothesis.voltages(run), run.interval)
-    x = np.append(start.position_reading, states.position_reading)
-    p1 = np.append(start.pressure_1_reading, states.pressure_1_reading)
-    p2 = np.append(start.pressure_2_reading, states.pressure_2_reading)
-    zero, noise = run.atmospheric_pressure, run.noise
-    gains, offsets = hypothesis.gains, hypothesis.offsets
-    position = offsets[0] + gains[0] * x
-    position = position + noise.position * rng.standard_normal(x.size)
-    true = np.column_stack([p1, p2]) - zero
-    pressures = zero + np.array(offsets[1:]) + np.array(gains[1:]) * true
-    pressures = pressures + np.array(noise.pressures) * rng.standard_normal(pressures.shape)
+    read = as_read(hypothesis, run, np.vstack([start, readings_of(states)]))
+    position = read[:, 0] + run.noise.position * rng.standard_normal(run.size)
+    noise = np.array(run.noise.pressures) * rng.standard_normal((run.size, 2))
     return replace(
         run,
         position=np.clip(position, 0.0, run.span.position),
-        pressures=np.clip(pressures, run.span.low, run.span.high),
+        pressures=np.clip(read[:, 1:] + noise, run.span.low, run.span.high),
         original=None,
     )
 
@@ -107,7 +108,7 @@ def chamber_pressures(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
     states = plant.run_imposed(
         hypothesis.voltages(run), run.interval, actions, measured, np.zeros(run.size - 1)
     )
-    return np.column_stack([states.pressure_1_reading, states.pressure_2_reading])
+    return readings_of(states)[:, 1:]
 
 
 def bench_force(hypothesis: Hypothesis, comparison: Comparison) -> Floats:
@@ -128,16 +129,14 @@ def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) ->
     if comparison.free:
         return Comparison(simulate_replicate(hypothesis, run, rng))
     position, pressures, force = run.smooth[:, 0], run.pressures.copy(), run.force
-    chambers = run.chambers
-    if chambers:
+    if chambers := run.chambers:
         simulated = np.vstack([run.smooth[:1, 1:], chamber_pressures(hypothesis, comparison)])
         simulated += np.array(run.noise.pressures) * rng.standard_normal(simulated.shape)
         clipped = np.clip(simulated, run.span.low, run.span.high)
         pressures[:, chambers] = clipped[:, chambers]
     if 'force' in run.balances and force is not None:
-        middles = bench_force(hypothesis, comparison)
-        samples = np.concatenate([middles[:1], 0.5 * (middles[1:] + middles[:-1]), middles[-1:]])
-        force = samples + run.noise.force * rng.standard_normal(samples.size)
+        samples = at_samples(bench_force(hypothesis, comparison))
+        force = samples + run.noise.force * rng.standard_normal(run.size)
     position = position + run.noise.position * rng.standard_normal(run.size)
     readings = replace(
         run, position=position, pressures=pressures, force=force, original=None, delay=0.0
@@ -146,34 +145,29 @@ def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) ->
 
 
 def estimate_inflation(
-    hypothesis: Hypothesis, comparisons: tuple[Comparison, ...], rng: Generator
+    hypothesis: Hypothesis, comparisons: Sequence[Comparison], rng: Generator
 ) -> Inflation:
     """Return the inflation of the noise over one replicate of each run."""
-    seeds = rng.spawn(len(comparisons))
-    triples = map_runs(partial(_replicate, hypothesis), comparisons, seeds)
-    kept = [noise.force.kept for _, noise, _ in triples]
-    classes = [speed_and_direction(triple[0]) for triple in triples]
-    used = np.concatenate([each[flags] for each, flags in zip(classes, kept, strict=True)])
-    force = np.concatenate([triple[2].force[k] for triple, k in zip(triples, kept, strict=True)])
-    by_class = {int(number): force[used == number] for number in np.unique(used)}
-    bias = {number: float(residuals.mean()) for number, residuals in by_class.items()}
-    shift = {number: shrunk_mean(residuals) for number, residuals in by_class.items()}
-    rows = [with_bias(noise, run, bias).whiten(residuals) for run, noise, residuals in triples]
+
+    def noisy(run: Comparison, rng: Generator) -> tuple[Comparison, NoiseModel, Residuals]:
+        simulated = replicate(hypothesis, run, rng)
+        noise = noise_model(hypothesis, simulated, rng)
+        return simulated, noise, simulated.residuals(hypothesis)
+
+    triples = map_runs(noisy, comparisons, rng.spawn(len(comparisons)))
+    classes = np.concatenate([speed_and_direction(run)[n.force.kept] for run, n, _ in triples])
+    force = np.concatenate([residuals.force[n.force.kept] for _, n, residuals in triples])
+    bias, shift = np.zeros((2, 2 * SPEED_CLASSES))
+    for number in np.unique(classes):
+        own = force[classes == number]
+        bias[number], shift[number] = own.mean(), shrunk_mean(own)
+    known = Inflation(Residuals(*np.ones((5, 1))), bias, shift)
+    rows = [known.with_bias(noise, run).whiten(residuals) for run, noise, residuals in triples]
     gas_1, gas_2, force, breakaway, _ = (np.concatenate(each) for each in zip(*rows, strict=True))
-    speeds = used % SPEED_CLASSES
-    by_speed = tuple(inflation(force[speeds == number]) for number in range(SPEED_CLASSES))
-    return Inflation(
-        inflation(gas_1), inflation(gas_2), by_speed, inflation(breakaway), bias, shift
-    )
-
-
-def _replicate(
-    hypothesis: Hypothesis, comparison: Comparison, rng: Generator
-) -> tuple[Comparison, NoiseModel, Residuals]:
-    """Return a replicate of a run with its noise and its residuals."""
-    simulated = replicate(hypothesis, comparison, rng)
-    noise = noise_model(hypothesis, simulated, rng)
-    return simulated, noise, simulated.residuals(hypothesis)
+    speeds = classes % SPEED_CLASSES
+    by_speed = [inflation(force[speeds == number]) for number in range(SPEED_CLASSES)]
+    kinds = [inflation(gas_1)], [inflation(gas_2)], by_speed, [inflation(breakaway)], [1.0]
+    return known._replace(factors=Residuals(*map(np.array, kinds)))
 
 
 def inflation(whitened: Floats) -> float:
@@ -205,17 +199,3 @@ def speed_and_direction(comparison: Comparison) -> NDArray[np.intp]:
     """Return the class of speed and direction of each window of the motion, shape (m,)."""
     classes = speed_classes(comparison)
     return np.where(comparison.window_velocity < 0.0, classes + SPEED_CLASSES, classes)
-
-
-def with_bias(noise: NoiseModel, comparison: Comparison, bias: Mapping[int, float]) -> NoiseModel:
-    """
-    Return the noise with a force error that all windows of a class have in common.
-
-    A bias is known to about its size: it is that of another trajectory.
-    """
-    classes = speed_and_direction(comparison)
-    columns = [
-        np.where(classes == number, bias.get(number, 0.0), 0.0)
-        for number in range(2 * SPEED_CLASSES)
-    ]
-    return noise._replace(force=noise.force.with_shared(np.column_stack(columns)))

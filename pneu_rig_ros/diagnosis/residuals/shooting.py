@@ -20,7 +20,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.reading import positive_mean
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
-from pneu_rig_ros.model.plant import Trajectory
+from pneu_rig_ros.diagnosis.residuals.replicates import as_read, readings_of
 from pneu_rig_ros.model.run import Impose
 
 SETTLING = 0.03
@@ -108,10 +108,7 @@ class MultipleShooting:
             measured[:, [0, 2, 3]] += errors
         voltages = hypothesis.voltages(run)
         states = plant.run_imposed(voltages, run.interval, actions, measured, begins)
-        read = readings_of(states)
-        zero = np.array([0.0, run.atmospheric_pressure, run.atmospheric_pressure])
-        read = zero + np.array(hypothesis.offsets) + np.array(hypothesis.gains) * (read - zero)
-        return within_span(read, self.run)
+        return within_span(as_read(hypothesis, run, readings_of(states)), self.run)
 
     def gap(self, hypothesis: Hypothesis, errors: Floats | None = None) -> Floats:
         """Return measured less predicted x [m], p1, p2 [Pa], block by block, shape (blocks, 3)."""
@@ -137,8 +134,7 @@ class MultipleShooting:
         a reading; what is before its start is none.
         """
         if self.free:
-            counts: Floats = np.where(self.segments < min(len(self.places), 1), 0.0, SIGNALS)
-            return counts
+            return np.where(self.segments < min(len(self.places), 1), 0.0, float(SIGNALS))
         _, inverse, sizes = np.unique(self.segments, return_inverse=True, return_counts=True)
         weights: Floats = CYCLE_WEIGHT / sizes[inverse]
         return weights
@@ -147,13 +143,6 @@ class MultipleShooting:
         """Return the sum of values of the blocks of each cycle, shape (cycles,)."""
         sums = np.bincount(self.segments, values)[np.unique(self.segments)]
         return sums.astype(np.float64)
-
-
-def readings_of(states: Trajectory) -> Floats:
-    """Return x [m], p1, p2 [Pa] as the sensors read them, shape (n, 3)."""
-    return np.column_stack(
-        [states.position_reading, states.pressure_1_reading, states.pressure_2_reading]
-    )
 
 
 def within_span(readings: Floats, run: Run) -> Floats:

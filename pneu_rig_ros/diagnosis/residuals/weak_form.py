@@ -94,3 +94,15 @@ class TestFunctions:
         if values.size < size:
             return np.empty((0, size), dtype=values.dtype)
         return sliding_window_view(values, size)[self.starts]
+
+
+def middles(samples: Floats) -> Floats:
+    """Return the means of neighbouring samples, shape (n - 1,) or (n - 1, k)."""
+    means: Floats = 0.5 * (samples[1:] + samples[:-1])
+    return means
+
+
+def at_samples(middles: Floats) -> Floats:
+    """Return values at the samples between, before and after some middles, shape (n,), (n, k)."""
+    between = 0.5 * (middles[1:] + middles[:-1])
+    return np.concatenate([middles[:1], between, middles[-1:]])

@@ -8,7 +8,7 @@ Nuisance parameters, errors that many windows share, add a few directions (a mat
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -52,8 +52,7 @@ class Whitener:
             return values
         whitened = self._own(values)
         directions, shrinkage = self._shared
-        along_shared = (shrinkage * (directions.T @ whitened).T).T
-        both: Floats = whitened - directions @ along_shared
+        both: Floats = whitened - directions @ (shrinkage * (directions.T @ whitened).T).T
         return both
 
     @cached_property
@@ -87,7 +86,7 @@ class Source:
     """
 
     variance: Floats
-    lags: Floats
+    lags: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 def whitener(kept: Flags, sources: Sequence[Source], excess: Floats) -> Whitener:

@@ -16,9 +16,9 @@ from numpy.random import Generator
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
-from pneu_rig_ros.diagnosis.residuals.dataset import STRETCHES, Dataset, loss, rms
-from pneu_rig_ros.diagnosis.residuals.noise import COPIES, NoiseModel, reading_errors
+from pneu_rig_ros.diagnosis.residuals.balances import Residuals
+from pneu_rig_ros.diagnosis.residuals.dataset import STRETCHES, Dataset, RunData, loss, rms
+from pneu_rig_ros.diagnosis.residuals.noise import COPIES, reading_errors
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, score
@@ -104,8 +104,8 @@ def _growth_of_noise(before: Dataset, after: Dataset) -> Floats:
 
 def _log_deviations(dataset: Dataset) -> Iterator[Floats]:
     """Yield the logarithm of the noise of all windows, NaN of those not kept, shape (m,) each."""
-    for noise, factors in zip(dataset.noises, dataset.factors, strict=True):
-        for whiten, factor in zip(noise, factors, strict=True):
+    for run in dataset.runs:
+        for whiten, factor in zip(run.noise, run.factors, strict=True):
             logarithm = np.full(whiten.kept.size, np.nan)
             logarithm[whiten.kept] = np.log(factor * whiten.deviation)
             yield logarithm
@@ -122,22 +122,15 @@ def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) 
 
 def _cost_of_noise(hypothesis: Hypothesis, dataset: Dataset, rng: Generator) -> float:
     """Return the mean loss of the errors of residuals of simulated readings of all runs [-]."""
-    seeds = rng.integers(2**32, size=len(dataset.comparisons)).tolist()
-    arguments = dataset.comparisons, dataset.noises, dataset.factors, seeds
-    return sum(map_runs(partial(_loss_of_noise, hypothesis), *arguments))
+    seeds = rng.integers(2**32, size=len(dataset.runs)).tolist()
+    return sum(map_runs(partial(_loss_of_noise, hypothesis), dataset.runs, seeds))
 
 
-def _loss_of_noise(
-    hypothesis: Hypothesis,
-    comparison: Comparison,
-    noise: NoiseModel,
-    factors: Residuals,
-    seed: int,
-) -> float:
+def _loss_of_noise(hypothesis: Hypothesis, run: RunData, seed: int) -> float:
     """Return the mean loss of the errors of residuals of simulated readings [-]."""
-    errors = reading_errors(hypothesis, comparison, np.random.default_rng(seed), COPIES)
+    errors = reading_errors(hypothesis, run.comparison, np.random.default_rng(seed), COPIES)
     losses = []
     for copy in zip(*errors, strict=True):
-        whitened = noise.whiten(Residuals(*(np.nan_to_num(each) for each in copy)))
-        losses.append(sum(loss(z / f) for z, f in zip(whitened, factors, strict=True)))
+        whitened = run.noise.whiten(Residuals(*(np.nan_to_num(each) for each in copy)))
+        losses.append(sum(loss(z / f) for z, f in zip(whitened, run.factors, strict=True)))
     return float(np.mean(losses))

@@ -9,7 +9,7 @@ from numpy.random import Generator
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Residuals
-from pneu_rig_ros.diagnosis.residuals.cycle_test import (
+from pneu_rig_ros.diagnosis.residuals.cycles import (
     CycleTest,
     compare_cycles,
     compare_free_runs,

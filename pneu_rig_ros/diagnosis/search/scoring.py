@@ -83,7 +83,7 @@ def score(fit: Fit, given: Hypothesis, training: Dataset, held_out: Dataset) -> 
     """Return a fit with its losses on all runs."""
     hypothesis = fit.explanation.apply(given)
     parts = [dataset.losses(hypothesis) for dataset in (training, held_out)]
-    count = sum(whiten.kept.sum() for noise in training.noises for whiten in noise)
+    count = sum(whiten.kept.sum() for run in training.runs for whiten in run.noise)
     penalty = 0.5 * len(fit.explanation.coordinates) * float(np.log(max(count, 1)))
     penalty += fit.explanation.negative_log_prior
     return ScoredFit(
