@@ -96,11 +96,6 @@ class Profile(Candidate):
     at: tuple[float, ...] = ()
 
     @property
-    def effect(self) -> str:
-        """Name of the effect whose mechanism it is."""
-        return self.name
-
-    @property
     def size(self) -> float:
         """Size of the first term, by which the values at the knots are multiplied [SI]."""
         return next(iter(self.kind.terms.values()))
@@ -156,8 +151,8 @@ def rival_profile(search: Search, named: ScoredFit | None) -> ScoredFit | None:
     profile = _likeliest(search)
     if profile is None:
         return None
-    start = Explanation() if named is None else named.explanation
-    other = score(Fit(start), search.given, search.training, search.held_out)
+    start = Explanation(search.given) if named is None else named.explanation
+    other = score(Fit(start), search.data)
     less = search.left_by(profile) <= MUCH_BETTER * search.left_by(other)
     return profile if less and improves(profile, other) else None
 
@@ -166,23 +161,20 @@ def adopt(search: Search, profile: ScoredFit) -> None:
     """Take a profile for the explanation."""
     search.best = profile
     # others are compared with it under the same noise
-    data = search.training, search.held_out
-    search.ranking = [profile, *(score(each, search.given, *data) for each in search.ranking)]
+    search.ranking = [profile, *(score(each, search.data) for each in search.ranking)]
 
 
 def _likeliest(search: Search) -> ScoredFit | None:
     """Return the likeliest profile, None where there is none."""
-    given, data = search.hypothesis, (search.training, search.held_out)
-    residual = search.training.residual(given)
+    given, training = search.hypothesis, search.training
+    residual = training.residual(given)
     candidates = list(profiles(search))
-    explained = map_tasks(
-        search.executor, _explained, candidates, given, search.training, residual
-    )
+    explained = map_tasks(search.executor, _explained, candidates, given, training, residual)
     order = np.argsort(explained, kind='stable')[::-1][:FITTED]
-    start = Explanation() if search.best is None else search.best.explanation
+    start = Explanation(search.given) if search.best is None else search.best.explanation
     starts = [start.with_part(candidates[i], candidates[i].starts[0]) for i in order]
-    fits = map_tasks(search.executor, fit, starts, search.given, search.training, ROUNDS)
-    scored = [score(each, search.given, *data) for each in fits]
+    fits = map_tasks(search.executor, fit, starts, training, ROUNDS)
+    scored = [score(each, search.data) for each in fits]
     return min(scored, key=lambda each: each.cost, default=None)
 
 
