@@ -188,18 +188,14 @@ def diagnose(
         data = _data(inputs, rng)
     search = _search(inputs, data, rng, without, workers, progress)
     found = search.run() is not None or restated is not None
-    needs_no_fit = restated is None and not search.base.parts
-    earlier = inputs.system.spreads
-    differing = sufficient_differences(search, earlier) if where and needs_no_fit else []
+    earlier, needs_fit = inputs.system.spreads, restated is not None or search.base.parts
+    differing = sufficient_differences(search, earlier) if where and not needs_fit else []
     progress('testing what is left', 0.85)
-    remaining, unknown = search.strong(), None
+    unknown = None
     if differing:
         search.clear()
-    elif not search.reproduced():
-        where = where if found else []
-    elif (shown := where or search.cycle_residuals()) and search.leaves_something(remaining):
-        progress('describing the unknown cause', 0.88)
-        unknown = describe_if_unknown(search, shown)
+    else:
+        where, unknown = _what_counts(search, where, found, progress)
     best, errors = search.best if unknown is None else search.calibrated, np.zeros((1, 0))
     if best is not None:
         progress('finding the errors of the fitted values', 0.93)
@@ -208,21 +204,20 @@ def diagnose(
         runs = search.hypothesis, search.data.single_runs
         differing = list(run_differences(*runs, search.candidates, workers, earlier).values())
     progress('designing the next experiment', 0.97)
-    experiment = next_experiment(rivals(search), data.training, inputs.system)
     return Diagnosis(
-        inputs.system,
-        restated,
-        search,
-        windows,
-        where,
-        best,
-        unknown,
-        differing,
-        errors,
-        experiment,
-        seed,
-        inputs.single,
-        time.perf_counter() - begin,
+        system=inputs.system,
+        restated=restated,
+        search=search,
+        windows=windows,
+        where=where,
+        best=best,
+        unknown=unknown,
+        differing=differing,
+        errors=errors,
+        next_experiment=next_experiment(rivals(search), data.training, inputs.system),
+        seed=seed,
+        single=inputs.single,
+        seconds=time.perf_counter() - begin,
     )
 
 
@@ -263,3 +258,17 @@ def _search(
     return Search(
         base=base, data=data, rng=rng, pool=candidates, progress=report, executor=executor
     )
+
+
+def _what_counts(
+    search: Search, where: Sequence[SignificantResidual], found: bool, progress: Progress
+) -> tuple[Sequence[SignificantResidual], Description | None]:
+    """Return the residuals that count, and empirical terms for what no cause explains."""
+    remaining = search.strong()
+    if not search.reproduced():
+        return where if found else [], None
+    shown = where or search.cycle_residuals()
+    if not (shown and search.leaves_something(remaining)):
+        return where, None
+    progress('describing the unknown cause', 0.88)
+    return where, describe_if_unknown(search, shown)

@@ -1,10 +1,14 @@
 """
 Selection of an explanation: forward selection of causes until no significant residual is left.
 
-Explanations grow by one cause at a time, up to three. :meth:`Search.run` has the order of what is
-looked at: residuals and simulated cycles, all windows together, free runs. :meth:`Search.grow` is
-the loop over causes; what it asks is in ``remainder`` (is anything left, does a cause close the
-gap), how candidates are screened and fitted in ``growth``.
+:meth:`Search.run` has the steps in their order:
+
+1. Residuals or simulated cycles are off: explanations grow by one cause at a time, up to three
+   (:meth:`Search.grow`; ``growth`` screens and fits one cause, ``remainder`` tests what is left).
+2. Neither is: all windows together may show a cause that no cell does.
+3. A cause was found: if it leaves no residual, but its free runs are off, they may prefer another
+   one, or show a further one (``free_runs``).
+4. None was found: free runs may be off all the same; then they join the data, see 1.
 """
 
 from collections.abc import Sequence
@@ -91,7 +95,7 @@ class Search(Growth):
                 return
             self.ranking += [chosen, *grown.fits]
             if len(accepted.explanation.parts) > len(chosen.explanation.parts):
-                return
+                return  # with a second cause at once, which the first needed
             if not (chosen.simulated or self.weak):
                 near = [each for each in grown.fits if each.difference(chosen)[0] <= DECISIVE]
                 self.indistinct = [each.explanation for each in near]
