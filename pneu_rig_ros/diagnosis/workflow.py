@@ -182,7 +182,8 @@ def diagnose(
     progress('localising residuals', 0.06)
     data = _data(inputs, rng)
     windows = windows_of(data.training, inputs.system.hypothesis)
-    where, restated = localise(windows), _restated(inputs, data)
+    where: Sequence[SignificantResidual] = localise(windows)
+    restated = _restated(inputs, data)
     if restated is not None:
         inputs = replace(inputs, system=restated.system, runs=restated.runs)
         data = _data(inputs, rng)
