@@ -111,7 +111,8 @@ class Diagnosis:
     @property
     def improved(self) -> Hypothesis:
         """The hypothesis with the explanation and the empirical terms."""
-        return (self.unknown or self).explanation.hypothesis
+        explanation = self.explanation if self.unknown is None else self.unknown.explanation
+        return explanation.hypothesis
 
     @cached_property
     def variation(self) -> Variation:

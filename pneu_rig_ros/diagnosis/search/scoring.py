@@ -183,7 +183,7 @@ class Grown(NamedTuple):
         return preferred(self.fits)
 
     @property
-    def improve(self) -> bool:
+    def improves(self) -> bool:
         """Whether there are any, the preferred one better than without the cause."""
         return bool(self.fits) and improves(self.chosen, self.before)
 

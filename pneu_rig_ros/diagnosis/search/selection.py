@@ -88,7 +88,7 @@ class Search(Growth):
                     return
             self.weak = self.is_weak()
             grown = self._grown_with_cycles(beam, size)
-            if not (grown.improve and self.beyond_chance(grown)):
+            if not (grown.improves and self.beyond_chance(grown)):
                 return
             chosen, accepted = grown.chosen, self._accept(grown, size)
             if accepted is None:
@@ -104,7 +104,7 @@ class Search(Growth):
     def _take_a_faint_cause(self) -> None:
         """Accept a first cause that no cell shows if all windows together do."""
         grown = self.grown_by_all_windows()
-        if grown.improve and self.beyond_chance(grown) and self._accept(grown, 1):
+        if grown.improves and self.beyond_chance(grown) and self._accept(grown, 1):
             self.ranking += grown.fits
         else:
             self.screened = []  # none of them is a candidate where nothing is missing
@@ -159,12 +159,10 @@ class Search(Growth):
         Where residuals do not distinguish them, what cycles show beside the chosen one may be that
         it is the wrong one, and no further cause.
         """
-        others, self.indistinct = self.indistinct, ()
-        if self.best is None or self.training.cycles is None:
-            return False
-        own = self.best.explanation
-        others = [each for each in others if each.name != own.name]
-        if not others:
+        own = self.so_far.explanation
+        others = [each for each in self.indistinct if each.name != own.name]
+        self.indistinct = ()
+        if self.best is None or self.training.cycles is None or not others:
             return False
         fits = self.fits([own, *others])
         chosen = preferred(fits)
@@ -182,14 +180,14 @@ class Search(Growth):
         the data, and then the next candidates.
         """
         grown = self.grown(beam, size)
-        if not grown.improve:
+        if not grown.improves:
             grown = self.with_other_forms(grown)
-        may_simulate = not grown.improve and self.can_simulate()
+        may_simulate = not grown.improves and self.can_simulate()
         # for a further cause only where cycles show something of which residuals have no trace
         if may_simulate and (size == 1 or self.cycles_differ()):
             self.add_cycles()
             grown = self.grown(beam, size)
-        if size == 1 and len(self.screened) > MOST_FITTED and not grown.improve:
+        if size == 1 and len(self.screened) > MOST_FITTED and not grown.improves:
             grown = self.grown(beam, size, MOST_FITTED)
         return grown
 
@@ -224,7 +222,7 @@ class Search(Growth):
     ) -> ScoredFit | None:
         """Return an explanation with a further cause if its last two close the gap, else None."""
         grown = self.grown(beam, size)
-        if not grown.improve:
+        if not grown.improves:
             return None
         both = self._renewed(grown.chosen)
         if not closes_the_gap(self.held_out, smaller, both, causes=2):
