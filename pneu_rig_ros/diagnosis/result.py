@@ -1,6 +1,6 @@
 """The answer of a diagnosis as a JSON-compatible dict: diagnosis.json, schema in docs/."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any, cast
 
@@ -39,6 +39,8 @@ from pneu_rig_ros.model.shape import DRIVERS
 
 Rows = dict[str, dict[str, Any]]
 """Coordinate -> value, interval, unit."""
+Estimates = list[tuple[Candidate, Rows]]
+"""Parts of an explanation with their values."""
 
 VERSION = 3
 MOST_INTERVALS = 6
@@ -56,6 +58,7 @@ DISPLAYED = {
 
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return diagnosis.json as a JSON-compatible dict."""
+    search, best, unknown = diagnosis.search, diagnosis.best, diagnosis.unknown
     estimates = _estimates(diagnosis)
     parameters = [
         {'name': part.name, 'was': part.model_value, **row}
@@ -67,42 +70,29 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     effects = [
         _effect(part, rows, diagnosis.explanation) for part, rows in estimates if part.is_effect
     ]
-    operations = [each.run.operation for each in diagnosis.training.comparisons]
-    conditions = [
-        _condition(key_of(part), row, operations)
-        for part, rows in estimates
-        if part.is_condition
-        for row in rows.values()
-    ]
-    if (other := diagnosis.restated) is not None:
-        row = {'name': other.name, 'stated': other.stated, 'true': other.true}
-        conditions.insert(0, {**row, 'value': None, 'interval': None, 'unit': ''})
-    search, best, unknown = diagnosis.search, diagnosis.best, diagnosis.unknown
+    conditions = _conditions(diagnosis, estimates)
     likely = probability_of(diagnosis.verdict, diagnosis.system.uncalibrated)
+    fitted, verified = ([each.run for each in data.comparisons] for data in search.initial)
     return {
         'version': VERSION,
         'model': diagnosis.system.name,
         'seed': diagnosis.seed,
         'seconds': diagnosis.seconds,
         'recordings': {
-            'fit': [each.run.name for each in diagnosis.training.comparisons],
-            'verify': [each.run.name for each in diagnosis.held_out.comparisons],
+            'fit': [run.name for run in fitted],
+            'verify': [run.name for run in verified],
         },
         'notes': [
-            {'recording': each.run.name, 'note': note}
-            for dataset in (diagnosis.training, diagnosis.held_out)
-            for each in dataset.comparisons
-            for note in each.run.notes
+            {'recording': run.name, 'note': note}
+            for run in fitted + verified
+            for note in run.notes
         ],
         'verdict': diagnosis.verdict,
         'probability': likely,
         'sentence': sentence(diagnosis, parameters, effects, conditions),
         'balances': _balances(diagnosis),
         'where': [_residual(residual) for residual in diagnosis.significant],
-        'intervals': [
-            dict(zip(('balance', 'recording', 'from', 'to'), span, strict=True))
-            for span in _intervals(diagnosis)
-        ],
+        'intervals': _rows(_intervals(diagnosis), 'balance', 'recording'),
         'null_scores': _null_scores(diagnosis.windows),
         'candidates': ranking_rows(search, best, diagnosis.verdict, likely),
         'indistinguishable': indistinguishable(search, best),
@@ -112,8 +102,7 @@ def answer(diagnosis: Diagnosis) -> dict[str, Any]:
         'effects': effects,
         'unknown': unknown and unknown.to_dict(),
         'each_recording': [
-            *nuisance_rows(diagnosis.improved, search.training),
-            *nuisance_rows(diagnosis.improved, search.held_out),
+            *(row for data in search.data for row in nuisance_rows(diagnosis.improved, data)),
             *diagnosis.variation.rows(),
         ],
         'differing_recordings': [each.to_dict() for each in diagnosis.differing],
@@ -150,7 +139,7 @@ def _verdicts(diagnosis: Diagnosis) -> dict[str, str]:
     left = localise(windows_of(diagnosis.training, diagnosis.improved))
     disagrees = significant & {each.balance for each in left}
     training, cycles = diagnosis.training, diagnosis.search.training.cycles
-    verdicts = of_balances(diagnosis.explanation, diagnosis.given, training, cycles)
+    verdicts = of_balances(diagnosis.explanation, training, cycles)
     return {
         name: UNKNOWN if name in disagrees and each == CONSISTENT else each
         for name, each in verdicts.items()
@@ -180,10 +169,15 @@ def _residual(residual: SignificantResidual) -> dict[str, Any]:
         'variable': residual.variable,
         'from': residual.low,
         'to': residual.high,
-        'parts': [{'variable': name, 'from': a, 'to': b} for name, a, b in residual.parts],
+        'parts': _rows(residual.parts, 'variable'),
         'recordings': list(residual.recordings),
-        'intervals': [{'recording': name, 'from': a, 'to': b} for name, a, b in spans],
+        'intervals': _rows(spans, 'recording'),
     }
+
+
+def _rows(spans: Iterable[tuple[Any, ...]], *names: str) -> list[dict[str, Any]]:
+    """Return ranges with their names, which stand before both ends."""
+    return [dict(zip((*names, 'from', 'to'), span, strict=True)) for span in spans]
 
 
 def _intervals(diagnosis: Diagnosis) -> Spans:
@@ -192,7 +186,7 @@ def _intervals(diagnosis: Diagnosis) -> Spans:
         return []
     if not diagnosis.explanation.parts:
         return residual_intervals(diagnosis.windows, UNEXPLAINED)
-    explained = diagnosis.explanation.apply(diagnosis.given)
+    explained = diagnosis.explanation.hypothesis
     return contribution_intervals(diagnosis.given, explained, diagnosis.training)
 
 
@@ -208,22 +202,17 @@ def _null_scores(windows: Sequence[Windows]) -> list[dict[str, Any]]:
     return rows
 
 
-def _estimates(diagnosis: Diagnosis) -> list[tuple[Candidate, Rows]]:
+def _estimates(diagnosis: Diagnosis) -> Estimates:
     """Return each part of the explanation with its values and confidence intervals."""
     if diagnosis.best is None:
         return []
     training, explanation = diagnosis.search.training, diagnosis.explanation
-    spans = iter(value_intervals(diagnosis.best, diagnosis.given, training, diagnosis.errors))
-    return [
-        (
-            part,
-            {
-                c.name: {'value': value, 'interval': list(next(spans)), 'unit': c.quantity.unit}
-                for c, value in zip(part.coordinates, values, strict=True)
-            },
-        )
-        for part, values in zip(explanation.parts, explanation.values, strict=True)
-    ]
+    spans = iter(value_intervals(diagnosis.best, training, diagnosis.errors))
+    rows: Estimates = [(part, {}) for part in explanation.parts]
+    for (_, row), (part, values) in zip(rows, explanation.by_part, strict=True):
+        for c, value in zip(part.coordinates, values, strict=True):
+            row[c.name] = {'value': value, 'interval': [*next(spans)], 'unit': c.quantity.unit}
+    return rows
 
 
 def _changed(part: Candidate, row: dict[str, Any], diagnosis: Diagnosis) -> bool:
@@ -232,23 +221,29 @@ def _changed(part: Candidate, row: dict[str, Any], diagnosis: Diagnosis) -> bool
     return part.name not in diagnosis.system.refit or not low <= part.model_value <= high
 
 
-def _condition(
-    name: str, estimate: Mapping[str, Any], operations: Sequence[Operation]
-) -> dict[str, Any]:
+def _conditions(diagnosis: Diagnosis, estimates: Estimates) -> list[dict[str, Any]]:
     """
-    Return a condition whose value was fitted, as in diagnosis.json.
+    Return the conditions that are not as stated: as a whole, then those with a fitted value.
 
-    :param estimate: value, interval and unit of the ratio to what is stated, or of the difference
-        from zero
-    :param operations: conditions as stated, of the training data
+    The value is a ratio to what is stated, or a difference from zero.
     """
-    value = estimate['value']
-    if name in Operation._fields:
-        stated = [float(getattr(each, name)) for each in operations]
-        true = [value * each for each in stated]
-    else:
+    rows: list[dict[str, Any]] = []
+    if (other := diagnosis.restated) is not None:
+        row = {'name': other.name, 'stated': other.stated, 'true': other.true}
+        rows.append({**row, 'value': None, 'interval': None, 'unit': ''})
+    operations = [each.run.operation for each in diagnosis.training.comparisons]
+    for part, values in estimates:
+        if not part.is_condition:
+            continue
+        (estimate,) = values.values()
+        name, value = key_of(part), estimate['value']
         stated, true = [0.0], [value]
-    return {'name': name, 'stated': _range(stated, name), 'true': _range(true, name), **estimate}
+        if name in Operation._fields:
+            stated = [float(getattr(each, name)) for each in operations]
+            true = [value * each for each in stated]
+        texts = {'stated': _range(stated, name), 'true': _range(true, name)}
+        rows.append({'name': name, **texts, **estimate})
+    return rows
 
 
 def _range(values: Sequence[float], name: str) -> str:
@@ -273,7 +268,7 @@ def _effect(part: Candidate, rows: Rows, explanation: Explanation) -> dict[str, 
 
 def _shape(effect: str, explanation: Explanation) -> dict[str, Any] | None:
     """Return the factor by which an effect differs from its formula, None without one."""
-    for part, values in zip(explanation.parts, explanation.values, strict=True):
+    for part, values in explanation.by_part:
         if isinstance(part, Family | Profile) and part.effect == effect:
             shape = part.shape(values)
             return {

@@ -34,7 +34,7 @@ from pneu_rig_ros.diagnosis.answer.verdict import (
     of_parts,
 )
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
-from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.inputs.read_inputs import Inputs, read_inputs
 from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
@@ -46,7 +46,7 @@ from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.empirical import Description
 from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
 from pneu_rig_ros.diagnosis.search.name_or_unknown import describe_if_unknown
-from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, excess
+from pneu_rig_ros.diagnosis.search.scoring import Data, ScoredFit, excess
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import Executor, SerialExecutor
 
@@ -64,7 +64,6 @@ class Diagnosis:
 
     :param system: as given, or as it was found to be
     :param restated: what was found to be otherwise than stated, None where nothing was
-    :param training, held_out: data with the noise under the given hypothesis
     :param windows: of the training data under the given hypothesis
     :param where: its significant residuals
     :param best: the accepted explanation, None where nothing is missing
@@ -77,8 +76,6 @@ class Diagnosis:
 
     system: System
     restated: Restated | None
-    training: Dataset
-    held_out: Dataset
     search: Search
     windows: Sequence[Windows]
     where: Sequence[SignificantResidual]
@@ -97,27 +94,36 @@ class Diagnosis:
         return self.system.hypothesis
 
     @property
+    def training(self) -> Dataset:
+        """Training data with the noise under the given hypothesis."""
+        return self.search.initial.training
+
+    @property
+    def held_out(self) -> Dataset:
+        """Held-out data with the noise under the given hypothesis."""
+        return self.search.initial.held_out
+
+    @property
     def explanation(self) -> Explanation:
         """The accepted explanation, empty where nothing is missing."""
-        return Explanation() if self.best is None else self.best.explanation
+        return Explanation(self.given) if self.best is None else self.best.explanation
 
     @property
     def improved(self) -> Hypothesis:
         """The hypothesis with the explanation and the empirical terms."""
-        explained = self.explanation.apply(self.given)
-        return explained if self.unknown is None else self.unknown.explanation.apply(explained)
+        explanation = self.explanation if self.unknown is None else self.unknown.explanation
+        return explanation.hypothesis
 
     @cached_property
     def variation(self) -> Variation:
         """How the recordings differ from each other under the improved hypothesis."""
-        _, runs, candidates, _ = _single_runs(self.search)
-        return variation(self.improved, runs, candidates)
+        return variation(self.improved, self.search.data.single_runs, self.search.candidates)
 
     @property
     def improved_system(self) -> System:
         """The system with the improved model and what that leaves of these recordings."""
-        datasets, improved = (self.search.training, self.search.held_out), self.improved
-        left = repeatability(self.system, improved, datasets, self.variation.spreads)
+        improved = self.improved
+        left = repeatability(self.system, improved, self.search.data, self.variation.spreads)
         if self.system.rig is not None:  # whose supply was warmer or colder in these recordings
             model = improved.model._replace(gas=self.given.model.gas)
             improved = replace(improved, model=model)
@@ -175,83 +181,70 @@ def diagnose(
     progress('reading', 0.02)
     inputs = read_inputs(bags, verify, load_system(model), mapping, workers)
     progress('localising residuals', 0.06)
-    data = _datasets(inputs, rng)
-    windows = windows_of(data[0], inputs.system.hypothesis)
-    where, restated = localise(windows), _restated(inputs, data)
+    data = _data(inputs, rng)
+    windows = windows_of(data.training, inputs.system.hypothesis)
+    where: Sequence[SignificantResidual] = localise(windows)
+    restated = _restated(inputs, data)
     if restated is not None:
         inputs = replace(inputs, system=restated.system, runs=restated.runs)
-        data = _datasets(inputs, rng)
+        data = _data(inputs, rng)
     search = _search(inputs, data, rng, without, workers, progress)
     found = search.run() is not None or restated is not None
-    needs_no_fit = restated is None and not search.base.parts
-    earlier = inputs.system.spreads
-    differing = sufficient_differences(search, earlier) if where and needs_no_fit else []
+    earlier, needs_fit = inputs.system.spreads, restated is not None or search.base.parts
+    differing = sufficient_differences(search, earlier) if where and not needs_fit else []
     progress('testing what is left', 0.85)
-    remaining, unknown = search.strong(), None
+    unknown = None
     if differing:
         search.clear()
-    elif not search.reproduced():
-        where = where if found else []
-    elif (shown := where or search.cycle_residuals()) and search.leaves_something(remaining):
-        progress('describing the unknown cause', 0.88)
-        unknown = describe_if_unknown(search, shown)
+    else:
+        where, unknown = _what_counts(search, where, found, progress)
     best, errors = search.best if unknown is None else search.calibrated, np.zeros((1, 0))
     if best is not None:
         progress('finding the errors of the fitted values', 0.93)
-        errors = replicate_errors(best.explanation, search.given, search.training, rng, workers)
+        errors = replicate_errors(best.explanation, search.training, rng, workers)
     if not (differing or inputs.single or unknown):
-        differing = list(run_differences(*_single_runs(search), earlier).values())
+        runs = search.hypothesis, search.data.single_runs
+        differing = list(run_differences(*runs, search.candidates, workers, earlier).values())
     progress('designing the next experiment', 0.97)
-    experiment = next_experiment(rivals(search), data[0], inputs.system)
     return Diagnosis(
-        inputs.system,
-        restated,
-        *data,
-        search,
-        windows,
-        where,
-        best,
-        unknown,
-        differing,
-        errors,
-        experiment,
-        seed,
-        inputs.single,
-        time.perf_counter() - begin,
+        system=inputs.system,
+        restated=restated,
+        search=search,
+        windows=windows,
+        where=where,
+        best=best,
+        unknown=unknown,
+        differing=differing,
+        errors=errors,
+        next_experiment=next_experiment(rivals(search), data.training, inputs.system),
+        seed=seed,
+        single=inputs.single,
+        seconds=time.perf_counter() - begin,
     )
 
 
-def _datasets(inputs: Inputs, rng: Generator) -> tuple[Dataset, Dataset]:
+def _data(inputs: Inputs, rng: Generator) -> Data:
     """Return training and held-out data, with the noise under the model as given."""
     parts = inputs.runs[: inputs.count], inputs.runs[inputs.count :]
     training, held_out = (
         Dataset.of(inputs.system.hypothesis, [Comparison(run) for run in part], rng)
         for part in parts
     )
-    return training, held_out
+    return Data(training, held_out)
 
 
-def _single_runs(
-    search: Search,
-) -> tuple[Hypothesis, list[Dataset], Sequence[Candidate], Executor]:
-    """Return the best hypothesis, each run as a dataset, and in what they may differ."""
-    runs = [*search.training.single_runs, *search.held_out.single_runs]
-    candidates = [*search.base.parts, *search.pool]
-    return search.hypothesis, runs, candidates, search.executor
-
-
-def _restated(inputs: Inputs, data: tuple[Dataset, Dataset]) -> Restated | None:
+def _restated(inputs: Inputs, data: Data) -> Restated | None:
     """Return what is not as stated as a whole, None where the data give no reason to look."""
-    (training, held_out), given = data, inputs.system.hypothesis
-    if rms(training.whitened(given)) <= DISCREPANT:
+    given = inputs.system.hypothesis
+    if rms(data.training.whitened(given)) <= DISCREPANT:
         return None
     found = otherwise(inputs.system, inputs.recordings, inputs.runs, inputs.paths)
-    return found and replace(found, excess=excess(held_out, given))
+    return found and replace(found, excess=excess(data.held_out, given))
 
 
 def _search(
     inputs: Inputs,
-    data: tuple[Dataset, Dataset],
+    data: Data,
     rng: Generator,
     without: Sequence[str],
     executor: Executor,
@@ -265,12 +258,19 @@ def _search(
 
     candidates, base = pool(inputs.system, inputs.runs, without)
     return Search(
-        given=inputs.system.hypothesis,
-        training=data[0],
-        held_out=data[1],
-        rng=rng,
-        pool=candidates,
-        progress=report,
-        executor=executor,
-        base=base,
+        base=base, data=data, rng=rng, pool=candidates, progress=report, executor=executor
     )
+
+
+def _what_counts(
+    search: Search, where: Sequence[SignificantResidual], found: bool, progress: Progress
+) -> tuple[Sequence[SignificantResidual], Description | None]:
+    """Return the residuals that count, and empirical terms for what no cause explains."""
+    remaining = search.strong()
+    if not search.reproduced():
+        return where if found else [], None
+    shown = where or search.cycle_residuals()
+    if not (shown and search.leaves_something(remaining)):
+        return where, None
+    progress('describing the unknown cause', 0.88)
+    return where, describe_if_unknown(search, shown)

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.search.scoring import ScoredFit
-from pneu_rig_ros.diagnosis.search.selection import Search
+from pneu_rig_ros.diagnosis.search import selection
+from pneu_rig_ros.diagnosis.search.fitting import Fit
+from pneu_rig_ros.diagnosis.search.scoring import closes_the_gap
 from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.scenarios.experiments import FIT, NAMES
 from pneu_rig_ros.scenarios.hidden import EFFECTS, Secret, hide, true_parameters
@@ -187,12 +189,10 @@ def test_causes_of_gas_force_and_a_sensor_are_named_together(tmp_path: Path) -> 
 def test_two_causes_are_accepted_together_where_neither_alone_closes_the_gap(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    closes = Search.closes_the_gap
+    def together(held_out: Dataset, smaller: Hypothesis, accepted: Fit, causes: int = 1) -> bool:
+        return causes == 2 and closes_the_gap(held_out, smaller, accepted, causes)
 
-    def together(search: Search, smaller: Hypothesis, fit: ScoredFit, causes: int = 1) -> bool:
-        return causes == 2 and closes(search, smaller, fit, causes)
-
-    monkeypatch.setattr(Search, 'closes_the_gap', together)
+    monkeypatch.setattr(selection, 'closes_the_gap', together)
     bags = make_bags(
         tmp_path / 'bags', 'cylinder_1', three_hidden(), noise=1.0, seed=11, names=SHORT
     )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.causes.candidates import Candidate
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run, prepare_runs
 from pneu_rig_ros.diagnosis.inputs.read_inputs import read_recordings
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
@@ -20,6 +20,7 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.result import answer
+from pneu_rig_ros.diagnosis.search.scoring import Data
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
@@ -104,6 +105,13 @@ def data_of(given: Hypothesis, *runs: Run, rng: Generator | None = None) -> Data
     return Dataset.of(given, [Comparison(run) for run in runs], rng or np.random.default_rng(0))
 
 
+def search_of(
+    given: Hypothesis, data: Data, rng: Generator, candidates: Sequence[Candidate] = ()
+) -> Search:
+    """Return the search of one of some causes in data."""
+    return Search(base=Explanation(given), data=data, rng=rng, pool=candidates)
+
+
 def search_in(
     given: Hypothesis, runs: Sequence[Run], candidates: Sequence[Candidate], held_out: int = 1
 ) -> Search:
@@ -112,7 +120,7 @@ def search_in(
     fitted, verified = (
         data_of(given, *part, rng=rng) for part in (runs[:-held_out], runs[-held_out:])
     )
-    return Search(given=given, training=fitted, held_out=verified, rng=rng, pool=candidates)
+    return search_of(given, Data(fitted, verified), rng, candidates)
 
 
 def checked(found: Diagnosis) -> dict[str, Any]:

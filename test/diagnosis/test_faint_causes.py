@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
-from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.cycles import Cycles, compare_cycles, compare_free_runs
 from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
 from pneu_rig_ros.diagnosis.search import selection
-from pneu_rig_ros.diagnosis.search.faint_causes import FREE_RUN
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.free_runs import free_runs_are_off, preferred_by_free_runs
+from pneu_rig_ros.diagnosis.search.remainder import FREE_RUN
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, best_of_each, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
@@ -144,11 +144,8 @@ def test_explanation_of_the_most_causes_is_kept_whatever_its_free_runs_show(
     )
     search = search_of(system, given, comparisons[:2])
 
-    def chosen(best: ScoredFit) -> ScoredFit:
-        search.free_runs_are_off = True
-        return best
-
-    monkeypatch.setattr(search, 'by_free_runs', chosen)
+    monkeypatch.setattr(selection, 'free_runs_are_off', lambda search: True)
+    monkeypatch.setattr(search, '_exchange_by_free_runs', search._renewed)
     monkeypatch.setattr(selection, 'MOST_CAUSES', 1)
     best = search.run()
     assert search.residuals_significant
@@ -169,25 +166,23 @@ def test_free_runs_choose_among_causes_that_leave_nothing(
     # a force that is significant in one of many draws of the noise is, under the truth too
     monkeypatch.setattr(search, 'strong', list)
     assert wrong.cost - right.cost < DECISIVE
-    chosen = search.by_free_runs(wrong)
-    assert chosen is not None
+    assert free_runs_are_off(search)
+    chosen = preferred_by_free_runs(search, wrong)
     assert chosen.explanation.name == LEAK
     search.best = chosen
-    assert search.by_free_runs(chosen) is None
+    if free_runs_are_off(search):
+        again = preferred_by_free_runs(search, chosen)
+        assert again.explanation.forms == chosen.explanation.forms
 
 
 @pytest.mark.long
-def test_free_runs_do_not_choose_a_cause_that_leaves_residuals(
-    system: System, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_free_runs_do_not_choose_a_cause_that_leaves_residuals(system: System) -> None:
     """Ten times the leak, of which another intake voltage leaves more."""
     strong = {name: 10.0 * area for name, area in WEAK_LEAK.items()}
     search, (wrong, right) = search_in_leaking_rigs(system, strong)
     assert wrong.cost - right.cost > DECISIVE
     search.best = right
-    monkeypatch.setattr(search, 'strong', list)  # as above
-    monkeypatch.setattr(search, '_off_in_free_runs', lambda best: True)
-    search.by_free_runs(right)  # may prefer another form of the leak
+    preferred_by_free_runs(search, right)  # may be another form of the leak
     assert {each.explanation.parts[0].name for each in search.ranking} == {LEAK}
 
 
@@ -199,12 +194,11 @@ def search_in_leaking_rigs(
     rigs = [configured('cylinder_2', effects, seed=seed) for seed in range(2)]
     leaking = [Comparison(measured(system, str(rig.seed), rig, CREEPS)) for rig in rigs]
     search = search_of(system, system.hypothesis, leaking)
-    search.initial = data = search.training, search.held_out
     for law in (law for law in search.pool if law.name in (VOLTAGE, LEAK)):
-        starts = [Explanation().with_part(law, start) for start in law.starts]
-        fits = [fit(start, search.given, data[0], ROUNDS) for start in starts]
+        starts = [search.base.with_part(law, start) for start in law.starts]
+        fits = [fit(start, search.training, ROUNDS) for start in starts]
         best = min(fits, key=lambda each: each.loss)
-        search.ranking.append(score(best, search.given, *data))
+        search.ranking.append(score(best, search.data))
     first = {each.explanation.name: each for each in reversed(best_of_each(search.ranking))}
     return search, [first[VOLTAGE], first[LEAK]]
 

@@ -9,8 +9,7 @@ import pytest
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.residuals.dataset import loss
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.multi_start import over_ridges
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit, over_ridges
 from pneu_rig_ros.diagnosis.search.screening import changes, screen
 from pneu_rig_ros.executor import SerialExecutor
 from pneu_rig_ros.model import effects as library
@@ -32,9 +31,9 @@ def test_a_weakly_damped_load_is_found_beyond_the_ridges_of_its_phases(tmp_path:
     data = data_of(given, *runs)
     (cause,) = (each for each in pool(system, runs)[0] if each.name == 'load_compliance')
 
-    start = Explanation().with_part(cause, (1.02 * compliance, 4.0 * damping))
-    near = fit(start, given, data, ROUNDS)
-    best = over_ridges(near, given, data, SerialExecutor())
+    start = Explanation(given).with_part(cause, (1.02 * compliance, 4.0 * damping))
+    near = fit(start, data, ROUNDS)
+    best = over_ridges(near, data, SerialExecutor())
     assert near.explanation.values[0][1] > 2.0 * damping  # a fit alone does not cross them
     assert best.loss < 0.6 * near.loss
     np.testing.assert_allclose(best.explanation.values[0], (compliance, damping), rtol=0.1)
@@ -51,8 +50,8 @@ def test_other_causes_help_a_candidate_within_their_bounds_alone(tmp_path: Path)
     level = found['friction.coulomb_force']
     viscous = found['friction.viscous_coefficient']
     wrong = right.with_parameter('friction', 'coulomb_force', 1.5 * level.model_value)
-    base = Explanation().with_part(level, (1.5 * level.model_value,))
-    residual, free = data.residual(wrong), changes(base, right, data)
+    base = Explanation(right).with_part(level, (1.5 * level.model_value,))
+    residual, free = data.residual(wrong), changes(base, data)
 
     def left(room: float) -> float:
         sides = np.array([-room]), np.array([room])
@@ -62,8 +61,8 @@ def test_other_causes_help_a_candidate_within_their_bounds_alone(tmp_path: Path)
     alone = screen(viscous, wrong, data, residual, *nothing).loss
     assert left(0.0) == pytest.approx(alone, rel=1e-9)
     assert left(1.0) < 0.5 * alone
-    below, above = base.room
-    assert below < 0.0 < above
+    low, high = base.bounds
+    assert low < base.theta < high
 
 
 def test_weak_cause_of_a_curved_law_is_screened_as_what_it_is(tmp_path: Path) -> None:

@@ -15,8 +15,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.residuals.noise import FORGOTTEN, bristle_is_known
 from pneu_rig_ros.diagnosis.residuals.replicates import shrunk_mean
 from pneu_rig_ros.diagnosis.result import answer
-from pneu_rig_ros.diagnosis.search.fitting import Fit, fit
-from pneu_rig_ros.diagnosis.search.multi_start import scattered
+from pneu_rig_ros.diagnosis.search.fitting import Fit, fit, scattered
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.records.recording import Recording
@@ -81,16 +80,15 @@ def test_number_that_the_data_do_not_show_may_be_anywhere_in_its_range(tmp_path:
     dataset = Dataset.of(given, [shown], rng)
     # the law of Coulomb has no Stribeck velocity
     unused = _parameter(given.model, 'friction.stribeck_velocity', FORCE)
-    start = Explanation().with_part(unused, (unused.model_value,))
+    start = Explanation(given).with_part(unused, (unused.model_value,))
     (low, high) = unused.coordinates[0].bounds
-    assert fit(start, given, dataset, 3).covariance[0, 0] == pytest.approx(
-        (high - low) ** 2 / 12.0
-    )
+    assert fit(start, dataset, 3).covariance[0, 0] == pytest.approx((high - low) ** 2 / 12.0)
 
 
 def test_points_around_a_fit_lie_in_a_box_of_the_shape_of_its_uncertainty() -> None:
     heat = effect_candidate('wall_heat_transfer')
-    explanation = Explanation().with_part(heat, (1.0, 1.0))
+    given = load_system('cylinder_1').hypothesis
+    explanation = Explanation(given).with_part(heat, (1.0, 1.0))
     deviations = np.array([1e-3, 1e-1])
     points = scattered(Fit(explanation, 0.0, np.diag(deviations**2)))
     steps = np.array([point.theta - explanation.theta for point in points])

@@ -11,9 +11,9 @@ from pneu_rig_ros.diagnosis.causes.candidates import Explanation, effect_candida
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, rms
+from pneu_rig_ros.diagnosis.search.chance import noise_gains, under_own_noise
 from pneu_rig_ros.diagnosis.search.fitting import fit
-from pneu_rig_ros.diagnosis.search.noise_gain import noise_gains, under_own_noise
-from pneu_rig_ros.diagnosis.search.scoring import score
+from pneu_rig_ros.diagnosis.search.scoring import Data, score
 from pneu_rig_ros.model.parameters import HELD_TO_NEXT_BREAKAWAY, REVISED_LUGRE
 
 from .parts import BENCH, system_file
@@ -93,9 +93,9 @@ def test_cause_that_makes_friction_steep_is_judged_by_its_own_noise(tmp_path: Pa
     )
     cause = effect_candidate('dwell_static_friction')
     values = true.breakaway_force, true.dwell_coefficient, true.dwell_exponent
-    explanation = Explanation().with_part(cause, values)
-    before = score(fit(explanation, given, first, 1), given, first, second)
-    assert rms(first.whitened(explanation.apply(given))) > 2.0
-    after, left = under_own_noise(before, given, (first, second), 1)
+    explanation = Explanation(given).with_part(cause, values)
+    before = score(fit(explanation, first, 1), Data(first, second))
+    assert rms(first.whitened(explanation.hypothesis)) > 2.0
+    after, left = under_own_noise(before, Data(first, second), 1)
     assert left < 1.2
     assert after.cost < before.cost

@@ -7,7 +7,7 @@ import pytest
 
 from pneu_rig_ros.diagnosis.residuals.whitening import whitener
 from pneu_rig_ros.diagnosis.residuals.windows import SLIDING, Windows
-from pneu_rig_ros.diagnosis.search.periodogram import SHORTEST, dominant_wavelengths
+from pneu_rig_ros.diagnosis.search.empirical import SHORTEST, dominant_wavelengths
 
 from .parts import BENCH, bench_run
 from .runs import diagnosed

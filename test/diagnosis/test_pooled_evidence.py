@@ -12,9 +12,9 @@ from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
+from pneu_rig_ros.diagnosis.search.chance import gains_by_chance
 from pneu_rig_ros.diagnosis.search.fitting import Fit
-from pneu_rig_ros.diagnosis.search.pooled_evidence import gains_by_chance
-from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, LARGEST_CHANCE, preferred, score
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, LARGEST_CHANCE, Grown, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import SerialExecutor
 
@@ -48,7 +48,10 @@ def heavier(tmp_path_factory: pytest.TempPathFactory) -> Search:
 
 
 def test_all_windows_together_show_another_load(heavier: Search) -> None:
-    best = preferred(heavier.pooled())
+    grown = heavier.grown_by_all_windows()
+    assert grown.improves
+    assert heavier.beyond_chance(grown)
+    best = grown.chosen
     assert best.explanation.name == LOAD
     ((factor,),) = best.explanation.values
     assert factor == pytest.approx(1.0 / STATED, rel=0.05)
@@ -56,26 +59,26 @@ def test_all_windows_together_show_another_load(heavier: Search) -> None:
 
 def test_of_a_true_model_they_show_nothing(tmp_path: Path) -> None:
     search = search_of(tmp_path, 1.0)
-    assert search.pooled() == []
-    assert search.best is None
+    grown = search.grown_by_all_windows()
+    assert not (grown.improves and search.beyond_chance(grown))
 
 
 @pytest.mark.long
 def test_what_a_cause_gains_counts_beyond_what_it_gains_by_chance(heavier: Search) -> None:
     (load,) = (each for each in heavier.pool if each.name == LOAD)
-    larger, smaller = Explanation().with_part(load, load.starts[0]), Explanation()
-    data = heavier.given, heavier.training, heavier.held_out
-    before = score(Fit(smaller), *data)
-    chosen = replace(score(Fit(larger), *data), penalty=before.penalty)
-    workers = SerialExecutor()
-    chance = max(gains_by_chance(larger, smaller, *data[:2], np.random.default_rng(5), workers))
+    smaller = Explanation(heavier.given)
+    larger = smaller.with_part(load, load.starts[0])
+    before, chosen = (score(Fit(each), heavier.data) for each in (smaller, larger))
+    chosen = replace(chosen, penalty=before.penalty)
+    draws, workers = np.random.default_rng(5), SerialExecutor()
+    chance = max(gains_by_chance(larger, smaller, heavier.training, draws, workers))
     assert 0.0 < chance < LARGEST_CHANCE - 2.0 * DECISIVE
 
     def counts(improvement: float) -> bool:
         shift = (before.cost - chosen.cost - improvement) / chosen.losses.size
         gaining = replace(chosen, losses=chosen.losses + shift)
         search = replace(heavier, rng=np.random.default_rng(5))
-        return search.beyond_chance(gaining, before)
+        return search.beyond_chance(Grown([gaining], before))
 
     assert not counts(DECISIVE + 0.9 * chance)
     assert counts(DECISIVE + 1.1 * chance)
@@ -87,4 +90,5 @@ def test_recordings_that_differ_are_not_pooled(heavier: Search) -> None:
         run = replace(data.comparison.run, repeatability={'force': 0.5})
         runs.append(replace(data, comparison=Comparison(run)))
     training = replace(heavier.training, runs=tuple(runs))
-    assert replace(heavier, training=training).pooled() == []
+    data = heavier.data._replace(training=training)
+    assert replace(heavier, data=data).grown_by_all_windows().fits == []

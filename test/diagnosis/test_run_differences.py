@@ -32,9 +32,7 @@ def searched(folder: Path, factors: tuple[float, ...], supplies: tuple[float, ..
         run = measured(system, f'run_{seed}', rig)
         operation = run.operation._replace(supply_pressure=stated)
         runs.append(replace(run, operation=operation))
-    search = search_in(system.hypothesis, runs, pool(system, runs)[0])
-    search.initial = search.training, search.held_out
-    return search
+    return search_in(system.hypothesis, runs, pool(system, runs)[0])
 
 
 def test_seal_that_is_worn_in_one_recording_is_a_difference_of_that_recording(

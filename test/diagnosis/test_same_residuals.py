@@ -4,7 +4,6 @@ import pytest
 
 from pneu_rig_ros.diagnosis.answer.alternatives import indistinguishable
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
-from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.scoring import score
 from pneu_rig_ros.diagnosis.search.selection import Search
@@ -31,10 +30,10 @@ def search(tmp_path_factory: pytest.TempPathFactory) -> Search:
 def test_cycles_exchange_a_cause_for_one_that_residuals_hardly_distinguish(search: Search) -> None:
     fits = {}
     for cause in search.pool:
-        starts = [Explanation().with_part(cause, values) for values in cause.starts]
-        each = [fit(start, search.given, search.training, ROUNDS) for start in starts]
+        starts = [search.base.with_part(cause, values) for values in cause.starts]
+        each = [fit(start, search.training, ROUNDS) for start in starts]
         best = min(each, key=lambda fitted: fitted.loss)
-        fits[cause.name] = score(best, search.given, search.training, search.held_out)
+        fits[cause.name] = score(best, search.data)
     search.best, search.indistinct = fits[COULOMB], [fits[ELASTIC].explanation]
     search.ranking = list(fits.values())
     search.add_cycles()

@@ -9,22 +9,24 @@ import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
-from pneu_rig_ros.diagnosis.inputs.system import System
+from pneu_rig_ros.diagnosis.inputs.system import System, load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.search.fitting import Fit
-from pneu_rig_ros.diagnosis.search.remainder import ANOTHER_CAUSE_LEAVES
 from pneu_rig_ros.diagnosis.search.scoring import (
+    ANOTHER_CAUSE_LEAVES,
     MOST_LEFT,
+    Data,
     ScoredFit,
+    closes_the_gap,
+    explains_alone,
     improves,
     remaining_share,
     score,
 )
-from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.model import effects as library
 
-from .runs import changed, configured, data_of, measured, system_of
+from .runs import changed, configured, data_of, measured, search_of, system_of
 
 COULOMB, LEAK = 'friction.coulomb_force', 3e-9
 
@@ -59,17 +61,23 @@ def times(hypothesis: Hypothesis, name: str, factor: float) -> Hypothesis:
     return hypothesis.with_parameter('friction', name, value)
 
 
-def caused(system: System, data: Sequence[Dataset], name: str, values: tuple[float, ...]) -> Fit:
+def caused(
+    given: Hypothesis,
+    system: System,
+    data: Sequence[Dataset],
+    name: str,
+    values: tuple[float, ...],
+) -> Fit:
     """Return a cause with some values as a fit."""
     runs = [comparison.run for each in data for comparison in each.comparisons]
     (cause,) = (each for each in pool(system, runs)[0] if each.name == name)
-    return Fit(Explanation().with_part(cause, values))
+    return Fit(Explanation(given).with_part(cause, values))
 
 
 def scored(*losses: float) -> ScoredFit:
     """Return a fit with losses on a training stretch and on a held-out one."""
     return ScoredFit(
-        Explanation(),
+        Explanation(load_system('cylinder_1').hypothesis),
         0.0,
         np.zeros((0, 0)),
         losses=np.array(losses),
@@ -97,9 +105,11 @@ def test_cause_has_to_show_in_held_out_data_too(
 
 def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(cycling: Cycling) -> None:
     hypothesis, training, held_out, rng = cycling
-    search = Search(given=hypothesis, training=training, held_out=held_out, rng=rng, pool=())
+    search = search_of(hypothesis, Data(training, held_out), rng)
     assert not search.reproduced()
-    assert replace(search, given=times(hypothesis, 'breakaway_force', 2.0)).reproduced()
+    assert replace(
+        search, base=Explanation(times(hypothesis, 'breakaway_force', 2.0))
+    ).reproduced()
 
 
 def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(system: System) -> None:
@@ -109,9 +119,9 @@ def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(system: System) -> N
     spread, found = [], []
     for factor in (1.04, 1.5):
         given = times(system.hypothesis, 'coulomb_force', factor)
-        search = Search(given=given, training=data, held_out=data, rng=rng, pool=())
+        search = search_of(given, Data(data, data), rng)
         assert search.significant()
-        search.calibrated = score(Fit(Explanation()), given, data, data)
+        search.calibrated = score(Fit(search.base), search.data)
         (row,) = data.residuals_by_run(given)
         spread.append(rms(np.concatenate([row.force, row.breakaway])))
         assert search.significant()
@@ -127,14 +137,12 @@ def test_one_weak_cause_explains_a_balance_alone_and_one_of_two_does_not(system:
     """Friction 5 % off is the cause; viscous friction 20 % off beside it, or hardly any change."""
     right, rng = system.hypothesis, np.random.default_rng(0)
     runs = [measured(system, str(seed), configured('cylinder_1', seed=seed)) for seed in (0, 1)]
-    data = [data_of(right, run, rng=rng) for run in runs]
-    found = caused(system, data, COULOMB, (right.model.friction.coulomb_force,))
+    data = Data(*(data_of(right, run, rng=rng) for run in runs))
+    level = (right.model.friction.coulomb_force,)
 
     def alone(coulomb: float, viscous: float) -> bool:
         given = times(times(right, 'coulomb_force', coulomb), 'viscous_coefficient', viscous)
-        search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
-        search.best = score(found, given, *data)
-        return search.explains_alone(given, data[0])
+        return explains_alone(caused(given, system, data, COULOMB, level), given, data[0], data)
 
     assert alone(1.05, 1.0)
     assert not alone(1.05, 1.2)
@@ -153,12 +161,12 @@ def test_what_a_cause_leaves_in_the_training_data_alone_is_no_evidence(system: S
         return data_of(right, measured(system, str(seed), rig), rng=rng)
 
     same, other, far = data(1.0, 0), data(1.06, 1), data(1.2, 2)
-    found = caused(system, (same, other), COULOMB, (coulomb,))
+    found = caused(given, system, (same, other), COULOMB, (coulomb,))
 
     def significant(training: Dataset, held_out: Dataset) -> bool:
-        search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
+        search = search_of(given, Data(training, held_out), rng)
         assert search.significant()
-        search.best = score(found, given, training, held_out)
+        search.best = score(found, search.data)
         return bool(search.significant())
 
     assert not significant(same, other)
@@ -174,8 +182,8 @@ def test_share_that_is_left_counts_only_if_the_cycles_of_held_out_data_are_off(
     hypothesis, training, held_out, rng = cycling
 
     def leaves_something(given: Hypothesis) -> bool:
-        search = Search(given=given, training=training, held_out=held_out, rng=rng, pool=())
-        search.best = score(Fit(Explanation()), given, training, held_out)
+        search = search_of(given, Data(training, held_out), rng)
+        search.best = score(Fit(search.base), search.data)
         assert search.has_cause
         assert search.remaining() in ((0.0, 1.0) if given is hypothesis else (1.0,))
         return search.leaves_something([])
@@ -197,10 +205,10 @@ def test_residual_of_a_balance_on_which_no_cause_acts_is_evidence_however_small(
     """A wrong level of friction makes nearly all of the gap, a leak in one recording the rest."""
     rng = np.random.default_rng(0)
     given = times(system.hypothesis, 'coulomb_force', 3.0)
-    data = leaking(system, LEAK, 0, rng), leaking(system, 0.0, 1, rng)
-    search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
+    data = Data(leaking(system, LEAK, 0, rng), leaking(system, 0.0, 1, rng))
+    search = search_of(given, data, rng)
     value = (system.hypothesis.model.friction.coulomb_force,)
-    search.best = score(caused(system, data, COULOMB, value), given, *data)
+    search.best = score(caused(given, system, data, COULOMB, value), data)
     assert search.left_of(data[0]) < MOST_LEFT
     assert {residual.balance for residual in search.significant()} == {'gas_2'}
 
@@ -209,16 +217,15 @@ def test_cause_has_to_close_the_gap_in_the_balances_on_which_it_acts(system: Sys
     """A leak closes nothing of the gap that a wrong level of friction makes, and need not."""
     rng = np.random.default_rng(0)
     given = times(system.hypothesis, 'coulomb_force', 3.0)
-    data = leaking(system, LEAK, 0, rng), leaking(system, LEAK, 1, rng)
-    search = Search(given=given, training=data[0], held_out=data[1], rng=rng, pool=())
+    data = Data(leaking(system, LEAK, 0, rng), leaking(system, LEAK, 1, rng))
 
     def fitted(area: float) -> Fit:
-        return caused(system, data, 'chamber_leak', (0.0, area))
+        return caused(given, system, data, 'chamber_leak', (0.0, area))
 
     def closes(area: float) -> bool:
-        return search.closes_the_gap(given, score(fitted(area), given, *data))
+        return closes_the_gap(data.held_out, given, fitted(area))
 
-    true = fitted(LEAK).explanation.apply(given)
+    true = fitted(LEAK).hypothesis
     assert remaining_share(data[1], given, true) > ANOTHER_CAUSE_LEAVES
     assert closes(LEAK)
     assert not closes(0.1 * LEAK)

@@ -251,7 +251,7 @@ def test_law_is_tried_with_and_without_what_it_can_do_beyond_the_simplest(tmp_pa
     assert simple.starts == ((1e8,), (5e8,), (2e9,))
     given = system.hypothesis
     assert simple.apply(given, (1e9,)).effects == general.apply(given, (1e9, 1.0)).effects
-    start = Explanation()
+    start = Explanation(given)
     forms = {start.with_part(law, law.starts[0]).forms for law in (simple, general)}
     assert len(forms) == 2
 

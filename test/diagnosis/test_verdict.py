@@ -25,10 +25,10 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Explanation, dict[s
     system = system_of(tmp_path_factory.mktemp('model'), configured('cylinder_1'))
     run = measured(system, 'run', changed(rig, 'friction', coulomb_force=higher))
     candidates = {each.name: each for each in pool(system, [run])[0]}
-    explanation = Explanation().with_part(candidates[FRICTION], (higher,))
+    explanation = Explanation(system.hypothesis).with_part(candidates[FRICTION], (higher,))
     explanation = explanation.with_part(candidates['chamber_leak'], (LEAK, 0.0))
     data = data_of(system.hypothesis, run)
-    return explanation, of_balances(explanation, system.hypothesis, data)
+    return explanation, of_balances(explanation, data)
 
 
 def test_balances_have_verdicts_of_their_own(
@@ -52,7 +52,7 @@ def test_an_explanation_without_a_part_keeps_the_other_values(
     found: tuple[Explanation, dict[str, str]],
 ) -> None:
     friction, leak = found[0].parts
-    assert found[0].without(friction) == Explanation((leak,), ((LEAK, 0.0),))
+    assert found[0].without(friction) == Explanation(found[0].given, (leak,), ((LEAK, 0.0),))
 
 
 def test_cycles_show_a_cause_of_friction_that_residuals_do_not(tmp_path: Path) -> None:
@@ -60,12 +60,11 @@ def test_cycles_show_a_cause_of_friction_that_residuals_do_not(tmp_path: Path) -
     softer, system = (0.5 * sum(rig.model.friction.element_stiffness),), system_of(tmp_path, rig)
     run = measured(system, 'run', changed(rig, 'friction', element_stiffness=softer))
     candidates = {each.name: each for each in pool(system, [run])[0]}
-    explanation = Explanation().with_part(candidates[BRISTLE], softer)
+    explanation = Explanation(system.hypothesis).with_part(candidates[BRISTLE], softer)
     data = data_of(system.hypothesis, run)
     with_cycles = data.with_cycles(system.hypothesis, np.random.default_rng(0))
     by_residuals, by_both = (
-        of_balances(explanation, system.hypothesis, data, cycles)
-        for cycles in (None, with_cycles.cycles)
+        of_balances(explanation, data, cycles) for cycles in (None, with_cycles.cycles)
     )
     assert by_residuals == dict.fromkeys(BALANCES, 'consistent')
     assert by_both == {**by_residuals, 'force': 'parameter'}

@@ -38,7 +38,7 @@ def ranking_rows(
     :param verdict: of the answer, which may be none of the causes
     :param probability: of the verdict [-]
     """
-    explanation = Explanation() if best is None else best.explanation
+    explanation = Explanation(search.given) if best is None else best.explanation
     condition = any(part.is_condition for part in explanation.parts)
     named = condition or verdict in ('effect', 'parameter')
     likely = probabilities(search, explanation, named, probability)
@@ -48,7 +48,7 @@ def ranking_rows(
     def gap_left(explanation: Explanation) -> float | None:
         if before == 0.0:
             return None
-        return min(excess(residuals, explanation.apply(search.given)) / before, 1.0)
+        return min(excess(residuals, explanation.hypothesis) / before, 1.0)
 
     compared = None if best is None else as_compared(search, best)
     ranking = sorted(search.ranking, key=lambda fit: fit.cost)
@@ -76,7 +76,7 @@ def ranking_rows(
                 'stage': 'screened',
                 'score': -result.loss,
                 'error': 0.0,
-                'gap_left': gap_left(Explanation().with_part(result.candidate, start)),
+                'gap_left': gap_left(Explanation(search.given).with_part(result.candidate, start)),
                 'parameters': {},
             }
     return list(rows.values())
@@ -126,7 +126,7 @@ def rivals(search: Search) -> dict[str, Hypothesis]:
     fits = sorted(search.ranking, key=lambda fit: fit.cost)
     alike = first_of_each(search, (fit for fit in fits if len(fit.explanation.parts) == size))
     first = [fit.explanation for fit in alike.values()][:RIVALS]
-    return {' + '.join(search.causes(each)): each.apply(search.given) for each in first}
+    return {' + '.join(search.causes(each)): each.hypothesis for each in first}
 
 
 def probabilities(

@@ -42,35 +42,27 @@ BRIDGED_PAUSE = 0.15
 
 
 def replicate_errors(
-    explanation: Explanation,
-    given: Hypothesis,
-    dataset: Dataset,
-    rng: Generator,
-    executor: Executor,
+    explanation: Explanation, dataset: Dataset, rng: Generator, executor: Executor
 ) -> Floats:
     """Return errors of fits to replicates of an explanation, as theta, (REPLICATES, k)."""
     seeds = rng.spawn(REPLICATES)
-    return np.array(map_tasks(executor, _replicate_error, seeds, explanation, given, dataset))
+    return np.array(map_tasks(executor, _replicate_error, seeds, explanation, dataset))
 
 
-def _replicate_error(
-    rng: Generator, explanation: Explanation, given: Hypothesis, dataset: Dataset
-) -> Floats:
-    hypothesis = explanation.apply(given)
+def _replicate_error(rng: Generator, explanation: Explanation, dataset: Dataset) -> Floats:
+    hypothesis = explanation.hypothesis
     runs = [replicate(hypothesis, comparison, rng) for comparison in dataset.comparisons]
     data = Dataset.of(hypothesis, runs, rng, dataset.inflation)
     if dataset.cycles is not None:
         data = data.with_cycles(hypothesis, rng, dataset.cycles.free)
-    found = fit_from_valley(explanation, given, data, ROUNDS).explanation
+    found = fit_from_valley(explanation, data, ROUNDS).explanation
     error: Floats = found.theta - explanation.theta
     return error
 
 
-def value_intervals(
-    best: Fit, given: Hypothesis, dataset: Dataset, errors: Floats
-) -> list[tuple[float, float]]:
+def value_intervals(best: Fit, dataset: Dataset, errors: Floats) -> list[tuple[float, float]]:
     """Return the 95 % confidence interval of each coordinate of a fit [SI]."""
-    residual = dataset.residual(best.explanation.apply(given))
+    residual = dataset.residual(best.hypothesis)
     excess = max(2.0 * loss(residual) / max(residual.size, 1), 1.0)
     variances = np.maximum(np.diag(best.covariance) * excess, np.mean(errors**2, axis=0))
     half = HALF_WIDTH * np.sqrt(variances)

@@ -154,8 +154,7 @@ def sufficient_differences(search: Search, earlier: Mapping[str, float]) -> list
 
     :param earlier: see :func:`run_differences`
     """
-    assert search.initial is not None
-    runs = [run for data in search.initial for run in data.single_runs]
+    runs = search.initial.single_runs
     found = run_differences(search.given, runs, search.pool, search.executor, earlier)
     others = [run for i, run in enumerate(runs) if i not in found]
     if not found or len(others) < (1 if earlier else FEWEST_OTHERS):
@@ -165,10 +164,9 @@ def sufficient_differences(search: Search, earlier: Mapping[str, float]) -> list
     left = sum(loss(run.whitened(search.given)) for run in others)
     for i, difference in found.items():
         quantity = difference.quantity
-        start = Explanation((quantity,), (quantity.starts[0],))
-        fitted = fit(start, search.given, runs[i], ROUNDS)
-        explained = fitted.explanation.apply(search.given)
-        if remaining_share(runs[i], search.given, explained) > MOST_LEFT:
+        start = Explanation(search.given).with_part(quantity, quantity.starts[0])
+        fitted = fit(start, runs[i], ROUNDS)
+        if remaining_share(runs[i], search.given, fitted.hypothesis) > MOST_LEFT:
             return []
         left += fitted.loss
     everywhere = sum(loss(run.whitened(search.hypothesis)) for run in runs)

@@ -40,7 +40,7 @@ def of_parts(parts: Sequence[Candidate]) -> str:
 
 
 def of_balances(
-    explanation: Explanation, given: Hypothesis, dataset: Dataset, cycles: Cycles | None = None
+    explanation: Explanation, dataset: Dataset, cycles: Cycles | None = None
 ) -> dict[str, str]:
     """
     Return balance -> the verdict by the causes that its residuals show.
@@ -50,13 +50,13 @@ def of_balances(
 
     :param cycles: simulated cycles that show causes of friction too, if simulation was used
     """
-    all_causes = explanation.apply(given)
+    all_causes = explanation.hypothesis
     with_all = _losses(all_causes, dataset)
     shown: dict[str, list[Candidate]] = {name: [] for name in BALANCES}
     for part in explanation.parts:
-        if part.names != (part.name,):
+        if part.effect != part.name:
             continue
-        smaller = explanation.without(part).apply(given)
+        smaller = explanation.without(part).hypothesis
         without = _losses(smaller, dataset)
         if cycles is not None and part.group == FORCE:
             without[FORCE] += float((cycles.losses(smaller) - cycles.losses(all_causes)).sum())

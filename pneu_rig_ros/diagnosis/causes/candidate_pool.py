@@ -93,7 +93,7 @@ def pool(
     The latter is the calibration, and what the file names as possibly wrong.
     """
     balances = frozenset().union(*(run.balances for run in runs))
-    base = Explanation()
+    base = Explanation(system.hypothesis)
     if (gains := calibration(system, balances)) is not None:
         base = base.with_part(gains, gains.starts[0])
     candidates = [*_conditions(system, runs, balances), *_effects(system, runs, balances, without)]
@@ -259,19 +259,13 @@ def _laws(candidate: Candidate, effect: Effect) -> Iterator[Candidate]:
     """
     defaults = effect.parameters._field_defaults
     named = [coordinate.name for coordinate in candidate.coordinates]
-    keep = [i for i, name in enumerate(named) if name not in defaults]
-    starts = dict.fromkeys(
-        tuple(start[i] for i in keep)
-        for start in candidate.starts
-        if all(
-            value == defaults.get(name, value) for name, value in zip(named, start, strict=True)
-        )
-    )
-    simpler = replace(
-        candidate,
-        coordinates=tuple(candidate.coordinates[i] for i in keep),
-        starts=tuple(starts),
-    )
+
+    def usual(start: Sequence[float]) -> bool:
+        pairs = zip(named, start, strict=True)
+        return all(value == defaults.get(name, value) for name, value in pairs)
+
+    general = replace(candidate, starts=tuple(filter(usual, candidate.starts)))
+    simpler = general.keeping([i for i, name in enumerate(named) if name not in defaults])
     for law in dict.fromkeys((simpler, candidate)):
         if law.coordinates and law.starts:
             yield law
@@ -304,12 +298,8 @@ def _of_open_chambers(candidate: Candidate, balances: frozenset[str]) -> Candida
     keep = [i for i, c in enumerate(candidate.coordinates) if not c.name.endswith(closed)]
     if len(keep) == len(candidate.coordinates):
         return candidate
-    starts = {tuple(start[i] for i in keep) for start in candidate.starts}
-    return replace(
-        candidate,
-        coordinates=tuple(candidate.coordinates[i] for i in keep),
-        starts=tuple(sorted(start for start in starts if any(start))),
-    )
+    part = candidate.keeping(keep)
+    return replace(part, starts=tuple(sorted(filter(any, part.starts))))
 
 
 def _laddered(candidate: Candidate) -> Candidate:

@@ -129,10 +129,19 @@ class Candidate:
         """Whether it is a condition that is not as stated, by a ratio or by a difference."""
         return self.name.startswith(CONDITIONS)
 
+    def keeping(self, keep: Sequence[int]) -> Candidate:
+        """Return the candidate with some of its coordinates, the others as without it."""
+
+        def kept(row: Sequence[Any]) -> tuple[Any, ...]:
+            return tuple(row[i] for i in keep)
+
+        starts = tuple(dict.fromkeys(map(kept, self.starts)))
+        return replace(self, coordinates=kept(self.coordinates), starts=starts)
+
     @property
-    def names(self) -> tuple[str, ...]:
-        """Its name, and that of the effect of which it is another form."""
-        return (self.name,)
+    def effect(self) -> str:
+        """Its name, or that of the effect of which it is another form."""
+        return self.name
 
     @property
     def group(self) -> str:
@@ -216,10 +225,28 @@ def _calibrated(hypothesis: Hypothesis, values: Mapping[str, float]) -> Hypothes
 
 @dataclass(frozen=True)
 class Explanation:
-    """Candidates with the fitted values of their coordinates [SI], applied one by one."""
+    """
+    What a given hypothesis lacks: candidates with the fitted values of their coordinates [SI].
 
+    :param given: hypothesis to which the parts are applied one by one
+    """
+
+    given: Hypothesis
     parts: tuple[Candidate, ...] = ()
     values: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def by_part(self) -> list[tuple[Candidate, tuple[float, ...]]]:
+        """The parts with their values."""
+        return list(zip(self.parts, self.values, strict=True))
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The given hypothesis with all parts."""
+        explained = self.given
+        for part, values in self.by_part:
+            explained = part.apply(explained, values)
+        return explained
 
     @property
     def name(self) -> str:
@@ -242,10 +269,10 @@ class Explanation:
         return [coordinate for part in self.parts for coordinate in part.coordinates]
 
     @property
-    def room(self) -> tuple[Floats, Floats]:
-        """By how much each coordinate may fall, below 0, and rise within its bounds."""
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Least and largest theta, shape (len(coordinates),) each."""
         low, high = np.array([c.bounds for c in self.coordinates]).reshape(-1, 2).T
-        return low - self.theta, high - self.theta
+        return low, high
 
     @property
     def calibrates(self) -> list[bool]:
@@ -277,20 +304,17 @@ class Explanation:
         pairs = zip(self.coordinates, theta, strict=True)
         values = iter([coordinate.from_internal(float(value)) for coordinate, value in pairs])
         parts = tuple(tuple(next(values) for _ in part.coordinates) for part in self.parts)
-        return Explanation(self.parts, parts)
+        return replace(self, values=parts)
 
     def with_part(self, part: Candidate, values: Sequence[float]) -> Explanation:
         """Return the explanation with one more part."""
-        return Explanation((*self.parts, part), (*self.values, tuple(values)))
+        parts, fitted = (*self.parts, part), (*self.values, tuple(values))
+        return Explanation(self.given, parts, fitted)
 
     def without(self, part: Candidate) -> Explanation:
         """Return the explanation without a part and other forms of it, with its other values."""
-        pairs = zip(self.parts, self.values, strict=True)
-        kept = [(each, values) for each, values in pairs if part.name not in each.names]
-        return Explanation(tuple(each for each, _ in kept), tuple(values for _, values in kept))
-
-    def apply(self, hypothesis: Hypothesis) -> Hypothesis:
-        """Return a hypothesis with all parts."""
-        for part, values in zip(self.parts, self.values, strict=True):
-            hypothesis = part.apply(hypothesis, values)
-        return hypothesis
+        kept = Explanation(self.given)
+        for each, values in self.by_part:
+            if part.name not in (each.name, each.effect):
+                kept = kept.with_part(each, values)
+        return kept

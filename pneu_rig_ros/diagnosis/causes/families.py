@@ -50,13 +50,8 @@ class Family(Candidate):
 
     @property
     def effect(self) -> str:
-        """Name of the effect."""
+        """Name of the effect of which it is another form."""
         return self.name.split(OVER)[0]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Its name, and that of the effect of which it is another form."""
-        return self.name, self.effect
 
     def shape(self, values: Sequence[float]) -> Shape:
         """Return the factor with these ratios, of geometric mean 1 over the knots."""

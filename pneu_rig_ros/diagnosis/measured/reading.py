@@ -108,8 +108,7 @@ def from_when(begins: Flags, goes_on: Flags) -> Flags:
     """Return where something goes on that has begun since it last did not, shape (n,) each."""
     count = np.cumsum(begins & goes_on)
     before = np.maximum.accumulate(np.where(goes_on, 0, count))
-    both: Flags = goes_on & (count > before)
-    return both
+    return goes_on & (count > before)
 
 
 def missed_turns(position: Floats, noise: float) -> Floats:

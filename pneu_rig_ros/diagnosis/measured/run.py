@@ -115,8 +115,7 @@ class Run:
     @property
     def time(self) -> Floats:
         """Middles of the intervals [s], shape (n - 1,)."""
-        middles: Floats = (np.arange(self.size - 1, dtype=np.float64) + 0.5) * self.interval
-        return middles
+        return (np.arange(self.size - 1, dtype=np.float64) + 0.5) * self.interval
 
     @cached_property
     def rests(self) -> list[Rest]:
@@ -129,9 +128,7 @@ class Run:
     @cached_property
     def resting(self) -> Flags:
         """Whether the piston rests throughout an interval, shape (n - 1,)."""
-        flags = rest_flags(self.rests, self.size)
-        both: Flags = flags[1:] & flags[:-1]
-        return both
+        return at_both_ends(rest_flags(self.rests, self.size))
 
     @cached_property
     def velocity(self) -> Floats:
@@ -191,17 +188,13 @@ class Run:
     @cached_property
     def position_valid(self) -> Flags:
         """Intervals in which the position is within its sensor's span, shape (n - 1,)."""
-        valid = self.position < self.span.position - CLIPPED * self.noise.position
-        both: Flags = valid[1:] & valid[:-1]
-        return both
+        return at_both_ends(self.position < self.span.position - CLIPPED * self.noise.position)
 
     def pressure_valid(self, chamber: int) -> Flags:
         """Return the intervals in which the span cuts off no noise, shape (n - 1,)."""
         margin = CLIPPED * self.noise.pressures[chamber - 1]
         values = self.pressures[:, chamber - 1]
-        valid = (values > self.span.low + margin) & (values < self.span.high - margin)
-        both: Flags = valid[1:] & valid[:-1]
-        return both
+        return at_both_ends((values > self.span.low + margin) & (values < self.span.high - margin))
 
     @cached_property
     def vacuum(self) -> Flags:
@@ -242,10 +235,9 @@ class Run:
         the first rest, so that the mean position in it is not where it began.
         """
         x = first_of(self.position, self.interval)
-        pressures = self.smooth[0, 1:].tolist()
         p1, p2 = (
             self.span.low if self.near_zero(chamber, pressure) else pressure
-            for chamber, pressure in enumerate(pressures, start=1)
+            for chamber, pressure in enumerate(self.smooth[0, 1:].tolist(), start=1)
         )
         return self.operation._replace(
             initial_position=min(max(x, 0.0), self.stroke),
@@ -321,3 +313,8 @@ class Run:
     def with_readings(self, position: Floats, pressures: Floats) -> Run:
         """Return the run with other readings."""
         return replace(self, position=position, pressures=pressures)
+
+
+def at_both_ends(samples: Flags) -> Flags:
+    """Return the intervals at both ends of which samples are flagged, shape (n - 1,)."""
+    return samples[1:] & samples[:-1]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.signal import lombscargle
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import (
@@ -25,10 +26,8 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import STOP_UNIT
 from pneu_rig_ros.diagnosis.residuals.dataset import OUTLIER, Dataset, loss
 from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual
-from pneu_rig_ros.diagnosis.residuals.windows import windows_of
+from pneu_rig_ros.diagnosis.residuals.windows import SLIDING, Windows, windows_of
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.periodogram import dominant_wavelengths
-from pneu_rig_ros.diagnosis.search.scoring import remaining_share
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import map_tasks
 from pneu_rig_ros.model import effects as library
@@ -44,6 +43,10 @@ WAVE = ('sine', 'cosine')
 """Coefficients of one wave, whose phase is unknown."""
 EXPLAINED = 0.02
 """Remaining share at which a description needs no further term [-]."""
+SHORTEST = 4e-3
+"""Shortest wavelength [m]: windows of 70 ms average over as much at 60 mm/s."""
+GRID = 0.25
+"""Of the number of waves in the covered positions, an oversampled grid [-]."""
 
 
 @dataclass(frozen=True)
@@ -106,17 +109,17 @@ def describe(search: Search, residual: SignificantResidual) -> Description:
     values = [value for value, _ in strongest]
     changes = np.column_stack([change for _, change in strongest])
     groups, selected = groups_of(terms), list[int]()
-    descriptions = [(1.0, Explanation())]
+    descriptions = [(1.0, Explanation(given))]
     for _ in range(MOST_TERMS):
         joining = [g for g in groups if all(terms[g[0]].joins(terms[i]) for i in selected)]
         group = best_group(changes, target, joining, selected)
         if not group:
             break
         selected += group
-        start = regression(terms, values, changes, selected, target)
-        explanation = fit(start, given, training, ROUNDS).explanation
-        share = remaining_share(search.held_out, given, explanation.apply(given))
-        descriptions.append((share, explanation))
+        start = regression(given, terms, values, changes, selected, target)
+        found = fit(start, training, ROUNDS)
+        share = search.left_by(found)
+        descriptions.append((share, found.explanation))
         if share < EXPLAINED:
             break
     least = min(share for share, _ in descriptions)
@@ -162,6 +165,31 @@ def _terms_of(effect: Candidate, search: Search) -> list[Term]:
     return [Term(effect, c, constants, (float(start),)) for start in starts for c in linear]
 
 
+def dominant_wavelengths(groups: Sequence[Windows]) -> list[float]:
+    """
+    Return the wavelength that explains most of the force while the piston slides [m].
+
+    By a periodogram of the residuals, weighted by their noise (M. Zechmeister, M. Kuerster,
+    Astron. Astrophys. 496 (2009) 577); none where the windows cover less than two waves.
+    """
+    columns = [
+        np.column_stack([group.variables['position'], group.residual, group.deviation])[
+            group.regime == SLIDING
+        ]
+        for group in groups
+        if group.balance == 'force'
+    ]
+    position, residual, deviation = np.concatenate([*columns, np.zeros((0, 3))]).T
+    span = float(np.ptp(position)) if position.size else 0.0
+    if span < 2.0 * SHORTEST:
+        return []
+    waves = np.arange(1.0, span / SHORTEST, GRID) / span
+    angular = 2.0 * np.pi * waves
+    weights = deviation**-2
+    power = lombscargle(position, residual, angular, weights=weights, floating_mean=True)
+    return [1.0 / float(waves[np.argmax(power)])]
+
+
 def groups_of(terms: Sequence[Term]) -> list[list[int]]:
     """Return the terms in groups: one term of both chambers, or sine and cosine, is a group."""
     groups: dict[tuple[str, str, tuple[float, ...]], list[int]] = {}
@@ -183,8 +211,7 @@ def strongest_change(
     """
 
     def change(value: float) -> Floats:
-        changed: Floats = dataset.residual(term.apply(given, value)) - residual
-        return changed
+        return dataset.residual(term.apply(given, value)) - residual
 
     size = term.coordinate.scale
     results = [(size, change(size))]
@@ -199,8 +226,7 @@ def strongest_change(
 
 def robust_weights(residual: Floats) -> Floats:
     """Return the weights of the residuals in a robust linear regression [-], shape (n,)."""
-    weights: Floats = 1.0 / np.sqrt(1.0 + (residual / OUTLIER) ** 2)
-    return weights
+    return 1.0 / np.sqrt(1.0 + (residual / OUTLIER) ** 2)
 
 
 def projection(columns: Floats, target: Floats) -> float:
@@ -227,6 +253,7 @@ def best_group(
 
 
 def regression(
+    given: Hypothesis,
     terms: Sequence[Term],
     values: Sequence[float],
     changes: Floats,
@@ -245,7 +272,7 @@ def regression(
         _, coordinates, coefficients = parts.setdefault(effect.name, new)
         coordinates.append(replace(c, scale=max(abs(value), 1e-3 * c.scale)))
         coefficients.append(value)
-    explanation = Explanation()
+    explanation = Explanation(given)
     for effect, coordinates, coefficients in parts.values():
         explanation = explanation.with_part(only(effect, coordinates), coefficients)
     return explanation
@@ -254,7 +281,7 @@ def regression(
 def formula(explanation: Explanation) -> str:
     """Return the terms for a reader, '' for none."""
     texts = []
-    for part, values in zip(explanation.parts, explanation.values, strict=True):
+    for part, values in explanation.by_part:
         terms = ' '.join(
             f'{value:+.3g} {c.quantity.unit} {c.name}'
             for c, value in zip(part.coordinates, values, strict=True)

@@ -3,21 +3,20 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
+from pneu_rig_ros.diagnosis.residuals.dataset import rms
 from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, SignificantResidual
 from pneu_rig_ros.diagnosis.search.empirical import Description, describe
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
 from pneu_rig_ros.diagnosis.search.profiles import adopt, rival_profile
-from pneu_rig_ros.diagnosis.search.remainder import NEGLIGIBLE
 from pneu_rig_ros.diagnosis.search.scoring import (
     MOST_LEFT,
     MOST_LEFT_ALONE,
     MOST_LEFT_OF_ALL,
     MOST_LEFT_REPORTED,
     MUCH_BETTER,
+    NEGLIGIBLE,
+    Data,
     ScoredFit,
     improves,
     score,
@@ -30,8 +29,7 @@ class Contest(NamedTuple):
     A name beside a description, on the held-out data.
 
     :param left: share of the excess that the name leaves, with the noise under the given model [-]
-    :param reported: the same with the noise that the data have if it is true, 0 if what it leaves
-        then is noise [-]
+    :param reported: the same with the noise that the data have if it is true, 0 of noise [-]
     :param described: what the description leaves, as ``left`` [-]
     :param likelier: whether the description is, decisively
     :param as_simple: whether it has no more fitted values than the name
@@ -50,32 +48,19 @@ class Contest(NamedTuple):
     @property
     def name_stays(self) -> bool:
         """Whether the name leaves little, and about as little as the description."""
-        beaten = self.likelier and NOISE_ERROR * self.described < self.left
         much_better = self.left > NEGLIGIBLE and self.described < MUCH_BETTER * self.left
         as_simple = self.as_simple and not self.discrepant
         if self.likelier and (much_better or as_simple):
             return False
-        return self.left <= self._most(beaten) and self.reported <= self._most_reported
-
-    def _most(self, beaten: bool) -> float:
-        """Return the largest share that the name may leave under the noise of the given model."""
         if self.discrepant and self.is_effect:
-            return MOST_LEFT_OF_ALL
-        if beaten:
-            return MOST_LEFT
+            return self.left <= MOST_LEFT_OF_ALL
+        # a parameter keeps the form of the model: much of what it leaves has another cause
+        if self.reported > (MOST_LEFT_REPORTED if self.is_effect else MOST_LEFT):
+            return False
+        if self.likelier and NOISE_ERROR * self.described < self.left:
+            return self.left <= MOST_LEFT
         # else most of what is left is noise if the name is true
-        return MOST_LEFT_OF_ALL if self.reported <= MOST_LEFT else MOST_LEFT_ALONE
-
-    @property
-    def _most_reported(self) -> float:
-        """
-        The largest share that the name may leave as reported.
-
-        A parameter keeps the form of the model: much of what it leaves has another cause.
-        """
-        if self.discrepant and self.is_effect:
-            return np.inf
-        return MOST_LEFT_REPORTED if self.is_effect else MOST_LEFT
+        return self.left <= (MOST_LEFT_OF_ALL if self.reported <= MOST_LEFT else MOST_LEFT_ALONE)
 
 
 def describe_if_unknown(
@@ -86,7 +71,7 @@ def describe_if_unknown(
 
     None where that is as good, or a profile of a mechanism is, which is then the best explanation.
     """
-    named, data = search.best, (search.training, search.held_out)
+    named, data = search.best, search.data
     has_cause = search.has_cause
     discrepant = rms(search.training.whitened(search.hypothesis)) > DISCREPANT
     reported = search.remaining_beyond_noise() if has_cause else 1.0
@@ -97,15 +82,15 @@ def describe_if_unknown(
         return None
     description = describe(search, significant[0])
     if profile is not None:
-        start, left = (search.training, search.held_out), search.left_by(profile)
-        if contest(search, profile, description, start, left).name_stays:
+        left = search.left_by(profile)
+        if contest(search, profile, description, search.data, left).name_stays:
             adopt(search, profile)
             return None
     if named is None or not has_cause:
         return description
     if not contest(search, named, description, data, reported, discrepant).name_stays:
         return description
-    search.best, (search.training, search.held_out) = named, data
+    search.best, search.data = named, data
     return None
 
 
@@ -113,7 +98,7 @@ def contest(
     search: Search,
     name: ScoredFit,
     description: Description,
-    data: tuple[Dataset, Dataset],
+    data: Data,
     reported: float,
     discrepant: bool = False,
 ) -> Contest:
@@ -125,9 +110,7 @@ def contest(
     :param data: with whose noise they are compared, training and held-out
     """
     terms, explanation = description.explanation, name.explanation
-    training, held_out = (each.without_cycles for each in data)
-    formula = score(Fit(terms), search.hypothesis, training, held_out)
-    named = score(Fit(explanation), search.given, training, held_out)
+    formula, named = (score(Fit(each), data.without_cycles) for each in (terms, explanation))
     return Contest(
         # on the data on which the description was judged, with their noise
         left=search.left_by(name),

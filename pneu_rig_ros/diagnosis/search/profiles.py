@@ -6,19 +6,20 @@ depends on the position, however it does, a leak that depends on the pressure. A
 between knots; its values are fitted like any cause, to the residuals alone.
 """
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple, cast
+from dataclasses import dataclass, field, replace
+from typing import cast
 
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate, Explanation
+from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate
 from pneu_rig_ros.diagnosis.causes.families import knots
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.empirical import projection, robust_weights
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, Fit, fit
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.scoring import MUCH_BETTER, ScoredFit, improves, score
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import map_tasks
@@ -28,59 +29,44 @@ from pneu_rig_ros.model.shape import KNOTS, Shape, Shaped
 
 FITTED = 3
 """Profiles that are fitted, of those that explain most by linear regression."""
-ANY, NOT_NEGATIVE = -1e3, 0.0
-
-
-class Kind(NamedTuple):
-    """
-    A mechanism as a profile.
-
-    :param mechanism: effect of the library
-    :param carrier: empirical effect that is multiplied by the profile
-    :param terms: its coefficients, each with its size [SI]
-    :param over: the variable
-    :param lowest: value of the profile [unit of the carrier]
-    """
-
-    mechanism: str
-    carrier: str
-    terms: Mapping[str, float]
-    over: str
-    lowest: float = ANY
-
-
-LEVEL, FORCE = {'constant': 0.3}, {'constant': 0.5}
-VOLTAGE = {'constant_1': 0.01, 'constant_2': 0.01}
+LARGEST = 1e3
+"""Value of a profile at most [unit of its terms]."""
 LEAKS = (
     {'gauge_1_1': -1e-6},
     {'gauge_2_2': -1e-6},
     {'gauge_1_1': -1e-6, 'gauge_2_2': -1e-6},
 )
-HEAT = {'cold_1_1': 1.0, 'cold_2_2': 1.0}
-KINDS = (
-    Kind('position_dependent_friction', 'empirical_friction', LEVEL, 'position'),
-    *(
-        Kind('pressure_dependent_friction', 'empirical_friction', LEVEL, over)
-        for over in ('pressure_1', 'pressure_2', 'difference')
+FRICTION = 'empirical_friction', ({'constant': 0.3},)
+MECHANISMS: dict[str, tuple[str, Sequence[Mapping[str, float]], Sequence[str]]] = {
+    'position_dependent_friction': (*FRICTION, ('position',)),
+    'pressure_dependent_friction': (*FRICTION, ('pressure_1', 'pressure_2', 'difference')),
+    'stribeck': (*FRICTION, ('speed',)),
+    'direction_dependent_friction': (*FRICTION, ('velocity',)),
+    'load_spring': ('empirical_force', ({'constant': 0.5},), ('position',)),
+    'inclination': ('empirical_force', ({'mass': 0.5},), ('position',)),
+    'nonlinear_opening': (
+        'empirical_voltage',
+        ({'constant_1': 0.01, 'constant_2': 0.01},),
+        ('opening',),
     ),
-    Kind('stribeck', 'empirical_friction', LEVEL, 'speed'),
-    Kind('direction_dependent_friction', 'empirical_friction', LEVEL, 'velocity'),
-    Kind('load_spring', 'empirical_force', FORCE, 'position'),
-    Kind('inclination', 'empirical_force', {'mass': 0.5}, 'position'),
-    Kind('nonlinear_opening', 'empirical_voltage', VOLTAGE, 'opening'),
-    *(Kind('chamber_leak', 'empirical_flow', leak, 'pressure', NOT_NEGATIVE) for leak in LEAKS),
-    Kind(
-        'cross_piston_leak',
+    'chamber_leak': ('empirical_flow', LEAKS, ('pressure',)),
+    'cross_piston_leak': (
         'empirical_flow',
-        {'difference_1': -1e-6, 'difference_2': 1e-6},
-        'difference',
-        NOT_NEGATIVE,
+        ({'difference_1': -1e-6, 'difference_2': 1e-6},),
+        ('difference',),
     ),
-    *(
-        Kind('wall_heat_transfer', 'empirical_heat', HEAT, over, NOT_NEGATIVE)
-        for over in ('temperature', 'pressure', 'position')
+    'wall_heat_transfer': (
+        'empirical_heat',
+        ({'cold_1_1': 1.0, 'cold_2_2': 1.0},),
+        ('temperature', 'pressure', 'position'),
     ),
-)
+}
+"""
+Effect of the library -> empirical effect that carries its profile, the terms of that which are
+multiplied by it, each with its size [SI], and the variables.
+"""
+NOT_NEGATIVE = 'empirical_flow', 'empirical_heat'
+"""Carriers of which no profile is negative."""
 
 
 @dataclass(frozen=True)
@@ -88,40 +74,37 @@ class Profile(Candidate):
     """
     A mechanism as a profile; its coordinates are the values at the knots.
 
-    :param kind: what it is a profile of
+    :param carrier, terms: see ``MECHANISMS``
+    :param over: the variable
     :param at: its knots, increasing [unit of the variable], shape (n,)
     """
 
-    kind: Kind = field(default=KINDS[0])
+    carrier: str = ''
+    terms: Mapping[str, float] = field(default_factory=dict)
+    over: str = ''
     at: tuple[float, ...] = ()
-
-    @property
-    def effect(self) -> str:
-        """Name of the effect whose mechanism it is."""
-        return self.name
 
     @property
     def size(self) -> float:
         """Size of the first term, by which the values at the knots are multiplied [SI]."""
-        return next(iter(self.kind.terms.values()))
+        return next(iter(self.terms.values()))
 
     @property
     def unit(self) -> str:
         """Unit of that size, with what the term is multiplied by."""
-        term = next(iter(self.kind.terms))
-        specification = specifications(library.load(self.kind.carrier).parameters)[term]
-        quantity = cast(Quantity, specification)
+        specification = specifications(library.load(self.carrier).parameters)
+        quantity = cast(Quantity, specification[next(iter(self.terms))])
         times = quantity.description.split(', times ')[-1]
         return quantity.unit if times == '1' else f'{quantity.unit} x ({times})'
 
     def shape(self, values: Sequence[float]) -> Shape:
         """Return the profile with these values at its knots."""
-        return Shape(self.kind.over, self.at, tuple(float(value) for value in values))
+        return Shape(self.over, self.at, tuple(float(value) for value in values))
 
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
         """Return the hypothesis with the empirical effect that has this profile."""
-        parameters = library.load(self.kind.carrier).null._replace(**self.kind.terms)
-        return hypothesis.with_effect(self.kind.carrier, Shaped(parameters, self.shape(values)))
+        parameters = library.load(self.carrier).null._replace(**self.terms)
+        return hypothesis.with_effect(self.carrier, Shaped(parameters, self.shape(values)))
 
 
 def profiles(search: Search) -> Iterator[Profile]:
@@ -130,18 +113,20 @@ def profiles(search: Search) -> Iterator[Profile]:
     temperature = search.given.model.gas.supply_temperature
     known = {candidate.name: candidate for candidate in search.pool}
     balances = {residual.balance[:3] for residual in search.significant()}
-    for kind in KINDS:
-        cause = known.get(kind.mechanism)
+    for mechanism, (carrier, terms, variables) in MECHANISMS.items():
+        cause = known.get(mechanism)
         if cause is None or cause.group[:3] not in balances:
             continue
-        if (at := knots(kind.over, runs, temperature, KNOTS)) is not None:
-            quantity = Quantity('-', kind.lowest, -ANY, 'of the profile')
-            coordinates = tuple(
-                Coordinate(f'value_{i}', quantity, kind.lowest, -ANY, 1.0, False)
-                for i in range(1, KNOTS + 1)
-            )
-            starts = ((0.0,) * KNOTS,)
-            yield Profile(kind.mechanism, cause.balance, coordinates, starts, kind=kind, at=at)
+        lowest = 0.0 if carrier in NOT_NEGATIVE else -LARGEST
+        quantity = Quantity('-', lowest, LARGEST, 'of the profile')
+        coordinates = tuple(
+            Coordinate(f'value_{i}', quantity, lowest, LARGEST, 1.0, False)
+            for i in range(1, KNOTS + 1)
+        )
+        new = Profile(mechanism, cause.balance, coordinates, ((0.0,) * KNOTS,), carrier=carrier)
+        for each, over in itertools.product(terms, variables):
+            if (at := knots(over, runs, temperature, KNOTS)) is not None:
+                yield replace(new, terms=each, over=over, at=at)
 
 
 def rival_profile(search: Search, named: ScoredFit | None) -> ScoredFit | None:
@@ -156,8 +141,7 @@ def rival_profile(search: Search, named: ScoredFit | None) -> ScoredFit | None:
     profile = _likeliest(search)
     if profile is None:
         return None
-    start = Explanation() if named is None else named.explanation
-    other = score(Fit(start), search.given, search.training, search.held_out)
+    other = score(named or search.so_far, search.data)
     less = search.left_by(profile) <= MUCH_BETTER * search.left_by(other)
     return profile if less and improves(profile, other) else None
 
@@ -166,23 +150,20 @@ def adopt(search: Search, profile: ScoredFit) -> None:
     """Take a profile for the explanation."""
     search.best = profile
     # others are compared with it under the same noise
-    data = search.training, search.held_out
-    search.ranking = [profile, *(score(each, search.given, *data) for each in search.ranking)]
+    search.ranking = [profile, *(score(each, search.data) for each in search.ranking)]
 
 
 def _likeliest(search: Search) -> ScoredFit | None:
     """Return the likeliest profile, None where there is none."""
-    given, data = search.hypothesis, (search.training, search.held_out)
-    residual = search.training.residual(given)
+    given, training = search.hypothesis, search.training
+    residual = training.residual(given)
     candidates = list(profiles(search))
-    explained = map_tasks(
-        search.executor, _explained, candidates, given, search.training, residual
-    )
+    explained = map_tasks(search.executor, _explained, candidates, given, training, residual)
     order = np.argsort(explained, kind='stable')[::-1][:FITTED]
-    start = Explanation() if search.best is None else search.best.explanation
+    start = search.so_far.explanation
     starts = [start.with_part(candidates[i], candidates[i].starts[0]) for i in order]
-    fits = map_tasks(search.executor, fit, starts, search.given, search.training, ROUNDS)
-    scored = [score(each, search.given, *data) for each in fits]
+    fits = map_tasks(search.executor, fit, starts, training, ROUNDS)
+    scored = [score(each, search.data) for each in fits]
     return min(scored, key=lambda each: each.cost, default=None)
 
 

@@ -1,14 +1,13 @@
-"""What a hypothesis leaves of the data, and whether it is significant, reproduced and large."""
+"""The state of a search: what its best explanation leaves, and whether that counts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.random import Generator
 
-from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR
+from pneu_rig_ros.diagnosis.causes.candidates import FORCE, Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
-from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, Residuals
 from pneu_rig_ros.diagnosis.residuals.cycles import (
     CycleTest,
     compare_cycles,
@@ -20,50 +19,33 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
     SignificantResidual,
     localise,
 )
-from pneu_rig_ros.diagnosis.residuals.windows import windows_of
+from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, windows_of
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.scoring import (
+    BALANCES_OF,
     DECISIVE,
     MOST_LEFT,
     MOST_LEFT_ALONE,
+    NEGLIGIBLE,
+    Data,
     ScoredFit,
     excess,
     remaining_share,
     residual_excess,
 )
+from pneu_rig_ros.diagnosis.search.screening import Screened
 
-NEGLIGIBLE = 0.03
-"""Share of the excess so small that its significance is no measure of a cause [-]."""
-
+# the reasons are in docs/diagnose.md, "The numbers that decide"
 CYCLES_EXPLAINED = 0.1
 """Share of the excess of the cycles below which no further cause is searched [-]."""
-
-WEAK = 1.5
+WEAK, WEAK_CYCLES = 1.5, 2.0
 """
-RMS of what weak effects that no model has may leave in a balance, relative to its noise [-].
-
-It counts where even sensors and supply are known to their class only: there several such effects
-are as likely as a single cause. Nuisances are defined to be that weak in the blind trials.
+Where sensors and supply are known to their class only: RMS of what weak effects that no model has
+may leave in a balance, relative to its noise [-], and the ratio by which they may increase the
+loss of the simulated cycles [-].
 """
-
-LEAST_EFFECT = 0.5
-"""
-RMS of the change of a residual, relative to its noise, by the weakest cause that is named where
-sensors and supply are known to their class only [-]. In trials for building it was up to 0.43 of
-what several weak effects looked like, and 0.73 or more of single causes.
-"""
-
-WEAK_CYCLES = 2.0
-"""
-Ratio by which they may increase the loss of the simulated cycles [-], a robust one. In 29 trials
-for building with weak effects alone it was 1.5 at most, in one more 2.3.
-"""
-
-BALANCES_OF = {GAS: ('gas_1', 'gas_2'), FORCE: ('force',), SENSOR: BALANCES}
-"""Group of a cause -> balances on which it acts."""
-
-ANOTHER_CAUSE_LEAVES = 0.7
-"""Largest share of the excess that one more cause may leave [-]."""
+FREE_RUN = 'free run'
+"""Regime of what only simulation without restarts shows."""
 
 
 @dataclass(kw_only=True)
@@ -71,25 +53,56 @@ class Remainder:
     """
     What the best explanation so far leaves of the data.
 
+    :param base: what is fitted with every explanation of the given hypothesis
+    :param data: training and held-out data, with the noise under the best explanation so far
+    :ivar initial: the same with the noise under the given hypothesis
     :ivar best: the accepted explanation
-    :ivar calibrated: the base alone
+    :ivar calibrated: the base alone, fitted
+    :ivar ranking: fitted explanations of accepted sizes
+    :ivar screened: candidates for the first cause, the best first
     :ivar first_cycle_test: of the given hypothesis, if it was made
     :ivar held_out_test: the last one on the held-out data, with its hypothesis
     """
 
-    given: Hypothesis
-    training: Dataset
-    held_out: Dataset
+    base: Explanation
+    data: Data
     rng: Generator
+    initial: Data = field(init=False)
     best: ScoredFit | None = None
     calibrated: ScoredFit | None = None
+    ranking: list[ScoredFit] = field(default_factory=list)
+    screened: list[Screened] = field(default_factory=list)
     first_cycle_test: CycleTest | None = None
     held_out_test: tuple[Hypothesis, CycleTest] | None = None
+
+    def __post_init__(self) -> None:
+        """Keep the data as they are given."""
+        self.initial = self.data
+
+    @property
+    def training(self) -> Dataset:
+        """The data to which explanations are fitted."""
+        return self.data.training
+
+    @property
+    def held_out(self) -> Dataset:
+        """The data that judge them."""
+        return self.data.held_out
+
+    @property
+    def given(self) -> Hypothesis:
+        """The hypothesis that is to be explained."""
+        return self.base.given
 
     @property
     def hypothesis(self) -> Hypothesis:
         """The given hypothesis with the best explanation so far."""
-        return self.given if self.best is None else self.best.explanation.apply(self.given)
+        return self.given if self.best is None else self.best.hypothesis
+
+    @property
+    def so_far(self) -> Fit:
+        """The best explanation so far, the base where none was accepted."""
+        return self.best or Fit(self.base)
 
     @property
     def has_cause(self) -> bool:
@@ -101,6 +114,18 @@ class Remainder:
         """Whether sensors and supply are known to their class only, and were calibrated."""
         return self.calibrated is not None and all(self.calibrated.explanation.calibrates)
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether pistons are free, sensors and supply exact, and all recordings alike."""
+        runs = [comparison.run for comparison in self.training.comparisons]
+        differ = any(run.repeatability or run.level_error > 0.0 for run in runs)
+        return self.moves_freely and not self.base.parts and not differ
+
+    @property
+    def moves_freely(self) -> bool:
+        """Whether all pistons are free, so that their cycles can be simulated."""
+        return all(comparison.free for comparison in self.training.comparisons)
+
     def significant(self) -> list[SignificantResidual]:
         """
         Return the significant residuals of the best explanation so far.
@@ -111,46 +136,6 @@ class Remainder:
         found = localise(windows_of(self.training, self.hypothesis))
         return [] if found and self._by_chance(found) else found
 
-    def strong(self) -> list[SignificantResidual]:
-        """
-        Return the significant residuals that are more than several weak effects explain.
-
-        Only of an uncalibrated system such effects are as likely as a single cause.
-        """
-        found = self.significant()
-        if not (found and self.uncalibrated):
-            return found
-        left = self._left_by_balance(self.training)
-        least = float(np.hypot(NOISE_ERROR, WEAK))
-        return [residual for residual in found if left[residual.balance] > least]
-
-    def is_weak(self) -> bool:
-        """Return whether several weak effects may make all that is left."""
-        if not self.uncalibrated or self.training.cycles is not None:
-            return False
-        return not (self.strong() or self.cycles_differ())
-
-    def explains_alone(self, smaller: Hypothesis, searched: Dataset) -> bool:
-        """
-        Return whether the last cause leaves nothing but noise where it acts, and more was left.
-
-        Several weak effects would leave what the others make.
-
-        :param smaller: the hypothesis without it
-        :param searched: the training data in which it was found, with the noise under that
-        """
-        before, after = (searched.residuals_by_run(each) for each in (smaller, self.hypothesis))
-        differences = [
-            Residuals(*(a - b for a, b in zip(*pair, strict=True)))
-            for pair in zip(before, after, strict=True)
-        ]
-        changes = rms_by_balance(differences)
-        wide = {name for name, left in rms_by_balance(before).items() if left > NOISE_ERROR}
-        acts = {name for name in wide if changes[name] > LEAST_EFFECT}
-        left = [self._left_by_balance(dataset) for dataset in (self.training, self.held_out)]
-        alone = bool(acts) and all(each[name] < NOISE_ERROR for each in left for name in acts)
-        return alone and self.remaining() < MOST_LEFT_ALONE
-
     def _by_chance(self, found: Sequence[SignificantResidual]) -> bool:
         """
         Return whether what an accepted cause leaves is little, and not in the held-out data.
@@ -160,37 +145,40 @@ class Remainder:
         training = self.training.without_cycles
         if not self.has_cause or self.left_of(training) > MOST_LEFT:
             return False
-        balances = {each.balance for each in found}
-        clear = {each.balance for each in found if each.p_value < np.exp(-DECISIVE)}
-        if any(self._left_in(name, training) > MOST_LEFT for name in clear):
-            return False
-        return not balances & self._disagreeing(self.held_out)
+        for name in {each.balance for each in found if each.p_value < np.exp(-DECISIVE)}:
+            before, after = (
+                residual_excess(training, each, [name]) for each in (self.given, self.hypothesis)
+            )
+            if before == 0.0 or after / before > MOST_LEFT:
+                return False
+        return not {each.balance for each in found} & self._disagreeing(self.held_out)
 
-    def _left_in(self, balance: str, dataset: Dataset) -> float:
-        """Return the share of the excess in a balance that the best explanation leaves [-]."""
-        before, after = (
-            residual_excess(dataset, each, (balance,)) for each in (self.given, self.hypothesis)
-        )
-        return after / before if before > 0.0 else 1.0
+    def strong(self) -> list[SignificantResidual]:
+        """
+        Return the significant residuals that are more than several weak effects explain.
+
+        Only of an uncalibrated system such effects are as likely as a single cause.
+        """
+        found = self.significant()
+        if not (found and self.uncalibrated):
+            return found
+        left = by_balance(self.training.residuals_by_run(self.hypothesis))
+        least = float(np.hypot(NOISE_ERROR, WEAK))
+        return [residual for residual in found if rms(left[residual.balance]) > least]
+
+    def is_weak(self) -> bool:
+        """Return whether several weak effects may make all that is left."""
+        if not self.uncalibrated or self.training.cycles is not None:
+            return False
+        return not (self.strong() or self.cycles_differ())
+
+    def residuals_are_reproduced(self) -> bool:
+        """Return whether the held-out residuals are significant in the same balances."""
+        return bool(self._disagreeing(self.training) & self._disagreeing(self.held_out))
 
     def _disagreeing(self, dataset: Dataset) -> set[str]:
         """Return the balances with significant residuals in a dataset."""
         return {each.balance for each in localise(windows_of(dataset, self.hypothesis))}
-
-    def _left_by_balance(self, dataset: Dataset) -> dict[str, float]:
-        return rms_by_balance(dataset.residuals_by_run(self.hypothesis))
-
-    def left_of(self, dataset: Dataset) -> float:
-        """Return the share of the excess on a dataset that the best explanation leaves [-]."""
-        return remaining_share(dataset, self.given, self.hypothesis)
-
-    def left_by(self, fit: Fit) -> float:
-        """Return the share of the excess on the held-out data that another explanation leaves."""
-        return remaining_share(self.held_out, self.hypothesis, fit.explanation.apply(self.given))
-
-    def remaining(self) -> float:
-        """Return the same of the held-out data."""
-        return self.left_of(self.held_out)
 
     def cycles_differ(self) -> bool:
         """
@@ -223,26 +211,38 @@ class Remainder:
         recordings = [*self.training.comparisons, *self.held_out.comparisons]
         return compare_free_runs(hypothesis, recordings, self.rng)
 
-    def reproduced(self) -> bool:
-        """Return whether a cause was found, or the held-out data disagree as those fitted do."""
-        if self.has_cause or (self.training.cycles is not None and self.cycles_differ()):
-            return True
-        return self.residuals_are_reproduced()
+    def cycle_residuals(self) -> list[SignificantResidual]:
+        """
+        Return the difference of the given model's cycles from replicates', if significant.
 
-    def residuals_are_reproduced(self) -> bool:
-        """Return whether the held-out residuals are significant in the same balances."""
-        return bool(self._disagreeing(self.training) & self._disagreeing(self.held_out))
+        Simulation from rest to rest shows forces. A free run shows anything: it counts for the
+        balances on which the best cause acts, or the best candidate where none was found.
+        """
+        test, group, regime = self.first_cycle_test, FORCE, BREAKAWAY
+        if test is None or not test.significant:
+            return []
+        if self.training.runs_freely:
+            found = [] if self.best is None else list(self.best.explanation.parts)
+            first = [*found, *(screened.candidate for screened in self.screened)]
+            group, regime = first[0].group, FREE_RUN
+        names = tuple(comparison.run.name for comparison in self.training.comparisons)
+        values = test.loss, test.expected, test.p_value
+        return [
+            SignificantResidual(balance, regime, '', '-', *values, '', None, None, names, ())
+            for balance in BALANCES_OF[group]
+        ]
 
-    def leaves_something(self, residuals: Sequence[SignificantResidual]) -> bool:
-        """Return whether something remains, so that the best explanation may be wrong."""
-        simulated = self.training.cycles is not None
-        if not self.has_cause:
-            return bool(residuals) or simulated
-        if residuals or self.remaining_beyond_noise() > MOST_LEFT_ALONE:
-            return True
-        if self.training.runs_freely:  # of which no residual has a trace to be described
-            return False
-        return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE
+    def left_of(self, dataset: Dataset) -> float:
+        """Return the share of the excess on a dataset that the best explanation leaves [-]."""
+        return remaining_share(dataset, self.given, self.hypothesis)
+
+    def remaining(self) -> float:
+        """Return the same of the held-out data."""
+        return self.left_of(self.held_out)
+
+    def left_by(self, fit: Fit) -> float:
+        """Return the share of the excess on the held-out data that another explanation leaves."""
+        return remaining_share(self.held_out, self.hypothesis, fit.hypothesis)
 
     def remaining_beyond_noise(self) -> float:
         """Return the share of the held-out excess that remains, 0 where what remains is noise."""
@@ -257,53 +257,27 @@ class Remainder:
         farther off than those of replicates.
         """
         left = excess(self.held_out, hypothesis)
-        return left if left > 0.0 and self._held_out_differ(hypothesis) else 0.0
-
-    def _held_out_differ(self, hypothesis: Hypothesis) -> bool:
-        """Return whether held-out cycles, if simulated, are farther off than replicates'."""
-        if self.held_out.cycles is None:
-            return True
+        if left <= 0.0 or self.held_out.cycles is None:
+            return left
         if self.held_out_test is None or self.held_out_test[0] != hypothesis:
             compare = compare_free_runs if self.held_out.runs_freely else compare_cycles
             test = compare(hypothesis, self.held_out.comparisons, self.rng)
             self.held_out_test = hypothesis, test
-        return self.held_out_test[1].significant
+        return left if self.held_out_test[1].significant else 0.0
 
-    def closes_the_gap(self, smaller: Hypothesis, accepted: ScoredFit, causes: int = 1) -> bool:
-        """
-        Return whether more causes leave much less on the held-out data.
+    def reproduced(self) -> bool:
+        """Return whether a cause was found, or the held-out data disagree as those fitted do."""
+        if self.has_cause or (self.training.cycles is not None and self.cycles_differ()):
+            return True
+        return self.residuals_are_reproduced()
 
-        Where hardly anything is significant there, that is no measure of a cause: the likelihood,
-        by which it was chosen, has to do. Nor is a gap in balances on which a cause does not act,
-        unless cycles are simulated, in which a cause of the forces moves everything, as any does
-        in free runs. These are so sharp that they show the formula of the first cause to be off,
-        and many a further one closes a part of that: it has to close most.
-
-        :param causes: that the accepted explanation has more than the smaller one
-        """
-        better = accepted.explanation.apply(self.given)
-        if self.held_out.runs_freely:
-            before, after = (excess(self.held_out, each) for each in (smaller, better))
-            first = len(accepted.explanation.parts) == causes
-            most = ANOTHER_CAUSE_LEAVES if first else MOST_LEFT_ALONE
-            return after < most**causes * before
-        groups = {part.group for part in accepted.explanation.parts[-causes:]}
-        if self.held_out.cycles is None or groups == {GAS}:
-            acts_on = [name for group in groups for name in BALANCES_OF[group]]
-            before, after = (
-                residual_excess(self.held_out, each, acts_on) for each in (smaller, better)
-            )
-            if after <= ANOTHER_CAUSE_LEAVES**causes * before:
-                return True
-        for dataset in (self.held_out.without_cycles, self.held_out):
-            left = excess(dataset, smaller)
-            if left < NEGLIGIBLE * excess(dataset, self.given):
-                return True
-            if excess(dataset, better) < ANOTHER_CAUSE_LEAVES**causes * left:
-                return True
-        return False
-
-
-def rms_by_balance(rows: Sequence[Residuals]) -> dict[str, float]:
-    """Return balance -> root mean square of the residuals of runs, breakaways among the forces."""
-    return {name: rms(values) for name, values in by_balance(rows).items()}
+    def leaves_something(self, residuals: Sequence[SignificantResidual]) -> bool:
+        """Return whether something remains, so that the best explanation may be wrong."""
+        simulated = self.training.cycles is not None
+        if not self.has_cause:
+            return bool(residuals) or simulated
+        if residuals or self.remaining_beyond_noise() > MOST_LEFT_ALONE:
+            return True
+        if self.training.runs_freely:  # of which no residual has a trace to be described
+            return False
+        return simulated and self.cycles_differ() and self.remaining() > NEGLIGIBLE

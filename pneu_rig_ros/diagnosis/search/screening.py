@@ -5,6 +5,7 @@ No simulation, no local minima by slips: a candidate changes the residuals, and 
 is looked for among multiples of that change.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.cycles import Cycles
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss
 from pneu_rig_ros.diagnosis.search.fitting import STEP
-from pneu_rig_ros.diagnosis.search.scoring import LIKELY
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, LIKELY
 
 SHARES = np.concatenate([[0.02, 0.05], np.linspace(0.1, 1.6, 16), [2.0, 3.0, 5.0, 8.0]])
 """Multiples of a candidate's change of the residuals that are screened [-]."""
@@ -122,11 +123,43 @@ def _shown_by_residuals(
     return found.starts if found.loss < loss(residual) - LIKELY else ()
 
 
-def changes(explanation: Explanation, given: Hypothesis, dataset: Dataset) -> Floats:
+def starts_of(
+    base: Explanation, screened: Sequence[Screened], first: int, end: int
+) -> list[Explanation]:
+    """
+    Return an explanation with each candidate of some names in their order, from all its starts.
+
+    An effect is a candidate under every reading of its law.
+    """
+    names = list(dict.fromkeys(result.candidate.name for result in screened))[first:end]
+    return [
+        base.with_theta(base.theta + result.shift).with_part(result.candidate, values)
+        for result in screened
+        if result.candidate.name in names
+        for values in result.starts
+    ]
+
+
+def worth_a_fit(screened: Sequence[Screened], loss_without: float, windows: int) -> list[Screened]:
+    """
+    Return the candidates that would gain decisively if each kept to its estimate.
+
+    A score test: what a cause adds to each window is known from its formula, so that its gain sums
+    over all of them (C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50).
+    """
+    price = 0.5 * np.log(max(windows, 1))
+    return [
+        result
+        for result in screened
+        if loss_without - result.loss > DECISIVE + price * len(result.candidate.coordinates)
+    ]
+
+
+def changes(explanation: Explanation, dataset: Dataset) -> Floats:
     """Return the derivative of the residual by each value of an explanation, shape (n, k)."""
-    base, theta = dataset.residual(explanation.apply(given)), explanation.theta
+    base, theta = dataset.residual(explanation.hypothesis), explanation.theta
     columns = np.zeros((base.size, theta.size))
     for index, step in enumerate(STEP * np.eye(theta.size)):
         moved = explanation.with_theta(theta + step)
-        columns[:, index] = (dataset.residual(moved.apply(given)) - base) / STEP
+        columns[:, index] = (dataset.residual(moved.hypothesis) - base) / STEP
     return columns

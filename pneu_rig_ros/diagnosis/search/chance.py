@@ -1,10 +1,12 @@
 """
-What a cause does to the noise of the residuals, apart from explaining them.
+What a cause gains without being there: by chance, and by what it does to the noise.
 
-Where less mass is accelerated - a lighter piston, a load on a spring - noise of the position makes
-smaller residuals. Compared with the noise under the model as it was, they seem likelier. A
-friction that is steep in the speed makes larger ones: a cause is then far off under that noise
-though it is right, and the density of the residuals under their own noise has to judge it.
+In small parts over many windows any cause gains a little: as much as on replicates of the model
+without it. Where less mass is accelerated - a lighter piston, a load on a spring - noise of the
+position makes smaller residuals. Compared with the noise under the model as it was, they seem
+likelier. A friction that is steep in the speed makes larger ones: a cause is then far off under
+that noise though it is right, and the density of the residuals under their own noise has to judge
+it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,32 +17,62 @@ import numpy as np
 from numpy.random import Generator
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import STRETCHES, Dataset, RunData, loss, rms
 from pneu_rig_ros.diagnosis.residuals.noise import COPIES, reading_errors
+from pneu_rig_ros.diagnosis.residuals.replicates import replicate
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
-from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.scoring import ScoredFit, score
+from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit, loss_of
+from pneu_rig_ros.diagnosis.search.scoring import Data, ScoredFit, score
+from pneu_rig_ros.executor import Executor, map_tasks
 
+REPLICATES = 4
+"""Of the recordings, of which the largest gain counts: two for each of two processors."""
 RENEWALS = 2
 """Of the noise: that of values which were fitted under another's is not yet a cause's own."""
 
 
-def beyond_noise(
-    fits: Sequence[ScoredFit],
-    given: Hypothesis,
-    smaller: Hypothesis,
-    data: Sequence[Dataset],
+def gains_by_chance(
+    larger: Explanation,
+    smaller: Explanation,
+    dataset: Dataset,
     rng: Generator,
+    executor: Executor,
+) -> list[float]:
+    """
+    Return what an explanation gains on replicates of a smaller one, both fitted [-].
+
+    :param dataset: whose runs are replicated, and with whose noise, without its cycles
+    """
+    seeds = rng.spawn(REPLICATES)
+    return map_tasks(executor, _gain, seeds, larger, smaller, dataset)
+
+
+def _gain(rng: Generator, larger: Explanation, smaller: Explanation, dataset: Dataset) -> float:
+    true = smaller.hypothesis
+    runs = [replicate(true, comparison, rng) for comparison in dataset.comparisons]
+    data = Dataset.of(true, runs, rng, dataset.inflation)
+    return _loss_left(smaller, data) - _loss_left(larger, data)
+
+
+def _loss_left(explanation: Explanation, data: Dataset) -> float:
+    """Return the loss that an explanation leaves, fitted if it has values [-]."""
+    if explanation.coordinates:
+        return fit(explanation, data, ROUNDS).loss
+    return loss_of(explanation, data)
+
+
+def beyond_noise(
+    fits: Sequence[ScoredFit], smaller: Hypothesis, data: Data, rng: Generator
 ) -> list[ScoredFit]:
     """
     Return fits that pay for what they gain by smaller noise, so that the rest decides.
 
-    :param given: to which the explanations of the fits are applied
     :param smaller: the hypothesis of the fit before
     """
-    gains = noise_gains([fit.explanation.apply(given) for fit in fits], smaller, data, rng)
+    gains = noise_gains([fit.hypothesis for fit in fits], smaller, data, rng)
     return [
         replace(fit, penalty=fit.penalty + gain) for fit, gain in zip(fits, gains, strict=True)
     ]
@@ -53,8 +85,6 @@ def noise_gains(
     Return by how much less the noise alone costs with each cause than without it, 0 at least [-].
 
     All hypotheses read the same simulated readings.
-
-    :param larger, smaller: the hypotheses with a cause, and that without
     """
     less = [any(accelerates_less(dataset, smaller, each) for dataset in data) for each in larger]
     if not any(less):
@@ -72,9 +102,7 @@ def noise_gains(
     ]
 
 
-def under_own_noise(
-    before: ScoredFit, given: Hypothesis, data: tuple[Dataset, Dataset], seed: int
-) -> tuple[ScoredFit, float]:
+def under_own_noise(before: ScoredFit, data: Data, seed: int) -> tuple[ScoredFit, float]:
     """
     Return a fit under the noise that the data have if it is true, and its RMS in training.
 
@@ -84,11 +112,10 @@ def under_own_noise(
     """
     rng, again = np.random.default_rng(seed), before
     for _ in range(RENEWALS):
-        hypothesis = again.explanation.apply(given)
-        renewed = [Dataset.of(hypothesis, each.comparisons, rng) for each in data]
-        again = score(fit(again.explanation, given, renewed[0], ROUNDS), given, *renewed)
+        renewed = data.with_noise_of(again.hypothesis, rng)
+        again = score(fit(again.explanation, renewed.training, ROUNDS), renewed)
     growth = [_growth_of_noise(*pair) for pair in zip(data, renewed, strict=True)]
-    whitened = renewed[0].whitened(again.explanation.apply(given))
+    whitened = renewed.training.whitened(again.hypothesis)
     return replace(again, losses=again.losses + np.concatenate(growth)), rms(whitened)
 
 
@@ -113,11 +140,9 @@ def _log_deviations(dataset: Dataset) -> Iterator[Floats]:
 
 def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) -> bool:
     """Return whether the accelerated mass is smaller in any window with a cause."""
-    masses = [
-        np.concatenate([run.evaluate(hypothesis)[1] for run in dataset.comparisons])
-        for hypothesis in (smaller, larger)
-    ]
-    return bool(np.any(masses[1] < masses[0]))
+    return any(
+        np.any(run.evaluate(larger)[1] < run.evaluate(smaller)[1]) for run in dataset.comparisons
+    )
 
 
 def _cost_of_noise(hypothesis: Hypothesis, dataset: Dataset, rng: Generator) -> float:
