@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -10,6 +10,9 @@ from typing import Any, NamedTuple
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.quantity import specifications
+
+Pair = tuple[float, float]
+"""What an effect contributes, see :class:`Balance`."""
 
 
 class Balance(Enum):
@@ -216,10 +219,17 @@ def behind_levels(signals: Signals, first: float, second: float) -> Signals:
     return Signals(s.time, s.motion, s.gas, s.ports, seal)
 
 
+@compiled
+def _nothing(signals: Signals, model: Any, parameters: Any) -> Pair:
+    return 0.0, 0.0
+
+
 @dataclass(frozen=True)
 class Effect:
     """
     One optional physical effect; everything else follows from this record.
+
+    As a decorator it compiles a function and takes it for its contribution.
 
     :param title: a short sentence
     :param balance: where the contribution enters
@@ -227,7 +237,8 @@ class Effect:
     :param source: literature
     :param null: the parameters with which the effect vanishes exactly, a ``NamedTuple`` of
         numbers, each field ``Annotated`` with its ``Quantity``
-    :param probes: a few plausible strengths, weak to strong, from which a fit starts
+    :param probes: a few plausible strengths, weak to strong, from which a fit starts; each a tuple
+        of the numbers in ``null``, of which those with a default may be left out
     :param laws: names of the friction laws that lack it; none named: it adds to any law
     :param clock: names of parameters that replace those of the dwell clock of the law
     :param readings: names of the choices of the friction law that matter with it alone: a law
@@ -243,9 +254,11 @@ class Effect:
     :param needs: without any of which it does not show in a part of a rig
     :param fastest: ``f(parameters, model)``, the shortest time in which its states change [s];
         without it the least of the parameters in seconds, or ``LEAST_TIME``
-    :param as_array: whether the contribution takes the parameters as an array, as suits many
-    :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
-        compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
+    :param as_array: whether the contribution takes the parameters as an array, as suits many, and
+        always the states
+    :param contribution: ``f(signals, model, parameters) -> (first, second)``, compiled; with
+        states ``f(signals, model, parameters, state, rate)``, which writes d(state)/dt into
+        ``rate``, both of shape ``(len(states),)``
     :raises RigError: when the regimes are not some of :class:`Regime`, each once
     """
 
@@ -254,7 +267,6 @@ class Effect:
     regimes: tuple[Regime, ...]
     source: str
     null: Any
-    contribution: Callable[..., tuple[float, float]]
     probes: tuple[Any, ...]
     laws: tuple[str, ...] = ()
     clock: tuple[str, ...] = ()
@@ -267,9 +279,16 @@ class Effect:
     needs: tuple[Need, ...] = ()
     fastest: Callable[[Any, Any], float] | None = None
     as_array: bool = False
+    contribution: Callable[..., Pair] = _nothing
+
+    def __call__(self, contribution: Callable[..., Pair]) -> 'Effect':
+        """Return the effect with a contribution, which this compiles."""
+        return replace(self, contribution=compiled(contribution))
 
     def __post_init__(self) -> None:
-        """Check the regimes, which a fit and its report rely on."""
+        """Make parameters of the probes; check the regimes, which a fit and its report rely on."""
+        probes = tuple(self.parameters(*probe) for probe in self.probes)
+        object.__setattr__(self, 'probes', probes)
         known = all(isinstance(regime, Regime) for regime in self.regimes)
         if not self.regimes or not known or len(set(self.regimes)) < len(self.regimes):
             allowed = ', '.join(f'Regime.{regime.name}' for regime in Regime)
@@ -280,6 +299,11 @@ class Effect:
     def parameters(self) -> type[Any]:
         """The class of the parameters."""
         return type(self.null)
+
+    @property
+    def takes_states(self) -> bool:
+        """Whether the contribution takes the states and their rates."""
+        return self.as_array or bool(self.states)
 
     @property
     def proportional(self) -> tuple[str, ...]:

@@ -94,7 +94,8 @@ def _added(
     :param states: the same of its states
     """
     contribution, behind = effect.contribution, CHAINS.get(effect.balance, _as_without_them)
-    as_array, parameters, count = effect.as_array, effect.parameters, len(effect.null)
+    as_array, takes_states = effect.as_array, effect.takes_states
+    parameters, count = effect.parameters, len(effect.null)
     (first, last), (start, end) = values, states
 
     @inner
@@ -110,11 +111,14 @@ def _added(
             return total
         seen, own = behind(signals, total[0], total[1]), effects.values[first:last]
         memory, change = state[start:end], rate[start:end]
-        if as_array:  # decided when this is compiled
+        # which of these it is, is decided when this is compiled
+        if as_array:
             a, b = contribution(seen, model, own, memory, change)
-        else:  # only this makes a tuple of an array in compiled code
+        elif takes_states:  # only ``to_fixed_tuple`` makes a tuple of an array in compiled code
             named = parameters(*to_fixed_tuple(own, count))
             a, b = contribution(seen, model, named, memory, change)
+        else:
+            a, b = contribution(seen, model, parameters(*to_fixed_tuple(own, count)))
         row = effects.shapes[index]
         if row[COUNT] != 0.0:
             factor_1, factor_2 = factors(row, seen, model.gas)

@@ -43,8 +43,9 @@ def contribute(name: str, values: tuple[float, ...], state: Any = (), **signals:
     effect = effects.load(name)
     rate = np.zeros(len(effect.states))
     given = np.array(state if len(state) else np.zeros(len(rate)), dtype=np.float64)
+    states = (given, rate) if effect.takes_states else ()
     seen = at_rest(**signals)
-    pair = effect.contribution(seen, COMPILED, effect.parameters(*values), given, rate)
+    pair = effect.contribution(seen, COMPILED, effect.parameters(*values), *states)
     return *pair, rate
 
 

@@ -123,7 +123,8 @@ def test_null_contribution_is_exactly_zero(name: str) -> None:
     )
     size = len(effect.states)
     rate = np.full(size, np.nan)
-    pair = effect.contribution(signals, compiled_model(MODEL), effect.null, np.zeros(size), rate)
+    states = (np.zeros(size), rate) if effect.takes_states else ()
+    pair = effect.contribution(signals, compiled_model(MODEL), effect.null, *states)
     assert tuple(pair) == (0.0, 0.0)
     assert np.array_equal(rate, np.zeros(size))
 

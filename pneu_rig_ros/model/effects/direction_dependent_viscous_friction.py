@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Pair, Regime, Signals
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -21,17 +19,7 @@ class Parameters(NamedTuple):
     ] = 0.0
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the force of the asymmetry along the outstroke [N] and no added mass."""
-    velocity = signals.motion.velocity
-    drag = parameters.asymmetry * (abs(velocity) + parameters.one_sidedness * velocity)
-    return -drag, 0.0
-
-
-EFFECT = Effect(
+@Effect(
     title='viscous friction differs between outstroke and instroke',
     balance=Balance.FORCE,
     regimes=(Regime.SLIDING,),
@@ -39,13 +27,17 @@ EFFECT = Effect(
     'tools and compensation methods for the control of machines with friction, Automatica 30 '
     '(1994)',
     null=Parameters(0.0),
-    contribution=contribution,
     strengths=('asymmetry',),
     probes=tuple(
-        Parameters(asymmetry, one_sidedness)
+        (asymmetry, one_sidedness)
         for asymmetry in (-30.0, 30.0)
         for one_sidedness in (-1.0, 0.0, 1.0)
     ),
     needs=(Need.FREE_MOTION,),
     drivers=('speed',),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the force of the asymmetry along the outstroke [N] and no added mass."""
+    velocity = signals.motion.velocity
+    drag = parameters.asymmetry * (abs(velocity) + parameters.one_sidedness * velocity)
+    return -drag, 0.0

@@ -3,10 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Pair, Regime, Signals
 from pneu_rig_ros.model.false_position import MOST_ROUNDS, Bracket, narrowed, secant
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
@@ -71,18 +70,7 @@ def lack(
     return (bracket.high - 1.0) * whole
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return what the flows into chamber 1 and 2 lack of those through the valves alone [kg/s]."""
-    ports, gas = signals.ports, signals.gas
-    lack_1 = lack(ports.voltage_1, gas.pressure_1, ports.supply_1, model, parameters)
-    lack_2 = lack(ports.voltage_2, gas.pressure_2, ports.supply_2, model, parameters)
-    return lack_1, lack_2
-
-
-EFFECT = Effect(
+@Effect(
     title='lines resist the flow between valve and chamber',
     balance=Balance.MASS,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
@@ -90,16 +78,14 @@ EFFECT = Effect(
     'Press 1953, ch. 6 (isothermal flow with friction in a long duct), in series with the valve; '
     'laminar flow by Poiseuille',
     null=Parameters(0.0),
-    contribution=contribution,
     strengths=('resistance', 'laminar_resistance'),
-    probes=(
-        Parameters(1e8),
-        Parameters(3e8),
-        Parameters(1e9),
-        Parameters(0.0, 3e12),
-        Parameters(0.0, 3e13),
-        Parameters(1e8, 1e13),
-    ),
+    probes=((1e8,), (3e8,), (1e9,), (0.0, 3e12), (0.0, 3e13), (1e8, 1e13)),
     needs=(Need.VALVES,),
     drivers=(),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return what the flows into chamber 1 and 2 lack of those through the valves alone [kg/s]."""
+    ports, gas = signals.ports, signals.gas
+    lack_1 = lack(ports.voltage_1, gas.pressure_1, ports.supply_1, model, parameters)
+    lack_2 = lack(ports.voltage_2, gas.pressure_2, ports.supply_2, model, parameters)
+    return lack_1, lack_2

@@ -3,10 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Pair, Regime, Signals
 from pneu_rig_ros.model.false_position import MOST_ROUNDS, Bracket, narrowed, secant
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow_drawn
@@ -69,27 +68,21 @@ def droop(signals: Signals, model: CompiledModel, line: Parameters) -> float:
     return bracket.high
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return what both valves lack of the supply pressure [Pa]."""
-    lack = droop(signals, model, parameters)
-    return -lack, -lack
-
-
-EFFECT = Effect(
+@Effect(
     title='supply pressure falls with the flow drawn',
     balance=Balance.SUPPLY,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='ISO 6953-2:2015 (forward flow characteristics of regulators), taken as a power law; '
     'I. E. Idelchik, Handbook of Hydraulic Resistance (laminar and turbulent flow)',
     null=Parameters(0.0),
-    contribution=contribution,
     probes=(
-        *(Parameters(resistance, 0.3) for resistance in (5e7, 5e8)),
-        *(Parameters(resistance) for resistance in (1e8, 5e8, 2e9)),
-        *(Parameters(resistance, 2.0) for resistance in (1e8, 1e9)),
+        *((resistance, 0.3) for resistance in (5e7, 5e8)),
+        *((resistance,) for resistance in (1e8, 5e8, 2e9)),
+        *((resistance, 2.0) for resistance in (1e8, 1e9)),
     ),
     drivers=('pressure_1', 'pressure_2', 'time'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return what both valves lack of the supply pressure [Pa]."""
+    lack = droop(signals, model, parameters)
+    return -lack, -lack
