@@ -26,16 +26,6 @@ class Air(NamedTuple):
     flow_scale: float
 
 
-class CompiledModel(NamedTuple):
-    """``Model`` for compiled code; ``friction.element_*`` are arrays of shape (n,), (n - 1,)."""
-
-    cylinder: Cylinder
-    friction: Friction
-    valve: Valve
-    gas: Air
-    operation: Operation
-
-
 class CompiledEffects(NamedTuple):
     """
     The optional effects of a plant.
@@ -48,6 +38,24 @@ class CompiledEffects(NamedTuple):
     values: Floats
     acting: Flags
     shapes: Floats
+
+
+NO_EFFECTS = CompiledEffects(np.empty(0), np.empty(0, dtype=np.bool_), np.empty((0, 0)))
+
+
+class CompiledModel(NamedTuple):
+    """
+    ``Model`` for compiled code, with the effects of the plant.
+
+    ``friction.element_*`` are arrays of shape (n,), (n - 1,).
+    """
+
+    cylinder: Cylinder
+    friction: Friction
+    valve: Valve
+    gas: Air
+    operation: Operation
+    effects: CompiledEffects
 
 
 def air(gas: Gas) -> Air:
@@ -65,13 +73,12 @@ def air(gas: Gas) -> Air:
     return Air(*gas, critical, choked, scale)
 
 
-def compiled_model(model: Model) -> CompiledModel:
+def compiled_model(model: Model, effects: CompiledEffects = NO_EFFECTS) -> CompiledModel:
     """Return the model for compiled code."""
-    law = model.friction
+    _, law, valve, gas, operation = model
     arrays: dict[str, Any] = {
         'element_stiffness': np.array(law.element_stiffness, dtype=np.float64),
         'element_limit': np.array(law.element_limit, dtype=np.float64),
     }
-    return CompiledModel(
-        model.cylinder, law._replace(**arrays), model.valve, air(model.gas), model.operation
-    )
+    law = law._replace(**arrays)
+    return CompiledModel(model.cylinder, law, valve, air(gas), operation, effects)
