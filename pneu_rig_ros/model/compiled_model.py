@@ -1,8 +1,9 @@
 """
-The parameters as compiled code takes them: lists as arrays, derived constants worked out.
+What compiled code takes: the parameters, derived constants worked out, and the signals.
 
-Those of the effects are one array. As a tuple of tuples each function of the plant would hand on
-every one of them by value, which took longer to compile than what the functions do.
+Lists are arrays, and the parameters of all effects are one. As a tuple of tuples each function of
+the plant would hand on every one of them by value, which took longer to compile than what the
+functions do.
 """
 
 import math
@@ -11,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.parameters import Cylinder, Friction, Gas, Model, Operation, Valve
 
 
@@ -39,6 +41,9 @@ class CompiledEffects(NamedTuple):
     acting: Flags
     shapes: Floats
 
+
+Pair = tuple[float, float]
+"""What an effect contributes, see ``effect.Balance``."""
 
 NO_EFFECTS = CompiledEffects(np.empty(0), np.empty(0, dtype=np.bool_), np.empty((0, 0)))
 
@@ -82,3 +87,102 @@ def compiled_model(model: Model, effects: CompiledEffects = NO_EFFECTS) -> Compi
     }
     law = law._replace(**arrays)
     return CompiledModel(model.cylinder, law, valve, air(gas), operation, effects)
+
+
+class Motion(NamedTuple):
+    """Position [m] and velocity [m/s] of the piston."""
+
+    position: float
+    velocity: float
+
+
+class ChamberGas(NamedTuple):
+    """Absolute pressures [Pa], volumes [m^3] and gas masses [kg] of the chambers."""
+
+    pressure_1: float
+    pressure_2: float
+    volume_1: float
+    volume_2: float
+    gas_mass_1: float
+    gas_mass_2: float
+
+
+class Ports(NamedTuple):
+    """
+    Control voltages [V] and supply pressures [Pa, absolute] of the valves.
+
+    The commanded voltages and the supply pressures of the regulator; for ``MASS`` both as they are
+    at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them (``SUPPLY`` sees the
+    voltages at the ports).
+    """
+
+    voltage_1: float
+    voltage_2: float
+    supply_1: float
+    supply_2: float
+
+
+class Seal(NamedTuple):
+    """
+    Bristle deflection [m] and force F(z) [N], whether the piston rests, dwell [s], levels [N].
+
+    ``bristle_force`` has, for ``LEVEL`` and later ones, the contributions to ``BRISTLE`` in it.
+    ``dwell_time`` is the dwell that static friction stands for under the reading of Eq. 16;
+    latched at breakaway, it is the time at rest so far while the piston sticks, and the dwell
+    before the last breakaway while it slides; fading while sliding, it is the dwell that would
+    give what is left of F_s. ``coulomb_force`` and ``static_force`` are F_c and F_smax of the law;
+    for ``LEVEL`` with what the earlier stages add.
+    """
+
+    deflection: float
+    bristle_force: float
+    sticking: bool
+    dwell_time: float
+    coulomb_force: float
+    static_force: float
+
+
+class Signals(NamedTuple):
+    """
+    What a contribution may use besides the parameters; all scalars, SI units.
+
+    Readings see only time and state: for them voltages, bristle force, dwell and levels are NaN.
+    """
+
+    time: float
+    motion: Motion
+    gas: ChamberGas
+    ports: Ports
+    seal: Seal
+
+
+@compiled
+def behind_spools(signals: Signals, first: float, second: float) -> Signals:
+    """Return the signals with the voltages that stages of ``SPOOL`` leave that add so much [V]."""
+    s, old = signals, signals.ports
+    ports = Ports(old.voltage_1 + first, old.voltage_2 + second, old.supply_1, old.supply_2)
+    return Signals(s.time, s.motion, s.gas, ports, s.seal)
+
+
+@compiled
+def behind_supply(signals: Signals, first: float, second: float) -> Signals:
+    """Return the signals with the supply pressures to which ``SUPPLY`` adds so much [Pa]."""
+    s, old = signals, signals.ports
+    ports = Ports(old.voltage_1, old.voltage_2, old.supply_1 + first, old.supply_2 + second)
+    return Signals(s.time, s.motion, s.gas, ports, s.seal)
+
+
+@compiled
+def behind_bristles(signals: Signals, force: float) -> Signals:
+    """Return the signals with the F(z) to which ``BRISTLE`` adds so much [N]."""
+    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
+    seal = Seal(z, bristles + force, sticking, dwell, coulomb, static)
+    return Signals(s.time, s.motion, s.gas, s.ports, seal)
+
+
+@compiled
+def behind_levels(signals: Signals, first: float, second: float) -> Signals:
+    """Return the signals with the forces that stages of ``LEVEL`` leave that add so much [N]."""
+    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
+    seal = Seal(z, bristles, sticking, dwell, coulomb + first, static + second)
+    return Signals(s.time, s.motion, s.gas, s.ports, seal)

@@ -6,10 +6,9 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers, friction, valve
 from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import (
-    Balance,
+from pneu_rig_ros.model.compiled_model import (
     ChamberGas,
+    CompiledModel,
     Motion,
     Pair,
     Ports,
@@ -18,6 +17,7 @@ from pneu_rig_ros.model.effect import (
     behind_spools,
     behind_supply,
 )
+from pneu_rig_ros.model.effect import Balance
 from pneu_rig_ros.model.parameters import (
     FADES_WHILE_SLIDING,
     HELD_TO_NEXT_BREAKAWAY,

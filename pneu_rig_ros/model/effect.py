@@ -5,14 +5,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import Pair, Signals
 from pneu_rig_ros.model.quantity import specifications
-
-Pair = tuple[float, float]
-"""What an effect contributes, see :class:`Balance`."""
 
 
 class Balance(Enum):
@@ -86,78 +84,13 @@ LEAST_TIME = 1e-3
 """Shortest lag that is integrated [s], or steps would have no lower end."""
 LEAST_LEVEL = 0.1
 """Share of the level of friction that remains, however far it drifts [-]."""
+MOST_ROUNDS = 60
+"""Rounds at most; some five are needed, 25 where a flow is nearly shut off by what it makes."""
 
 GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
 """What acts on the gas whatever the forces do."""
 READING_BALANCES = (Balance.MOTION_READING, Balance.PRESSURE_READING)
 """What acts on the sensors alone."""
-
-
-class Motion(NamedTuple):
-    """Position [m] and velocity [m/s] of the piston."""
-
-    position: float
-    velocity: float
-
-
-class ChamberGas(NamedTuple):
-    """Absolute pressures [Pa], volumes [m^3] and gas masses [kg] of the chambers."""
-
-    pressure_1: float
-    pressure_2: float
-    volume_1: float
-    volume_2: float
-    gas_mass_1: float
-    gas_mass_2: float
-
-
-class Ports(NamedTuple):
-    """
-    Control voltages [V] and supply pressures [Pa, absolute] of the valves.
-
-    The commanded voltages and the supply pressures of the regulator; for ``MASS`` both as they are
-    at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them (``SUPPLY`` sees the
-    voltages at the ports).
-    """
-
-    voltage_1: float
-    voltage_2: float
-    supply_1: float
-    supply_2: float
-
-
-class Seal(NamedTuple):
-    """
-    Bristle deflection [m] and force F(z) [N], whether the piston rests, dwell [s], levels [N].
-
-    ``bristle_force`` has, for ``LEVEL`` and later ones, the contributions to ``BRISTLE`` in it.
-    ``dwell_time`` is the dwell that static friction stands for under the reading of Eq. 16;
-    latched at breakaway, it is the time at rest so far while the piston sticks, and the dwell
-    before the last breakaway while it slides; fading while sliding, it is the dwell that would
-    give what is left of F_s. ``coulomb_force`` and ``static_force`` are F_c and F_smax of the law;
-    for ``LEVEL`` with what the earlier stages add.
-    """
-
-    deflection: float
-    bristle_force: float
-    sticking: bool
-    dwell_time: float
-    coulomb_force: float
-    static_force: float
-
-
-class Signals(NamedTuple):
-    """
-    What a contribution may use besides the parameters; all scalars, SI units.
-
-    Readings see only time and state: for them voltages, bristle force, dwell and levels are NaN.
-    """
-
-    time: float
-    motion: Motion
-    gas: ChamberGas
-    ports: Ports
-    seal: Seal
 
 
 @compiled
@@ -187,36 +120,34 @@ def drift(rate: float, limit: float, gone: float) -> float:
     return max(math.copysign(limit, rate) * done, LEAST_LEVEL - 1.0)
 
 
-@compiled
-def behind_spools(signals: Signals, first: float, second: float) -> Signals:
-    """Return the signals with the voltages that stages of ``SPOOL`` leave that add so much [V]."""
-    s, old = signals, signals.ports
-    ports = Ports(old.voltage_1 + first, old.voltage_2 + second, old.supply_1, old.supply_2)
-    return Signals(s.time, s.motion, s.gas, ports, s.seal)
+def falling_fixed_point(function: Callable[..., float]) -> Callable[..., float]:
+    """
+    Return the compiled solution x of ``x = function(x, ...)``, where the function falls.
 
+    ``solution(most, accuracy, ...)`` is between 0 and ``most``, the function at 0; by false
+    position (M. Dowell, P. Jarratt, BIT 11 (1971): Illinois).
+    """
 
-@compiled
-def behind_supply(signals: Signals, first: float, second: float) -> Signals:
-    """Return the signals with the supply pressures to which ``SUPPLY`` adds so much [Pa]."""
-    s, old = signals, signals.ports
-    ports = Ports(old.voltage_1, old.voltage_2, old.supply_1 + first, old.supply_2 + second)
-    return Signals(s.time, s.motion, s.gas, ports, s.seal)
+    @compiled
+    def solution(most: float, accuracy: float, *given: Any) -> float:
+        low, at_low, high, at_high = 0.0, -most, most, most - function(most, *given)
+        moved = 0  # the bound that moved last: -1 the lower, 1 the upper
+        for _ in range(MOST_ROUNDS):
+            if high - low <= accuracy or at_high <= 0.0:
+                break
+            middle = (low * at_high - high * at_low) / (at_high - at_low)
+            excess = middle - function(middle, *given)
+            if abs(excess) <= accuracy:
+                return middle
+            if excess < 0.0:  # a bound that is kept twice weighs less
+                low, at_low, at_high = middle, excess, at_high * (0.5 if moved < 0 else 1.0)
+                moved = -1
+            else:
+                high, at_high, at_low = middle, excess, at_low * (0.5 if moved > 0 else 1.0)
+                moved = 1
+        return high
 
-
-@compiled
-def behind_bristles(signals: Signals, force: float) -> Signals:
-    """Return the signals with the F(z) to which ``BRISTLE`` adds so much [N]."""
-    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
-    seal = Seal(z, bristles + force, sticking, dwell, coulomb, static)
-    return Signals(s.time, s.motion, s.gas, s.ports, seal)
-
-
-@compiled
-def behind_levels(signals: Signals, first: float, second: float) -> Signals:
-    """Return the signals with the forces that stages of ``LEVEL`` leave that add so much [N]."""
-    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
-    seal = Seal(z, bristles, sticking, dwell, coulomb + first, static + second)
-    return Signals(s.time, s.motion, s.gas, s.ports, seal)
+    return solution
 
 
 @compiled

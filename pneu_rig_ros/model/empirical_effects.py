@@ -10,8 +10,8 @@ from typing import Annotated, Any, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import called, compiled, in_turn
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Motion, Pair, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Motion, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import DRIVERS

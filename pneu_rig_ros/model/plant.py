@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,35 +114,19 @@ class Plant:
         self._sensed = any(np.logical_and(sensing, acting))
         self._temperatures = temperatures or (model.gas.supply_temperature,) * 2
         assembled = assemble(tuple(chosen))
-        self.right_hand_side, self._compiled_run, self._read, self._along = assembled
-        self._one_voltage = np.empty((1, 2))
-        self._index = 0
-        self._arguments = self._compiled_model()
+        self.right_hand_side, self._run, self._read, self._along = assembled
+        self.reset()
 
     def reset(self) -> PlantState:
         """Go back to rest at the initial position; return the state there."""
         self._arguments = self._compiled_model()
-        self._index = 0
-        for name in ('_carry', '_one_state', '_one_extra'):
-            self.__dict__.pop(name, None)
-        return self.state
-
-    @cached_property
-    def _carry(self) -> at.IntegratorState:
-        """The integration; rates along a measured run need none."""
-        carry = self.initial_integrator_state()
-        self.right_hand_side(0.0, carry.end, self._arguments)
-        carry.counts[at.EVALUATIONS] += 1
-        return carry
-
-    @cached_property
-    def _one_state(self) -> Floats:
-        return self._carry.end.state[np.newaxis].copy()
-
-    @cached_property
-    def _one_extra(self) -> Floats:
+        self._carry, self._index = self.initial_integrator_state(), 0
         end = self._carry.end
-        return np.array([[end.rate[at.VELOCITY], *end.memory[:3]]])
+        self.right_hand_side(0.0, end, self._arguments)
+        self._carry.counts[at.EVALUATIONS] += 1
+        self._last_state = end.state[np.newaxis].copy()
+        self._last_extra = np.array([[end.rate[at.VELOCITY], *end.memory[:3]]])
+        return self.state
 
     def _compiled_model(self) -> CompiledModel:
         """Return the model; the dwell clock is that of an effect which the law is completed by."""
@@ -176,10 +159,7 @@ class Plant:
 
     def step(self, voltage_1: float, voltage_2: float, interval: float) -> PlantState:
         """Hold the voltages [V] for one interval [s]; return the state after it, as ``run``."""
-        self._one_voltage[0] = voltage_1, voltage_2
-        self._call_run(interval, self._one_voltage, FREE, self._one_state, self._one_extra)
-        self._check()
-        self._index += 1
+        self._advance(np.array([[voltage_1, voltage_2]]), interval, *FREE)
         return self.state
 
     def run_imposed(
@@ -195,28 +175,27 @@ class Plant:
         :param rests: when the rest, or a missed slide, began [s since the reset], shape (m,)
         :raises RigError: if a state is not finite
         """
-        count = len(voltages)
-        states = np.empty((count, self.state_size))
-        extras = np.empty((count, len(EXTRA_NAMES)))
-        self._call_run(interval, voltages, (actions, measured, rests), states, extras)
-        self._check()
-        if count:
-            self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
-        time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
-        self._index += count
+        first, count = self._index, len(voltages)
+        states, extras = self._advance(voltages, interval, actions, measured, rests)
+        time = (first + 1.0 + np.arange(count, dtype=np.float64)) * interval
         return self._trajectory(time, states, extras)
 
-    def _call_run(
-        self,
-        interval: float,
-        voltages: Floats,
-        imposed: tuple[Integers, Floats, Floats],
-        states: Floats,
-        extras: Floats,
-    ) -> None:
-        runs = self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), *imposed
+    def _advance(
+        self, voltages: Floats, interval: float, *imposed: Floats | Integers
+    ) -> tuple[Floats, Floats]:
+        """Return the states after each interval, and what the integrator adds to them."""
+        count, carry = len(voltages), self._carry
+        states, extras = np.empty((count, self.state_size)), np.empty((count, len(EXTRA_NAMES)))
+        runs = carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), *imposed
         accuracy = self.tolerance, self.longest_step
-        self._compiled_run(*runs, states, extras, *accuracy, self._arguments)
+        self._run(*runs, states, extras, *accuracy, self._arguments)
+        start, end = carry.clock[: at.END + 1].tolist()
+        if math.isinf(end):
+            raise RigError(f'simulation failed at t = {start:.6g} s: non-finite state')
+        if count:
+            self._last_state, self._last_extra = states[-1:].copy(), extras[-1:].copy()
+        self._index += count
+        return states, extras
 
     def along(
         self,
@@ -247,21 +226,16 @@ class Plant:
             bias = (self._readings(middles, states) - states[:, :4])[:, [0, 2, 3]]
         return rates, bias
 
-    def _check(self) -> None:
-        start, end = self._carry.clock[: at.END + 1].tolist()
-        if math.isinf(end):
-            raise RigError(f'simulation failed at t = {start:.6g} s: non-finite state')
-
     @property
     def state(self) -> PlantState:
         """The state at the present sampling instant."""
-        x, v, p1, p2, *inner = self._one_state[0, : at.STATE_SIZE].tolist()
-        acceleration, sticking, contact, rest_start = self._one_extra[0].tolist()
+        x, v, p1, p2, *inner = self._last_state[0, : at.STATE_SIZE].tolist()
+        acceleration, sticking, contact, rest_start = self._last_extra[0].tolist()
         force = self._friction(p1, p2, acceleration)
         time = float(self._carry.clock[at.NOW])
         rest = sticking != 0.0, int(contact), time - rest_start if sticking else 0.0
         now = self._carry.clock[at.NOW :]
-        readings = self._readings(now, self._one_state)[0].tolist()
+        readings = self._readings(now, self._last_state)[0].tolist()
         values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
         return PlantState._make(values)
 

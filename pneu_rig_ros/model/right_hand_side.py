@@ -16,7 +16,16 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import friction
 from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled, in_turn, inner
-from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.compiled_model import (
+    CompiledModel,
+    Pair,
+    Ports,
+    Seal,
+    Signals,
+    behind_bristles,
+    behind_levels,
+    behind_spools,
+)
 from pneu_rig_ros.model.dynamics import (
     Contribution,
     Contributions,
@@ -27,17 +36,7 @@ from pneu_rig_ros.model.dynamics import (
     counted_dwell,
     signals_of,
 )
-from pneu_rig_ros.model.effect import (
-    Balance,
-    Effect,
-    Pair,
-    Ports,
-    Seal,
-    Signals,
-    behind_bristles,
-    behind_levels,
-    behind_spools,
-)
+from pneu_rig_ros.model.effect import Balance, Effect
 from pneu_rig_ros.model.shape import COUNT, factors
 
 CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}

@@ -14,8 +14,8 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import called, compiled
-from pneu_rig_ros.model.compiled_model import Air
-from pneu_rig_ros.model.effect import Effect, Signals
+from pneu_rig_ros.model.compiled_model import Air, Signals
+from pneu_rig_ros.model.effect import Effect
 from pneu_rig_ros.model.quantity import (
     Quantity,
     QuantityList,

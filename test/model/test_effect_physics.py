@@ -9,8 +9,15 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from pneu_rig_ros.model import effects, valve
-from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import LEAST_TIME, ChamberGas, Motion, Ports, Seal, Signals
+from pneu_rig_ros.model.compiled_model import (
+    ChamberGas,
+    Motion,
+    Ports,
+    Seal,
+    Signals,
+    compiled_model,
+)
+from pneu_rig_ros.model.effect import LEAST_TIME
 from pneu_rig_ros.model.plant import Plant
 
 from .rigs import SHUT, changed, drive, stroke

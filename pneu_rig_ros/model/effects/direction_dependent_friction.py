@@ -1,9 +1,10 @@
 """Seal friction that differs between outstroke and instroke."""
 
+from itertools import product
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Pair, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.friction import friction_direction
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -29,11 +30,7 @@ class Parameters(NamedTuple):
     '(1994)',
     null=Parameters(0.0),
     strengths=('asymmetry',),
-    probes=tuple(
-        (asymmetry, one_sidedness)
-        for asymmetry in (-0.2, -0.05, 0.05, 0.2)
-        for one_sidedness in (-1.0, 0.0, 1.0)
-    ),
+    probes=tuple(product((-0.2, -0.05, 0.05, 0.2), (-1.0, 0.0, 1.0))),
     drivers=('position', 'speed', 'pressure_1', 'pressure_2'),
 )
 def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:

@@ -1,9 +1,10 @@
 """Viscous friction that differs between outstroke and instroke."""
 
+from itertools import product
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Pair, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -28,11 +29,7 @@ class Parameters(NamedTuple):
     '(1994)',
     null=Parameters(0.0),
     strengths=('asymmetry',),
-    probes=tuple(
-        (asymmetry, one_sidedness)
-        for asymmetry in (-30.0, 30.0)
-        for one_sidedness in (-1.0, 0.0, 1.0)
-    ),
+    probes=tuple(product((-30.0, 30.0), (-1.0, 0.0, 1.0))),
     needs=(Need.FREE_MOTION,),
     drivers=('speed',),
 )

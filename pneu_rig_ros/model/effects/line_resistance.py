@@ -4,9 +4,8 @@ import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Pair, Regime, Signals
-from pneu_rig_ros.model.false_position import MOST_ROUNDS, Bracket, narrowed, secant
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, falling_fixed_point
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -42,6 +41,24 @@ def at_valve(flow: float, pressure: float, line: Parameters) -> float:
 
 
 @compiled
+def share_let_through(
+    share: float,
+    whole: float,
+    voltage: float,
+    pressure: float,
+    supply: float,
+    model: CompiledModel,
+    line: Parameters,
+) -> float:
+    """Return the share [-] of the whole flow that the valve lets through, if a share flows."""
+    behind = at_valve(share * whole, pressure, line)
+    return mass_flow(voltage, behind, supply, model.valve, model.gas) / whole
+
+
+share_that_flows = falling_fixed_point(share_let_through)
+
+
+@compiled
 def lack(
     voltage: float, pressure: float, supply: float, model: CompiledModel, line: Parameters
 ) -> float:
@@ -49,25 +66,13 @@ def lack(
     Return what the flow into a chamber lacks of that through the valve alone [kg/s].
 
     The flow is between none and that one, as the flow through the valve falls with the pressure
-    behind it; by false position.
+    behind it.
     """
-    valve, gas = model.valve, model.gas
-    whole = mass_flow(voltage, pressure, supply, valve, gas)
+    whole = mass_flow(voltage, pressure, supply, model.valve, model.gas)
     if whole == 0.0:
         return 0.0
-    behind = at_valve(whole, pressure, line)
-    most = 1.0 - mass_flow(voltage, behind, supply, valve, gas) / whole
-    bracket = Bracket(0.0, -1.0, 1.0, most, 0)  # shares of the flow without a line
-    for _ in range(MOST_ROUNDS):
-        if bracket.high - bracket.low <= ACCURACY or bracket.at_high <= 0.0:
-            break
-        share = secant(bracket)
-        behind = at_valve(share * whole, pressure, line)
-        excess = share - mass_flow(voltage, behind, supply, valve, gas) / whole
-        if abs(excess) <= ACCURACY:
-            return (share - 1.0) * whole
-        bracket = narrowed(bracket, share, excess)
-    return (bracket.high - 1.0) * whole
+    share = share_that_flows(1.0, ACCURACY, whole, voltage, pressure, supply, model, line)
+    return (share - 1.0) * whole
 
 
 @Effect(

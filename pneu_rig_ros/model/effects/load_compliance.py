@@ -4,8 +4,8 @@ import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Need, Pair, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Need, Regime
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.quantity import Quantity
 

@@ -1,10 +1,11 @@
 """Leak between the chambers around one place of the stroke, where the bore is worn or scored."""
 
 import math
+from itertools import product
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Pair, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import port_flow
 
@@ -27,9 +28,7 @@ class Parameters(NamedTuple):
     'criteria (leakage past the piston), here of a part of the bore',
     null=Parameters(0.0, 0.5, 0.1),
     # a bell that does not reach into the right one is no start at all
-    probes=tuple(
-        (area, place, 0.15) for area in (2e-9, 2e-8) for place in (0.1, 0.3, 0.5, 0.7, 0.9)
-    ),
+    probes=tuple(product((2e-9, 2e-8), (0.1, 0.3, 0.5, 0.7, 0.9), (0.15,))),
     needs=(Need.BOTH_CHAMBERS,),
 )
 def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
