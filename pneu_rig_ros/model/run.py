@@ -140,11 +140,7 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
 
     @inner_called
     def act(
-        carry: at.IntegratorState,
-        action: int,
-        measured: Floats,
-        rest: float,
-        model: CompiledModel,
+        carry: at.IntegratorState, action: int, measured: Floats, rest: float, model: CompiledModel
     ) -> None:
         state, memory = carry.end.state, carry.end.memory
         if action & Impose.BREAK.value and memory[at.STICKING] != 0.0:

@@ -175,12 +175,7 @@ def _common(driver: int, s: Signals) -> float:
 
 @compiled
 def _own(
-    driver: int,
-    pressure: float,
-    volume: float,
-    gas_mass: float,
-    voltage: float,
-    gas: Air,
+    driver: int, pressure: float, volume: float, gas_mass: float, voltage: float, gas: Air
 ) -> float:
     """Return a driver of one chamber and its valve."""
     if driver == 8:

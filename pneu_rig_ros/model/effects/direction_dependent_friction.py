@@ -16,8 +16,7 @@ class Parameters(NamedTuple):
         float, Quantity('-', -0.5, 0.5, 'share more on the outstroke and less on the instroke')
     ]
     one_sidedness: Annotated[
-        float,
-        Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone'),
+        float, Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone')
     ] = 0.0
 
 

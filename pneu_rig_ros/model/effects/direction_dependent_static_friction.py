@@ -17,8 +17,7 @@ class Parameters(NamedTuple):
         Quantity('-', -0.5, 0.5, 'share of F_smax - F_c more on the outstroke and less else'),
     ]
     one_sidedness: Annotated[
-        float,
-        Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone'),
+        float, Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone')
     ] = 0.0
 
 

@@ -15,8 +15,7 @@ class Parameters(NamedTuple):
         float, Quantity('N*s/m', -500.0, 500.0, 'more on the outstroke and less on the instroke')
     ]
     one_sidedness: Annotated[
-        float,
-        Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone'),
+        float, Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone')
     ] = 0.0
 
 

@@ -12,8 +12,7 @@ class Parameters(NamedTuple):
 
     stiffness: Annotated[float, Quantity('N/m', 0.0, 1e4, 'stiffness of the spring')]
     compression: Annotated[
-        float,
-        Quantity('m', -0.2, 0.2, 'compression at x = 0; negative: the way until it is met'),
+        float, Quantity('m', -0.2, 0.2, 'compression at x = 0; negative: the way until it is met')
     ]
 
 
