@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.parameters import Cylinder, Friction, Gas, Model, Operation, Valve
 
@@ -28,31 +28,18 @@ class Air(NamedTuple):
     flow_scale: float
 
 
-class CompiledEffects(NamedTuple):
-    """
-    The optional effects of a plant.
-
-    :param values: parameters of all effects, one after the other, shape (n,)
-    :param acting: which effects act, shape (m,)
-    :param shapes: a row an effect, see ``shape.rows``, shape (m, w)
-    """
-
-    values: Floats
-    acting: Flags
-    shapes: Floats
-
-
 Pair = tuple[float, float]
 """What an effect contributes, see ``effect.Balance``."""
 
-NO_EFFECTS = CompiledEffects(np.empty(0), np.empty(0, dtype=np.bool_), np.empty((0, 0)))
+NO_EFFECTS = np.empty((0, 0))
 
 
 class CompiledModel(NamedTuple):
     """
     ``Model`` for compiled code, with the effects of the plant.
 
-    ``friction.element_*`` are arrays of shape (n,), (n - 1,).
+    ``friction.element_*`` are arrays of shape (n,), (n - 1,); ``effects`` are those that
+    ``shape.rows`` returns.
     """
 
     cylinder: Cylinder
@@ -60,7 +47,7 @@ class CompiledModel(NamedTuple):
     valve: Valve
     gas: Air
     operation: Operation
-    effects: CompiledEffects
+    effects: Floats
 
 
 def air(gas: Gas) -> Air:
@@ -78,7 +65,7 @@ def air(gas: Gas) -> Air:
     return Air(*gas, critical, choked, scale)
 
 
-def compiled_model(model: Model, effects: CompiledEffects = NO_EFFECTS) -> CompiledModel:
+def compiled_model(model: Model, effects: Floats = NO_EFFECTS) -> CompiledModel:
     """Return the model for compiled code."""
     _, law, valve, gas, operation = model
     arrays: dict[str, Any] = {

@@ -12,11 +12,11 @@ from pneu_rig_ros.model import along, chambers
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.assembly import assemble
-from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel, compiled_model
+from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.effect import READING_BALANCES
 from pneu_rig_ros.model.integrator import EXTRA_NAMES, initial_state
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
-from pneu_rig_ros.model.shape import rows, without_shape
+from pneu_rig_ros.model.shape import ACTS, rows, without_shape
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
 TOLERANCE = 1e-6
@@ -105,13 +105,10 @@ class Plant:
         for name, own, one in zip(chosen, self._chosen, loaded, strict=True):
             if type(own) is not one.parameters:
                 raise RigError(f'effects.{name}: {own!r} are no parameters of it')
-        acting = [own != one.null for own, one in zip(self._chosen, loaded, strict=True)]
-        values = np.array([value for own in self._chosen for value in own], dtype=np.float64)
-        shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
-        self._effects = CompiledEffects(values, np.array(acting, dtype=np.bool_), shapes)
+        self._effects = rows(zip(chosen, loaded, chosen.values(), strict=True))
         self.state_size = at.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         sensing = [effect.balance in READING_BALANCES for effect in loaded]
-        self._sensed = any(np.logical_and(sensing, acting))
+        self._sensed = any(self._effects[sensing, ACTS])
         self._temperatures = temperatures or (model.gas.supply_temperature,) * 2
         assembled = assemble(tuple(chosen))
         self.right_hand_side, self._run, self._read, self._along = assembled

@@ -37,7 +37,7 @@ from pneu_rig_ros.model.dynamics import (
     signals_of,
 )
 from pneu_rig_ros.model.effect import Balance, Effect
-from pneu_rig_ros.model.shape import COUNT, factors
+from pneu_rig_ros.model.shape import ACTS, COUNT, VALUES, factors
 
 CHAINS = {Balance.SPOOL: behind_spools, Balance.LEVEL: behind_levels}
 """Balance -> what the later stages see of the earlier ones."""
@@ -52,11 +52,9 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     """
     parts: dict[Balance, list[Callable[..., Any]]] = {balance: [] for balance in Balance}
     states = pairwise(accumulate((len(each.states) for each in effects), initial=first_state))
-    values = pairwise(accumulate((len(each.null) for each in effects), initial=0))
-    places = [(i, *own) for i, own in enumerate(zip(values, states, strict=True))]
-    for place in sorted(places, key=lambda place: effects[place[0]].stage):
-        effect = effects[place[0]]
-        parts[effect.balance].append(_added(effect, *place))
+    places = enumerate(zip(effects, states, strict=True))
+    for index, (effect, own) in sorted(places, key=lambda place: place[1][0].stage):
+        parts[effect.balance].append(_added(effect, index, *own))
     return {balance: _sum(balance, own) for balance, own in parts.items()}
 
 
@@ -74,9 +72,7 @@ def _as_without_them(signals: Signals, first: float, second: float) -> Signals:
     return signals
 
 
-def _added(
-    effect: Effect, index: int, values: tuple[int, int], states: tuple[int, int]
-) -> Callable[..., Any]:
+def _added(effect: Effect, index: int, start: int, end: int) -> Callable[..., Any]:
     """
     Return what adds both contributions of an effect to those before it, behind which it sees.
 
@@ -84,22 +80,20 @@ def _added(
     belongs to an effect, as each function of its own takes time to compile.
 
     :param index: among the effects
-    :param values: first and end index of its parameters
-    :param states: the same of its states
+    :param start, end: first and end index of its states
     """
     contribution, behind = effect.contribution, CHAINS.get(effect.balance, _as_without_them)
     as_array, takes_states = effect.as_array, effect.takes_states
     parameters, count = effect.parameters, len(effect.null)
-    (first, last), (start, end) = values, states
 
     @inner
     def added(
         total: Pair, signals: Signals, model: CompiledModel, state: Floats, rate: Floats
     ) -> Pair:
-        effects = model.effects
-        if not effects.acting[index]:
+        row = model.effects[index]
+        if row[ACTS] == 0.0:
             return total
-        seen, own = behind(signals, total[0], total[1]), effects.values[first:last]
+        seen, own = behind(signals, total[0], total[1]), row[VALUES : VALUES + count]
         memory, change = state[start:end], rate[start:end]
         # which of these it is, is decided when this is compiled
         if as_array:
@@ -109,7 +103,6 @@ def _added(
             a, b = contribution(seen, model, named, memory, change)
         else:
             a, b = contribution(seen, model, parameters(*to_fixed_tuple(own, count)))
-        row = effects.shapes[index]
         if row[COUNT] != 0.0:
             factor_1, factor_2 = factors(row, seen, model.gas)
             a, b = factor_1 * a, factor_2 * b

@@ -25,11 +25,7 @@ class Parameters(NamedTuple):
 
 @compiled
 def leak_into(
-    voltage: float,
-    pressure: float,
-    supply_pressure: float,
-    model: CompiledModel,
-    parameters: Parameters,
+    voltage: float, pressure: float, supply: float, model: CompiledModel, edges: Parameters
 ) -> float:
     """
     Return the mass flow [kg/s] that leaks into the chamber of one valve.
@@ -40,15 +36,15 @@ def leak_into(
 
     :param voltage: where the spool stands [V]
     :param pressure: of the chamber, absolute [Pa]
-    :param supply_pressure: at the valve, absolute [Pa]
+    :param supply: pressure at the valve, absolute [Pa]
     """
     valve, gas = model.valve, model.gas
     scale = max(0.5 * (valve.intake_voltage - valve.exhaust_voltage), LEAST_OVERLAP)
     intake_gap = max(valve.intake_voltage - voltage, 0.0)
     exhaust_gap = max(voltage - valve.exhaust_voltage, 0.0)
-    intake = parameters.intake_area * scale / (scale + intake_gap)
-    exhaust = parameters.exhaust_area * scale / (scale + exhaust_gap)
-    supplied = port_flow(supply_pressure, pressure, intake, valve, gas)
+    intake = edges.intake_area * scale / (scale + intake_gap)
+    exhaust = edges.exhaust_area * scale / (scale + exhaust_gap)
+    supplied = port_flow(supply, pressure, intake, valve, gas)
     return supplied - port_flow(pressure, gas.atmospheric_pressure, exhaust, valve, gas)
 
 
