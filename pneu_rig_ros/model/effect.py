@@ -169,7 +169,7 @@ class Effect:
     :param null: the parameters with which the effect vanishes exactly, a ``NamedTuple`` of
         numbers, each field ``Annotated`` with its ``Quantity``
     :param probes: a few plausible strengths, weak to strong, from which a fit starts; each a tuple
-        of the numbers in ``null``, of which those with a default may be left out
+        of the numbers in ``null``, of which those with a default may be omitted
     :param laws: names of the friction laws that lack it; none named: it adds to any law
     :param clock: names of parameters that replace those of the dwell clock of the law
     :param readings: names of the choices of the friction law that matter with it alone: a law
