@@ -34,8 +34,8 @@ class Seal:
 
     def __init__(self, law: Friction, rested: float = 0.0) -> None:
         self.law, self.time = law, 0.0
-        self.memory = np.zeros(dynamics.ANCHORS + 1)
-        self.memory[[dynamics.STICKING, dynamics.REST_START]] = 1.0, -rested
+        self.memory = np.zeros(at.ANCHORS + 1)
+        self.memory[[at.STICKING, at.REST_START]] = 1.0, -rested
 
     def static(self, later: float = 0.0) -> float:
         """Return F_s [N] some time from now [s]."""
